@@ -26,7 +26,7 @@ from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.world.simulation import Simulation
 
 FILE = Path(__file__).with_name("pictures") / "tutorial.webp"
@@ -64,8 +64,8 @@ def frames() -> Iterator[Image]:
     """Run the scenario by legacy calls, in stepped mode."""
     with ExitStack() as stack:
         simulation = open_world(Settings(scene="ur5_rg2_kinect_ball"), stack)
-        engine = Engine(simulation, HANDLERS, Pacer(math.inf))
-        connection = Connection(lambda: LoopbackTransport(engine), where="film")
+        loop = ServerLoop(simulation, HANDLERS, Pacer(math.inf))
+        connection = Connection(lambda: LoopbackTransport(loop), where="film")
         client = CLIENTS.add(connection)
         connection.connect(1.0)
         stack.callback(vrep.simxFinish, client)

@@ -33,7 +33,7 @@ from simx_server.runtime.background import wait_for_step
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.dispatch import Dispatch
 from simx_server.runtime.executor import Executor
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import ClientSession
 from simx_server.world.world import World
 
@@ -70,9 +70,9 @@ now = time.perf_counter
 class StampedTransport(LoopbackTransport):
     """The seam in this process; turns the engine when its client waits, and notes the time at every hand-over."""
 
-    def __init__(self, engine: Engine) -> None:
-        super().__init__(engine, turns=False)
-        self.engine = engine
+    def __init__(self, loop: ServerLoop) -> None:
+        super().__init__(loop, turns=False)
+        self.loop = loop
         self.question = self.answer = b""
         self.sent = self.began = self.published = self.turned = 0.0
         self._waiting = 0
@@ -92,7 +92,7 @@ class StampedTransport(LoopbackTransport):
         if timeout > 0 and not self._waiting:
             self.began = now()
             while not self._waiting and now() < self.began + timeout:
-                self.engine.turn(max_wait=timeout)
+                self.loop.turn(max_wait=timeout)
             self.turned = now()
         payload = super().receive(0)
         self._waiting -= payload is not None
@@ -131,8 +131,8 @@ def _grid(name: str, parts: Mapping[str, float], taken: Mapping[str, Rounds]) ->
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     calls = effort.count(300, 20)
     simulation = open_world(Settings(), stack)
-    engine = Engine(simulation, HANDLERS, Pacer(math.inf))
-    transport = StampedTransport(engine)
+    loop = ServerLoop(simulation, HANDLERS, Pacer(math.inf))
+    transport = StampedTransport(loop)
     client = CLIENTS.add(connection := Connection(lambda: transport, where="this process"))
     stack.callback(vrep.simxFinish, client)
     transport.connect(connection)
@@ -172,9 +172,9 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
 
     timed(read, calls)
     there, server, back = map(statistics.median, zip(*marks, strict=True))
-    engine = transport.engine
-    session = next(iter(engine.sessions.values()))
-    executor = Executor(Dispatch(engine.world, HANDLERS), engine.metrics)
+    loop = transport.loop
+    session = next(iter(loop.sessions.values()))
+    executor = Executor(Dispatch(loop.world, HANDLERS), loop.metrics)
     question, answer = transport.question, decode_delivery(transport.answer)
     call = decode_batch(question).calls[0]
     inner = [
@@ -200,7 +200,7 @@ def _execute(executor: Executor, session: ClientSession, call: Call) -> None:
 def _parts_of_loop(
     client: int, handles: list[int], transport: StampedTransport, calls: int
 ) -> dict[str, Rounds]:
-    simulation = transport.engine.simulation
+    simulation = transport.loop.simulation
     passes: list[tuple[float, float]] = []
     marks: list[list[float]] = []
     stages = World.STEP

@@ -19,7 +19,7 @@ from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.viewer import messages
 from simx_server.viewer.feed import Feed
 
@@ -104,7 +104,7 @@ def _in_process(effort: Effort) -> dict[str, Rounds]:
     with ExitStack() as stack:
         simulation = open_world(Settings(), stack)
         simulation.parameters.pace = pacer = Pacer(math.inf)
-        feed = Feed(Engine(simulation, HANDLERS, pacer), "bench", [0])
+        feed = Feed(ServerLoop(simulation, HANDLERS, pacer), "bench", [0])
         simulation.simulation.start()
         stack.callback(simulation.simulation.stop)
         simulation.step()

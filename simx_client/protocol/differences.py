@@ -96,7 +96,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Port 19999 is always there.",
         "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one.",
-        "tests/server/runtime/test_engine.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
+        "tests/server/runtime/test_server_loop.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
         "simxStart",
         when="port 19999",
     ),
@@ -373,7 +373,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A loop that calls faster than the server executes is slowed to its pace.",
         "After 200 unanswered messages the next call waits for an answer, so that nothing acts later and later.",
-        "tests/server/runtime/test_engine.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
+        "tests/server/runtime/test_server_loop.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
         when="a loop without a pause",
     ),
     Difference(
@@ -399,13 +399,13 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A blocking call answers 3 at once when no server can come any more:",
         "the connection was lost, or never made, and is not to be taken up again. V-REP let the time-out pass.",
-        "tests/server/runtime/test_engine.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
+        "tests/server/runtime/test_server_loop.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
         when=NEVER,
     ),
     Difference(
         "With several stepped clients a trigger answers when all have triggered.",
         "V-REP answered at once. A script with two stepped clients triggers one of them from another thread.",
-        "tests/server/runtime/test_engine.py::test_all_stepped_clients_must_trigger",
+        "tests/server/runtime/test_server_loop.py::test_all_stepped_clients_must_trigger",
         "simxSynchronousTrigger",
         when="several stepped clients",
     ),

@@ -31,10 +31,10 @@ from simx_server.processes import heap
 from simx_server.recording import LogError, Recorder
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
-from simx_server.recording.replay_engine import Divergence
+from simx_server.recording.replay_loop import Divergence
 from simx_server.recording.replaying import replay
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.scene.formats.saving import save_mjcf
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
@@ -246,7 +246,7 @@ def run_server(
     simulation, parameters = world.simulation, world.parameters
     warm = None if is_one_of_many else warm_up(world)
     pacer = Pacer(settings.speed)
-    engine = Engine(
+    loop = ServerLoop(
         world,
         HANDLERS,
         pacer,
@@ -257,7 +257,7 @@ def run_server(
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         gateway = ZenohGateway(
-            engine,
+            loop,
             ports=settings.ports,
             listen=settings.listen,
             connect=settings.connect,
@@ -269,45 +269,45 @@ def run_server(
         logger.error("%s", error)
         return FAILURE
     simulation.attach(gateway)
-    engine.metrics.pictures = world.rendering.times
-    engine.watches.append(world.rendering.watch)
-    engine.watches.append(DescriptorWatch().look)
+    loop.metrics.pictures = world.rendering.times
+    loop.watches.append(world.rendering.watch)
+    loop.watches.append(DescriptorWatch().look)
     if not is_one_of_many:
         simulation.attach(WarmUp(world))
     parameters.pace = pacer
-    parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
-    parameters.end = engine.end_when_left
+    parameters.is_waiting_for_trigger = lambda: loop.is_waiting_for_trigger
+    parameters.end = loop.end_when_left
     if settings.quit_after_stop:
-        simulation.attach(_QuitAfterStop(engine))
+        simulation.attach(_QuitAfterStop(loop))
     with ExitStack() as beside:
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
         beside.callback(gateway.close)
-        beside.callback(engine.close)
-        world.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
+        beside.callback(loop.close)
+        world.scripts.add_ons[ADD_ON] = Feed(loop, gateway.realm, gateway.ports)
         world.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
         with (
             noted(gateway.endpoints),
-            _ending_by_signal(engine),
-            engine.metrics.log.attached(),
+            _ending_by_signal(loop),
+            loop.metrics.log.attached(),
         ):
             if recorder is not None:
-                recorder.begin(engine)
+                recorder.begin(loop)
             # Loaded objects stay: without this, a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
             if warm is not None:
-                warm.add_done_callback(lambda _: engine.post(nothing))
-                engine.run(time.monotonic() + READY_ANYWAY, until=warm.done)
+                warm.add_done_callback(lambda _: loop.post(nothing))
+                loop.run(time.monotonic() + READY_ANYWAY, until=warm.done)
             if settings.start and simulation.state is SimulationState.STOPPED:
                 if recorder is not None:
                     recorder.started()
                 simulation.start()
-            if not engine.is_ending:
+            if not loop.is_ending:
                 say_ready(gateway, world)
             if page_listener is not None:
                 pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
-            engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
+            loop.run(None if settings.duration is None else time.monotonic() + settings.duration)
             if recorder is not None:
                 recorder.ending()
             simulation.stop()
@@ -326,15 +326,15 @@ def _say_ready(gateway: ZenohGateway, world: World) -> None:
 class _QuitAfterStop(Part):
     """``--quit-after-stop``: the server ends with its first run."""
 
-    def __init__(self, engine: Engine) -> None:
-        self._engine = engine
+    def __init__(self, loop: ServerLoop) -> None:
+        self._loop = loop
 
     def run_stopped(self) -> None:
-        self._engine.end()
+        self._loop.end()
 
 
 @contextmanager
-def _ending_by_signal(engine: Engine) -> Iterator[None]:
+def _ending_by_signal(loop: ServerLoop) -> Iterator[None]:
     """End the loop cleanly on SIGINT and SIGTERM; a second one ends the process at once."""
     has_come = False
 
@@ -343,7 +343,7 @@ def _ending_by_signal(engine: Engine) -> Iterator[None]:
         if has_come:
             os._exit(INTERRUPTED)
         has_come = True
-        engine.end()
+        loop.end()
 
     previous = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -14,20 +14,22 @@ from collections import deque
 
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 
 
 class LoopbackTransport:
     """A ``simx_client.transport.zenoh.Transport`` to a server loop in this process."""
 
-    def __init__(self, engine: Engine, *, name: str = "loopback", port: int = 0, turns: bool = True) -> None:
+    def __init__(
+        self, loop: ServerLoop, *, name: str = "loopback", port: int = 0, turns: bool = True
+    ) -> None:
         """Make a link.
 
         Args:
             turns: turn the server loop while waiting; False when another thread runs it.
         """
         self.client = uuid.uuid4().hex
-        self._engine = engine
+        self._loop = loop
         self._name, self._port = name, port
         self._turns = turns
         self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
@@ -47,25 +49,25 @@ class LoopbackTransport:
         return self._lost
 
     def greet(self, timeout: float) -> Welcome:
-        if self._engine.is_ending:
-            raise ConnectionFailed("the engine has ended")
+        if self._loop.is_ending:
+            raise ConnectionFailed("the server loop has ended")
         joined = threading.Event()
 
         def join() -> None:
-            self._engine.join(self.client, self._name, self._port, self)
+            self._loop.join(self.client, self._name, self._port, self)
             joined.set()
 
         self._connected, self._lost = True, False
         self._deliveries = queue.SimpleQueue()  # discards what a lost link had not delivered
-        self._engine.post(join)
+        self._loop.post(join)
         if self._turns:
-            self._engine.turn()
+            self._loop.turn()
         elif not joined.wait(timeout):
-            raise ConnectionFailed("the engine does not answer")
+            raise ConnectionFailed("the server loop does not answer")
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        self._engine.submit(self.client, payload)
+        self._loop.submit(self.client, payload)
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         deadline = time.monotonic() + timeout
@@ -78,7 +80,7 @@ class LoopbackTransport:
                 if not self._turns:
                     return None
             remaining = deadline - time.monotonic()
-            self._engine.turn(max_wait=max(0.0, min(0.001, remaining)))
+            self._loop.turn(max_wait=max(0.0, min(0.001, remaining)))
             if remaining <= 0:
                 try:
                     return self._deliveries.get_nowait()
@@ -95,10 +97,10 @@ class LoopbackTransport:
     def lose(self) -> None:
         """Cut the link, as when the client's process dies or the server goes away."""
         self._connected, self._lost = False, True
-        self._engine.depart(self.client)
+        self._loop.depart(self.client)
         self._deliveries.put(None)
         if self._turns:
-            self._engine.turn()
+            self._loop.turn()
 
     # --- the server's side: sessions.Link --------------------------------------------------------
 
@@ -115,6 +117,6 @@ class LoopbackTransport:
         """Close the link, for either side: the client leaves the server."""
         if self._connected:
             self._connected = False
-            self._engine.depart(self.client)
+            self._loop.depart(self.client)
             if self._turns:
-                self._engine.turn()
+                self._loop.turn()

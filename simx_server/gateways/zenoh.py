@@ -28,7 +28,7 @@ from simx_server import __version__
 from simx_server.parts.status_bar import as_log_line
 from simx_server.runtime.monitoring import report
 from simx_server.runtime.monitoring.load import LoadMeter
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
@@ -64,7 +64,7 @@ class ZenohGateway(Part):
 
     def __init__(
         self,
-        engine: Engine,
+        loop: ServerLoop,
         *,
         ports: Sequence[int],
         listen: Sequence[str] = (),
@@ -88,7 +88,7 @@ class ZenohGateway(Part):
         is_plain = config is None and not multicast_scouting
         zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
         self._zenoh = zenoh
-        self._engine = engine
+        self._loop = loop
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
         self.load = LoadMeter()
@@ -158,7 +158,7 @@ class ZenohGateway(Part):
             )
         )
         asks = hello, status, self._at_once_if_busy(health), metrics
-        self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
+        self._answers = {key: Postman(self._care, partial(self._loop.suspend, key)) for key in asked}
         # complete=True: a client's query may stop at this server.
         self._queryables = [
             session.declare_queryable(key, direct(ask, indirect=False), complete=True)
@@ -174,7 +174,7 @@ class ZenohGateway(Part):
 
     def _take_in(self) -> Callable[[Any], None]:
         """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
-        is_from, submit, slow_down = self._is_from, self._engine.submit_as, self._throttle.slow_down
+        is_from, submit, slow_down = self._is_from, self._loop.submit_as, self._throttle.slow_down
         begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
         def take_in(sample: Any) -> None:
@@ -189,7 +189,7 @@ class ZenohGateway(Part):
         """Return the callback for a query that the physics thread answers, unless too many wait already."""
 
         def ask(query: Any) -> None:
-            waiting = self._engine.ask(kind, partial(answer, query))
+            waiting = self._loop.ask(kind, partial(answer, query))
             if not waiting:
                 query.drop()
             if not waiting or waiting > FEW_QUESTIONS:
@@ -201,7 +201,7 @@ class ZenohGateway(Part):
         """Return a callback that answers at once while the server is busy, as health matters most then."""
 
         def health(query: Any) -> None:
-            if self._engine.busy_with():
+            if self._loop.busy_with():
                 self._tell_health(query)
             else:
                 ask(query)
@@ -219,12 +219,10 @@ class ZenohGateway(Part):
                 self._secrets.pop(client, None)
             else:
                 self._present[client] = None
-                if len(self._present) > max(MOST_PRESENT, 2 * len(self._engine.sessions)):
-                    del self._present[
-                        next(name for name in self._present if name not in self._engine.sessions)
-                    ]
+                if len(self._present) > max(MOST_PRESENT, 2 * len(self._loop.sessions)):
+                    del self._present[next(name for name in self._present if name not in self._loop.sessions)]
         if is_gone:
-            self._engine.depart(client)
+            self._loop.depart(client)
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -244,7 +242,7 @@ class ZenohGateway(Part):
                 query.drop()  # without an answer: it asks again
                 return
             version, refusal = joined
-        welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
+        welcome = Welcome(version, refusal, self.realm, self._loop.simulation.scene.name, __version__)
         self._answer(query, keys.hello(self.realm), encode(welcome))
 
     def _join(self, query: Any) -> tuple[int, str] | None:
@@ -265,34 +263,34 @@ class ZenohGateway(Part):
             refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
             return PROTOCOL_VERSION, refusal
-        if client not in self._present or self._engine.is_departing(client):
+        if client not in self._present or self._loop.is_departing(client):
             return None
-        if client in self._engine.sessions:
+        if client in self._loop.sessions:
             if not self._is_from(client, query):
                 return version, f"another client is called {client}"
         else:
             try:
-                wanted = len(self._engine.sessions) + 1
-                self._engine.simulation.limits.check("clients", wanted, "let others leave first")
+                wanted = len(self._loop.sessions) + 1
+                self._loop.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
                 return version, str(problem)
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
-            postman = Postman(self._care, partial(self._engine.suspend, client))
+            postman = Postman(self._care, partial(self._loop.suspend, client))
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman)
-            self._engine.join(client, greeting.name, greeting.port, zenoh_link)
+            self._loop.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""
 
     def _tell_status(self, query: Any) -> None:
-        simulation, load = self._engine.simulation, self.load.load()
+        simulation, load = self._loop.simulation, self.load.load()
         is_running = simulation.state is SimulationState.RUNNING
         status = Status(
             PROTOCOL_VERSION,
             self.realm,
             simulation.scene.name,
             simulation.state.value,
-            len(self._engine.sessions),
+            len(self._loop.sessions),
             list(self.ports),
             socket.gethostname(),
             os.getpid(),
@@ -304,10 +302,10 @@ class ZenohGateway(Part):
         self._answer(query, keys.status(self.realm), encode(status))
 
     def _tell_health(self, query: Any) -> None:
-        self._report(query, keys.health(self.realm), report.health(self._engine, self.realm))
+        self._report(query, keys.health(self.realm), report.health(self._loop, self.realm))
 
     def _tell_metrics(self, query: Any) -> None:
-        self._report(query, keys.metrics(self.realm), report.metrics(self._engine, self.realm, self.ports))
+        self._report(query, keys.metrics(self.realm), report.metrics(self._loop, self.realm, self.ports))
 
     def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
         self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
@@ -322,7 +320,7 @@ class ZenohGateway(Part):
         self._answers[key].send(reply, len(payload))
 
     def step_finished(self) -> None:
-        self.load.passed(self._engine.simulation.time_step)
+        self.load.passed(self._loop.simulation.time_step)
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.

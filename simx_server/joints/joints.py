@@ -143,7 +143,7 @@ class Joints(Machine):
         """
         binding, state = self._single(handle)
         self._average_force = True
-        if binding.out < 0 or self._stepper is None or self._sim.pass_count == 0:
+        if binding.out < 0 or self._stepper is None or self._sim.step_count == 0:
             return 0.0
         if rule_of(binding, state) in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT):
             return 0.0

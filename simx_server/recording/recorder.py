@@ -1,10 +1,10 @@
 """Write the events of the server loop as records.
 
-**Points.** While a long-running script runs, the server serves calls of other clients (`Engine.serve_others`) whenever
-the clock requires it. A script notices their changes only in its next call into the API, so it is enough to know
-between which two of these calls they came. Points are counted at each call into the API and at the end of each call
-into a script; events within a script's run are recorded with the number of the last point. A simulation step with slow
-physics also serves calls, and has its own points, between groups of physics steps.
+**Points.** While a long-running script runs, the server serves calls of other clients (`ServerLoop.serve_others`)
+whenever the clock requires it. A script notices their changes only in its next call into the API, so it is enough to
+know between which two of these calls they came. Points are counted at each call into the API and at the end of each
+call into a script; events within a script's run are recorded with the number of the last point. A simulation step
+with slow physics also serves calls, and has its own points, between groups of physics steps.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Recorder(Part):
         self._copied = 0
         self._passes = 0
         self._points = 0
-        self._engine: RecordedLoop | None = None
+        self._loop: RecordedLoop | None = None
         self._world: World
 
     def watch(self, world: World, scene: Path) -> None:
@@ -99,10 +99,10 @@ class Recorder(Part):
         simulation.files.find = find_and_note
         self.file_read(scene, simulation.files.sources)
 
-    def begin(self, engine: RecordedLoop) -> None:
+    def begin(self, loop: RecordedLoop) -> None:
         """Record this server loop from now on."""
-        self._engine = engine
-        engine.recorder = self
+        self._loop = loop
+        loop.recorder = self
         points = self._world.simulation.interruptions
         points.script_point = points.physics_point = self._count_point
 
@@ -153,13 +153,13 @@ class Recorder(Part):
     # --- the simulation --------------------------------------------------------------------------
 
     def _point(self) -> int:
-        return self._points if self._engine is not None and self._engine.is_serving else OUTSIDE
+        return self._points if self._loop is not None and self._loop.is_serving else OUTSIDE
 
     def _count_point(self) -> None:
         self._points += 1
 
     def run_stopping(self) -> None:
-        if self._engine is not None:
+        if self._loop is not None:
             self._log.put(Kind.STATE, True, state.digests(self._world))
 
     def file_read(self, path: Path, sources: Sources) -> None:

@@ -14,7 +14,7 @@ from ..viewer.windows import Windows
 from . import state
 from .opened import Opened
 from .records import Kind, Record
-from .replay_engine import Divergence, ReplayEngine
+from .replay_loop import Divergence, ReplayLoop
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -56,9 +56,9 @@ class Outcome(NamedTuple):
 def replay(recording: Opened, world: World) -> Outcome:
     """Replay all events, and compare the states. Raises Divergence, LogError."""
     simulation = world.simulation
-    engine = ReplayEngine(world, has_physics_points=bool(recording.header.get("physics_points")))
+    loop = ReplayLoop(world, has_physics_points=bool(recording.header.get("physics_points")))
     world.scripts.add_ons[WINDOWS] = Windows()
-    world.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # repeats the single steps of a web viewer
+    world.scripts.add_ons[ADD_ON] = Feed(loop, "replay", ())  # repeats the single steps of a web viewer
     states = _States(world)
     passes = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
@@ -72,12 +72,12 @@ def replay(recording: Opened, world: World) -> Outcome:
             if record[0] == Kind.STATE:
                 states.expect(record)
             else:
-                engine.await_point(number, record)
-        engine.await_room()
+                loop.await_point(number, record)
+        loop.await_room()
         try:
             simulation.settle()
-            engine.do(event)
-            engine.do_what_is_due(number if is_before_pass else None)
+            loop.do(event)
+            loop.do_what_is_due(number if is_before_pass else None)
             if kind not in (Kind.PASS, Kind.IDLE):
                 simulation.settle()
             states.compare(event, is_before_pass=is_before_pass, is_last=following is None)

@@ -73,7 +73,7 @@ QUANTITIES = (
 def _quantities(world: World) -> Iterator[list[Any]]:
     sim = world.simulation
     model, data = sim.model, sim.data
-    yield [struct.pack("<qdd", sim.pass_count, sim.time_step, data.time), sim.state.value.encode()]
+    yield [struct.pack("<qdd", sim.step_count, sim.time_step, data.time), sim.state.value.encode()]
     yield [data.qpos.tobytes()]
     yield [data.qvel.tobytes()]
     yield [data.act.tobytes()]

@@ -34,7 +34,7 @@ from .replies import Messages, Replies
 from .sessions import ClientSession, Interrupted
 
 if TYPE_CHECKING:
-    from .server_loop import Engine
+    from .server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
 
@@ -56,14 +56,14 @@ class Batches:
 
     def __init__(
         self,
-        engine: Engine,
+        loop: ServerLoop,
         executor: Executor,
         publisher: Publisher,
         messages: Messages,
         inbox: Inbox,
         outbox: Outbox,
     ) -> None:
-        self._engine = engine
+        self._loop = loop
         self._dispatch, self._executor = executor.dispatch, executor
         self._publisher, self._messages = publisher, messages
         self._inbox, self._outbox = inbox, outbox
@@ -81,12 +81,12 @@ class Batches:
 
     def execute(self, client: str, payload: bytes) -> None:
         """Execute a batch and put its replies into the outbox."""
-        session = self._engine.sessions.get(client)
+        session = self._loop.sessions.get(client)
         if session is None:
             logger.debug("calls of a client that has not said hello or has gone")
             return
-        if self._engine.recorder is not None:
-            self._engine.recorder.batch(client, payload)
+        if self._loop.recorder is not None:
+            self._loop.recorder.batch(client, payload)
         batch = self._read(session, payload)
         if batch is None:
             return
@@ -97,13 +97,13 @@ class Batches:
             session.before_trigger.clear()
             self._outbox.put(session, early)
         self._outbox.send_before(batch.calls)
-        self._engine.metrics.called(client, len(batch.calls))
+        self._loop.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
 
     def _read(self, session: ClientSession, payload: bytes) -> Batch | None:
         """Return the batch; None if it is unreadable or exceeds a limit, which is reported to the client."""
-        limits = self._engine.simulation.limits
+        limits = self._loop.simulation.limits
         try:
             exceeded = "message"
             if len(payload) <= limits.message:
@@ -138,15 +138,13 @@ class Batches:
         if not self._in_slices:
             return False
         now = time.perf_counter()
-        return any(
-            now < until and client in self._engine.sessions for client, until in self._in_slices.items()
-        )
+        return any(now < until and client in self._loop.sessions for client, until in self._in_slices.items())
 
     def end_waiting_for_step(self) -> None:
         """Continue paced calls in their order, because a simulation step was made, or none will come for a while."""
         for client, batch in self._waiting_for_step.items():
-            if session := self._engine.sessions.get(client):
-                self._engine.post_for(client, partial(self._go_on, session, batch, None))
+            if session := self._loop.sessions.get(client):
+                self._loop.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
@@ -180,7 +178,7 @@ class Batches:
             for position, call in enumerate(calls, 1):
                 call_id, operation, delay_ms, name, arguments = call
                 if now() >= until and position > 1:
-                    if self._inbox.others_wait() and self._engine.may_cut_batches:
+                    if self._inbox.others_wait() and self._loop.may_cut_batches:
                         if replies.made:  # one message for all at the end would take long as well
                             self._outbox.put(session, replies.made)
                         self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
@@ -243,30 +241,30 @@ class Batches:
 
     def _at_step(self, call: Unfinished) -> Any:
         """Wait for the step of a call, or finish all its steps first."""
-        return call if self._engine.may_cut_batches else self._executor.finish(call)
+        return call if self._loop.may_cut_batches else self._executor.finish(call)
 
     def _interrupt(self, session: ClientSession, rest: Interrupted) -> None:
         """Schedule the rest of a batch for the client's next turn."""
         session.interrupted = rest
         self._in_slices.setdefault(session.client, time.perf_counter() + LONGEST_TOGETHER)
-        self._engine.post_for(session.client, partial(self._go_on, session, rest, None))
+        self._loop.post_for(session.client, partial(self._go_on, session, rest, None))
 
     def _await_step(self, session: ClientSession, call: Unfinished, asked: Call, batch: Interrupted) -> None:
         """Continue with a call, and then with the rest of its batch, when its step is done."""
         session.interrupted, batch.call = batch, call
         client = session.client
-        self._engine.keep_back(client, True)
+        self._loop.keep_back(client, True)
 
         def done(_: object) -> None:
-            self._engine.post_for(client, partial(self._take_step, session, asked, batch))
-            self._engine.keep_back(client, False)
+            self._loop.post_for(client, partial(self._take_step, session, asked, batch))
+            self._loop.keep_back(client, False)
 
         call.task.done.add_done_callback(done)
         call.task.start()
 
     def _take_step(self, session: ClientSession, asked: Call, batch: Interrupted) -> None:
         """Start the next step of a call after one is done, or execute the rest of its batch."""
-        if session.interrupted is not batch or self._engine.sessions.get(session.client) is not session:
+        if session.interrupted is not batch or self._loop.sessions.get(session.client) is not session:
             return  # it has left
         assert batch.call is not None
         command, steps = batch.call.command, batch.call.steps
@@ -287,7 +285,7 @@ class Batches:
 
     def _is_early(self, session: ClientSession, call: Call) -> bool:
         """Return whether a paced call must wait for a simulation step, and record the call."""
-        if call.operation == _STREAM or not self._engine.is_running_freely:
+        if call.operation == _STREAM or not self._loop.is_running_freely:
             return False
         return session.paced.must_wait(call)
 
@@ -308,11 +306,11 @@ class Batches:
         Args:
             reply: the reply to the trigger in front of it, if it waits for one.
         """
-        if self._engine.is_serving:
+        if self._loop.is_serving:
             self._inbox.hold(partial(self._go_on, session, batch, reply))
-        elif session.interrupted is batch and self._engine.sessions.get(session.client) is session:
-            if self._engine.recorder is not None:
-                self._engine.recorder.went_on(session.client)
+        elif session.interrupted is batch and self._loop.sessions.get(session.client) is session:
+            if self._loop.recorder is not None:
+                self._loop.recorder.went_on(session.client)
             if reply is not None:
                 batch.replies.append(reply)
             self.execute_rest(session)
@@ -326,7 +324,7 @@ class Batches:
         status, values = done.result()
         reply = Reply(call_id, status, time_ms, values)
         if batch.rest:
-            self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
+            self._loop.post_for(session.client, partial(self._go_on, session, batch, reply))
             return
         replies = [*batch.replies, reply]
         batch.replies.clear()

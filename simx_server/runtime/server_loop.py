@@ -61,7 +61,7 @@ HELD = 0.002
 """Seconds until a held simulation step (`Part.holds_step`) is checked again."""
 
 
-class Engine(Part):
+class ServerLoop(Part):
     """Sessions, simulation steps and streams of one simulation."""
 
     def __init__(

@@ -54,7 +54,7 @@ from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import Engine
+    from simx_server.runtime.server_loop import ServerLoop
     from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
 
@@ -92,10 +92,10 @@ replaces another one before its viewer has noticed.
 class Feed(Part):
     """The add-on. It sends `realm` and `ports` to the viewer, which shows how to connect."""
 
-    def __init__(self, engine: Engine, realm: str, ports: Sequence[int]) -> None:
-        self._engine = engine
-        self._world = engine.world
-        self._sim = engine.simulation
+    def __init__(self, loop: ServerLoop, realm: str, ports: Sequence[int]) -> None:
+        self._loop = loop
+        self._world = loop.world
+        self._sim = loop.simulation
         self._realm, self._ports = realm, list(ports)
         self._functions = Functions[Callable[..., Look | Survey | None]](
             ADD_ON,
@@ -120,7 +120,7 @@ class Feed(Part):
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
         """Call a function of the add-on. Raises CommandError: unknown function, wrong count of numbers, or refused."""
-        self._engine.look_on()
+        self._loop.look_on()
         answer = self._functions.find(function, ints, floats)(*ints, *floats)
         return [], [], [], b"" if answer is None else msgpack.packb(answer)
 
@@ -143,7 +143,7 @@ class Feed(Part):
             "state": get_state(sim.model, sim.data).tobytes(),
             "running": sim.state.value,
             "time": sim.time,
-            "passes": sim.pass_count,
+            "passes": sim.step_count,
             "scene": sim.scene.name,
             "selection": [handle for handle in self._world.selection.handles if handle in sim.scene.objects],
         }
@@ -159,7 +159,7 @@ class Feed(Part):
     # --- the panels ------------------------------------------------------------------------------
 
     def _survey(self, known_tree: int, known_drawings: int) -> Survey:
-        sim, engine = self._sim, self._engine
+        sim, loop = self._sim, self._loop
         tree = self._tree_version()
         drawings = self._world.drawings.version & 0x7FFFFFFF
         is_drawn_anew = drawings != known_drawings or self._world.drawings.are_carried
@@ -175,8 +175,8 @@ class Feed(Part):
             "messages": self._world.status_bar.count,
             "speed": None if pace is None else pace.speed,
             "time_step": sim.time_step,
-            "steppers": [one.name for one in engine.sessions.values() if one.is_stepping],
-            "is_waiting": engine.is_waiting_for_trigger,
+            "steppers": [one.name for one in loop.sessions.values() if one.is_stepping],
+            "is_waiting": loop.is_waiting_for_trigger,
             "metrics": self._recent_metrics(),
             "streams": self._streams(),
             "workspace": str(sim.files.workspace),
@@ -185,7 +185,7 @@ class Feed(Part):
     def _recent_metrics(self) -> Metrics:
         now = time.monotonic()
         if self._metrics is None or now >= self._metrics_until:
-            self._metrics = report.metrics(self._engine, self._realm, self._ports)
+            self._metrics = report.metrics(self._loop, self._realm, self._ports)
             self._metrics_until = now + _METRICS_EVERY
         return self._metrics
 
@@ -243,7 +243,7 @@ class Feed(Part):
                 "command": stream.command.name,
                 "arguments": ", ".join(map(_short, stream.arguments)),
             }
-            for session in self._engine.sessions.values()
+            for session in self._loop.sessions.values()
             for stream in session.streams.by_id.values()
         ]
 
@@ -265,17 +265,17 @@ class Feed(Part):
     def _one_pass(self) -> None:
         sim = self._sim
         if sim.state is SimulationState.RUNNING:
-            if self._engine.is_waiting_for_trigger:
+            if self._loop.is_waiting_for_trigger:
                 raise CommandError(
                     "a client steps the simulation, so passes come when it asks; end its stepped mode first"
                 )
             sim.pause()
             return
         sim.start()
-        self._pausing_at = sim.pass_count + 1
+        self._pausing_at = sim.step_count + 1
 
     def step_finished(self) -> None:
-        if self._pausing_at is not None and self._sim.pass_count >= self._pausing_at:
+        if self._pausing_at is not None and self._sim.step_count >= self._pausing_at:
             self._pausing_at = None
             self._sim.pause()
 

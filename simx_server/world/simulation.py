@@ -71,7 +71,7 @@ class Simulation:
 
         Copies of the model are stale then.
         """
-        self.pass_count = 0
+        self.step_count = 0
         """Simulation steps of this run; 0 when stopped."""
         self.scene_id = 0
         """A different number for every loaded scene, and for the empty one after closing."""
@@ -125,7 +125,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Return the simulated seconds of this run; 0 when stopped."""
-        return self.pass_count * self._time_step
+        return self.step_count * self._time_step
 
     @property
     def time_step(self) -> float:
@@ -165,7 +165,7 @@ class Simulation:
     @property
     def is_before_first_pass(self) -> bool:
         """Return whether the simulation is started and nothing has been computed yet."""
-        return self.is_running and self.pass_count == 0
+        return self.is_running and self.step_count == 0
 
     def load(self, path: str | Path) -> None:
         """Replace the scene by that of a file, which may reference files in any folder.
@@ -215,7 +215,7 @@ class Simulation:
         self.tell(lambda part: part.run_starting())
         self._snapshot = Snapshot.take(self)
         self.joints.forget_run()
-        self.pass_count = 0
+        self.step_count = 0
         self.state = SimulationState.RUNNING
         self.refresh()
         self.tell(lambda part: part.run_started())
@@ -234,7 +234,7 @@ class Simulation:
         self._prepare_stop()
         self.state = SimulationState.STOPPED
         snapshot, self._snapshot = self._snapshot, None
-        self.pass_count = 0
+        self.step_count = 0
         replaced = snapshot.restore(self)
         self.model_edited()
         self.changed()
@@ -269,7 +269,7 @@ class Simulation:
 
     def count_step(self) -> None:
         """Advance the time after a complete simulation step."""
-        self.pass_count += 1
+        self.step_count += 1
         for part in tuple(self._told_of_steps):
             part.step_finished()
 
@@ -426,7 +426,7 @@ class Simulation:
         self._wanted_timestep = float(model.opt.timestep)
         self._stale = True
         self.joints = Joints(self)
-        self.pass_count = 0
+        self.step_count = 0
         self.time_step = scene.annotations.time_step or DEFAULT_TIME_STEP
         self.refresh()
         self.model_edited()

@@ -88,7 +88,7 @@ def test_message_headers_tell_the_server_state(world, cid):
 def test_values_of_a_stream_from_before_do_not_put_the_message_header_back(world, cid):
     GET(cid, 3, v.simx_opmode_streaming)
     world.settle()
-    world.engine.turn(max_wait=1.0)  # the idle pass
+    world.loop.turn(max_wait=1.0)  # the idle pass
     of_before = world.transports[cid]._stream[-1]
     v.simxStartSimulation(cid, v.simx_opmode_blocking)
     world.transports[cid]._turns = False  # nothing newer comes
@@ -132,7 +132,7 @@ def test_values_of_a_stream_are_not_followed_by_the_answer_that_armed_it(world, 
     world.settle()
     world.simulation.joints[1] = 5.0
     while not transport._stream or decode_delivery(transport._stream[-1]).replies[0][3] != [5.0]:
-        world.engine.turn(max_wait=0.01)
+        world.loop.turn(max_wait=0.01)
     monkeypatch.setattr(transport, "receive", late_receive)
     monkeypatch.setattr(transport, "newest", newest_after_all_has_come)
     v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer)

@@ -81,11 +81,11 @@ class BothSides(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.world = World()
-        self.world.engine._serving_time = lambda: (
+        self.world.loop._serving_time = lambda: (
             math.inf
         )  # on a busy machine a turn would leave some for the next
         self.model = Model()
-        self.transport = SlowNetwork(self.world.engine)
+        self.transport = SlowNetwork(self.world.loop)
         connection = Connection(lambda: self.transport, where=self.transport.client)
         self.cid = CLIENTS.add(connection)
         connection.connect(1.0)
@@ -137,7 +137,7 @@ class BothSides(RuleBasedStateMachine):
         assert done == self.model.server.log
         assert self.world.simulation.joints == self.model.server.joints
         assert self.world.simulation.strings == self.model.server.strings
-        sessions = list(self.world.engine.sessions.values())
+        sessions = list(self.world.loop.sessions.values())
         if sessions:
             assert len(sessions[0].streams.by_id) == len(self.model.server.streams)
 

@@ -150,8 +150,8 @@ def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
     world: Gripper, ending: Callable[..., int] | None
 ) -> None:
     client, other = started(world, Pace.EVERY), world.client()
-    session = next(iter(world.engine.sessions.values()))
-    world.engine.submit(
+    session = next(iter(world.loop.sessions.values()))
+    world.loop.submit(
         session.client, encode(Batch(0, 0, [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]))
     )
     while session.interrupted is None:
@@ -170,9 +170,9 @@ def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
 
 def test_a_client_that_leaves_while_its_call_waits_hurts_nobody(world: Gripper) -> None:
     client, other = started(world, Pace.EVERY), world.client()
-    session = next(iter(world.engine.sessions.values()))
+    session = next(iter(world.loop.sessions.values()))
     calls = [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]
-    world.engine.submit(session.client, encode(Batch(0, 0, calls)))
+    world.loop.submit(session.client, encode(Batch(0, 0, calls)))
     while session.interrupted is None:
         world.settle()
     world.transports[client].lose()
@@ -198,14 +198,14 @@ def test_a_wait_counts_for_the_time_out_and_the_next_call_keeps_its_order(world:
 
 def test_calls_of_a_message_keep_their_order_around_one_that_waits(world: Gripper) -> None:
     started(world, Pace.FREE)
-    session = next(iter(world.engine.sessions.values()))
+    session = next(iter(world.loop.sessions.values()))
     calls = [
         Call(901, 0, 0, "simxSetJointPosition", [7, 1.0]),
         Call(902, 0, Pace.EVERY, "simxSetJointPosition", [7, 2.0]),
         Call(903, 0, Pace.EVERY, "simxSetJointPosition", [7, 3.0]),
         Call(904, 0, 0, "simxSetJointPosition", [7, 4.0]),
     ]
-    world.engine.submit(session.client, encode(Batch(0, 0, calls)))
+    world.loop.submit(session.client, encode(Batch(0, 0, calls)))
     while len(world.set_in()) < 4:
         world.settle()
     first = world.set_in()[0]
@@ -227,9 +227,9 @@ def test_calls_of_a_message_keep_their_order_around_one_that_waits(world: Grippe
 def test_a_paced_call_of_any_form_is_answered_and_hurts_nobody(world: Gripper, call: Call) -> None:
     client = started(world, Pace.FREE)
     other = world.client()
-    session = next(iter(world.engine.sessions.values()))
+    session = next(iter(world.loop.sessions.values()))
     for _ in range(2):
-        world.engine.submit(session.client, encode(Batch(0, 0, [call])))
+        world.loop.submit(session.client, encode(Batch(0, 0, [call])))
     for _ in range(3 * READS_A_STEP):
         world.settle()
     assert session.interrupted is None
@@ -261,7 +261,7 @@ def test_a_paced_run_replays_to_the_same_states(tmp_path: Path) -> None:
         v.simxStartSimulation(client, BLOCKING)
         for count in range(20):
             v.simxSetJointTargetVelocity(client, hinge, 0.1 * count, BLOCKING)
-        assert place.simulation.pass_count >= 19
+        assert place.simulation.step_count >= 19
     assert replay(tmp_path / "run.simxlog") == 0
 
 

@@ -99,7 +99,7 @@ def test_without_a_trigger_they_are_sent_before_long(world, stepping):
     v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
     deadline = time.monotonic() + 10
     while world.simulation.joints.get(1) != 0.5:
-        world.engine.turn(max_wait=0.01)
+        world.loop.turn(max_wait=0.01)
         assert time.monotonic() < deadline
     assert sent == [["simxSetJointPosition"]]
 

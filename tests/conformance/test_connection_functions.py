@@ -84,7 +84,7 @@ def test_connection_id_is_1_minus_1_while_lost_and_counts_reconnections(
     assert type(simx(cid)) is int
     assert simx(99) == -1
     v.simxGetObjects(cid, v.sim_handle_all, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER)[0] == OK
     connection = CLIENTS.get(cid)
     assert connection is not None
@@ -95,7 +95,7 @@ def test_connection_id_is_1_minus_1_while_lost_and_counts_reconnections(
     assert v.simxGetInMessageInfo(cid, STATE) == (-1, 0)
     transport._connected = True  # a server is there again
     assert simx(cid) == 2
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER)[0] == OK, "the stream is armed again"
     assert v.simxGetObjects(cid, v.sim_handle_all, BLOCKING)[0] == OK
 
@@ -176,12 +176,12 @@ def test_what_is_read_while_paused_is_of_the_instant_of_the_pause(
     falling = handle("falling")
     v.simxStartSimulation(cid, BLOCKING)
     v.simxGetObjectPosition(cid, falling, -1, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     simx(cid, True)
     at_pause = v.simxGetObjectPosition(cid, falling, -1, BUFFER)
     state = v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_time)
     for _ in range(3):
-        world.engine.turn()
+        world.loop.turn()
         assert v.simxGetObjectPosition(cid, falling, -1, BUFFER) == at_pause
     assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_time) == state
     simx(cid, False)
@@ -203,12 +203,12 @@ def test_stepped_mode_holds_time_until_a_trigger(world: Any, cid: int, simx: Any
     assert simx(cid, True) == OK
     v.simxStartSimulation(cid, BLOCKING)
     for _ in range(3):
-        world.engine.turn()
-    assert world.simulation.pass_count == 0
+        world.loop.turn()
+    assert world.simulation.step_count == 0
     assert v.simxGetBoolParam(cid, v.sim_boolparam_waiting_for_trigger, BLOCKING) == (OK, True)
     assert simx(cid, False) == OK
-    world.engine.turn()
-    assert world.simulation.pass_count > 0
+    world.loop.turn()
+    assert world.simulation.step_count > 0
     assert type(simx(cid, 1)) is int
     assert simx(99, True) == 64
 
@@ -220,7 +220,7 @@ def test_a_trigger_is_one_pass_and_8_when_there_can_be_none(world: Any, cid: int
     assert simx(cid) == REMOTE_ERROR, "stopped"
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid) == OK
-    assert world.simulation.pass_count == 1
+    assert world.simulation.step_count == 1
     v.simxPauseSimulation(cid, BLOCKING)
     assert simx(cid) == REMOTE_ERROR, "paused"
     assert simx(99) == 64
@@ -345,10 +345,10 @@ def test_short_vectors_are_filled_with_zeros_and_long_ones_refused(cid: int, han
 
 def test_a_stream_with_a_rate_and_modes_with_unknown_bits_are_accepted(world: Any, cid: int) -> None:
     v.simxGetObjects(cid, v.sim_handle_all, STREAMING + 10)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER)[0] == OK
     v.simxGetObjects(cid, v.sim_object_joint_type, 0x80000)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjects(cid, v.sim_object_joint_type, BUFFER)[0] == OK
 
 
@@ -360,10 +360,10 @@ def test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on(world: Any
     for number in range(4):
         v.simxSetIntegerSignal(cid, f"s{number}", 1, BLOCKING)
         v.simxGetIntegerSignal(cid, f"s{number}", STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     for number in range(4):
         v.simxSetIntegerSignal(cid, f"s{number}", 2, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     values = [v.simxGetIntegerSignal(cid, f"s{number}", BUFFER) for number in range(4)]
     assert values == [(OK, 2)] * 3 + [(OK, 1)], "the fourth was executed once"
     assert "at most 3 streams" in v.simxGetLastErrors(cid, BLOCKING)[1][-1]

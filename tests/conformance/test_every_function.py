@@ -113,7 +113,7 @@ def test_the_first_oneshot_gives_novalue_and_the_next_the_earlier_reply(
     if function.name == "simxGetVisionSensorImage":
         pytest.skip("a picture comes when it is drawn; see the tests of pictures")
     assert_is(call(function, cid, ONESHOT), function.failure(NOVALUE))
-    world.engine.turn()
+    world.loop.turn()
     second = call(function, cid, ONESHOT)
     assert (second if isinstance(second, int) else second[0]) != NOVALUE
 
@@ -170,7 +170,7 @@ def test_aliases_are_the_same_command_with_the_same_inbox(world: Any, cid: int, 
     command = BY_NAME[name]
     arguments = sample(BINDING[name])
     getattr(v, command.name)(cid, *arguments, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     answers = [getattr(v, alias)(cid, *arguments, BUFFER) for alias in command.names]
     assert all(answer == answers[0] for answer in answers)
     assert (answers[0] if isinstance(answers[0], int) else answers[0][0]) in (OK, REMOTE_ERROR)

@@ -32,13 +32,13 @@ def test_streaming_again_with_equal_arguments_leaves_the_stream_as_it_is(
 ) -> None:
     falling = handle("falling")
     v.simxGetObjectPosition(cid, falling, -1, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     sent = []
-    monkeypatch.setattr(world.engine, "submit", lambda *arguments: sent.append(arguments))
+    monkeypatch.setattr(world.loop, "submit", lambda *arguments: sent.append(arguments))
     values = []
     for _ in range(3):
         values.append(v.simxGetObjectPosition(cid, falling, -1, STREAMING)[1][2])
-        world.engine.turn()
+        world.loop.turn()
     assert sent == []
     assert values[0] > values[1] > values[2], "each read has the newest value"
 
@@ -48,7 +48,7 @@ def test_streaming_again_with_another_value_replaces_the_stream(world: Any, cid:
     for value in (0.25, 0.75):
         v.simxSetJointPosition(cid, rail, value, STREAMING)
         for _ in range(3):
-            world.engine.turn()
+            world.loop.turn()
         assert v.simxGetJointPosition(cid, rail, BLOCKING)[1] == pytest.approx(value, abs=1e-3)
 
 
@@ -57,10 +57,10 @@ def test_commands_without_a_key_are_forgotten_after_discontinue_like_all_others(
     world: Any, cid: int, function: Any
 ) -> None:
     function(cid, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert function(cid, BUFFER) == (OK, [])
     assert function(cid, DISCONTINUE) == (OK, []), "the last value once more"
-    world.engine.turn()
+    world.loop.turn()
     assert function(cid, BUFFER) == (NOVALUE, [])
 
 
@@ -68,7 +68,7 @@ def test_commands_without_a_key_are_forgotten_after_discontinue_like_all_others(
 def test_an_error_in_a_split_mode_is_seen(world: Any, cid: int, mode: int) -> None:
     for _ in range(2):
         code = v.simxSetObjectPosition(cid, NO_OBJECT, -1, [0, 0, 0], mode + 200)
-        world.engine.turn()
+        world.loop.turn()
     assert code == REMOTE_ERROR
 
 
@@ -77,7 +77,7 @@ def test_remove_tells_whether_there_was_a_value_and_needs_the_exact_number(
 ) -> None:
     lid = handle("lid")
     v.simxGetObjectPosition(cid, lid, -1, ONESHOT)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjectPosition(cid, lid, -1, BUFFER)[0] == OK
     assert v.simxGetObjectPosition(cid, lid, -1, REMOVE) == (OK, [0.0] * 3)
     assert v.simxGetObjectPosition(cid, lid, -1, REMOVE) == (NOVALUE, [0.0] * 3)
@@ -85,13 +85,13 @@ def test_remove_tells_whether_there_was_a_value_and_needs_the_exact_number(
 
 def test_a_stream_that_begins_to_fail_gives_8_until_it_recovers(world: Any, cid: int) -> None:
     v.simxGetIntegerSignal(cid, "s", STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetIntegerSignal(cid, "s", BUFFER) == (REMOTE_ERROR, 0)
     v.simxSetIntegerSignal(cid, "s", 5, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetIntegerSignal(cid, "s", BUFFER) == (OK, 5)
     v.simxClearIntegerSignal(cid, "s", BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetIntegerSignal(cid, "s", BUFFER) == (REMOTE_ERROR, 0)
 
 
@@ -99,14 +99,14 @@ def test_set_functions_leave_other_streams_of_the_object_alone(world: Any, cid: 
     lid = handle("lid")
     v.simxGetObjectPosition(cid, lid, -1, STREAMING)
     v.simxSetObjectPosition(cid, lid, -1, [1, 2, 3], BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjectPosition(cid, lid, -1, BUFFER) == (OK, [1.0, 2.0, 3.0])
 
 
 def test_results_are_fresh_lists_that_may_be_changed(world: Any, cid: int, handle: Any) -> None:
     lid = handle("lid")
     v.simxGetObjectPosition(cid, lid, -1, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     position = v.simxGetObjectPosition(cid, lid, -1, BUFFER)[1]
     position[2] += 100
     assert v.simxGetObjectPosition(cid, lid, -1, BUFFER)[1][2] < 1

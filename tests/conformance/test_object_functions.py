@@ -139,7 +139,7 @@ def test_different_references_are_different_streams(world: Any, cid: int, simx: 
     lid = handle("lid")
     for reference in (-1, v.sim_handle_parent):
         simx(cid, lid, reference, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert simx(cid, lid, -1, BUFFER)[1][2] == pytest.approx(0.65)
     assert simx(cid, lid, v.sim_handle_parent, BUFFER)[1][2] == pytest.approx(0.35)
 

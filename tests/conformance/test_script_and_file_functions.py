@@ -74,7 +74,7 @@ def test_child_scripts_exist_only_while_the_simulation_runs(running: int, simx: 
 def test_script_calls_stream_and_their_reply_can_be_removed(world: Any, running: int, simx: Any) -> None:
     arguments = ("robot", CHILD, "echo", [3], [], [], b"")
     simx(running, *arguments, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert simx(running, *arguments, BUFFER)[:2] == (OK, [3])
     assert simx(running, *arguments, v.simx_opmode_remove)[0] == OK, "the original never found it"
     simx(running, *arguments, v.simx_opmode_discontinue)

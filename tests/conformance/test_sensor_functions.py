@@ -162,7 +162,7 @@ def test_a_picture_streams_and_what_is_no_sensor_is_8(world: Any, cid: int, simx
     simx(cid, sensor, 0, STREAMING)
     v.simxStartSimulation(cid, BLOCKING)
     while simx(cid, sensor, 0, BUFFER)[0] == NOVALUE:
-        world.engine.turn(max_wait=0.01)
+        world.loop.turn(max_wait=0.01)
     assert simx(cid, sensor, 0, BUFFER) == (OK, [8, 6], list(image))
     for wrong in (handle("cube"), handle("view"), NO_OBJECT):
         assert simx(cid, wrong, 0, BLOCKING) == (REMOTE_ERROR, [], [])

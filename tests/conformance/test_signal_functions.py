@@ -109,11 +109,11 @@ def test_a_string_stream_refuses_blocking_loses_nothing_and_never_fails(
     assert simx(cid, "s", BUFFER) == (NOVALUE, bytearray())
     v.simxStartSimulation(cid, BLOCKING)
     simx(cid, "s", STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert simx(cid, "s", BUFFER) == (OK, bytearray()), "absent means no data, not an error"
     for text in (b"one ", b"two ", b"three"):
         v.simxWriteStringStream(cid, "s", text, BLOCKING)
-        world.engine.turn()
+        world.loop.turn()
     assert simx(cid, "s", BUFFER) == (OK, bytearray(b"one two three"))
     assert v.simxGetStringSignal(cid, "s", BLOCKING)[0] == REMOTE_ERROR, "reading cleared it"
 
@@ -122,7 +122,7 @@ def test_a_string_stream_refuses_blocking_loses_nothing_and_never_fails(
 def test_each_fetch_takes_the_data(world: Any, cid: int, simx: Any) -> None:
     v.simxWriteStringStream(cid, "s", "once", BLOCKING)
     simx(cid, "s", ONESHOT)
-    world.engine.turn()
+    world.loop.turn()
     assert simx(cid, "s", BUFFER) == (OK, bytearray(b"once"))
     assert simx(cid, "s", BUFFER) == (NOVALUE, bytearray())
 
@@ -132,15 +132,15 @@ def test_a_hit_clears_the_signal_ends_the_stream_and_leaves_the_inbox(
     world: Any, cid: int, simx: Any
 ) -> None:
     simx(cid, "s", STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert simx(cid, "s", BUFFER) == (REMOTE_ERROR, bytearray()), "absent"
     v.simxStartSimulation(cid, BLOCKING)
     v.simxSetStringSignal(cid, "s", b"hit", BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert simx(cid, "s", BUFFER) == (OK, bytearray(b"hit"))
     assert simx(cid, "s", BUFFER) == (NOVALUE, bytearray())
     v.simxSetStringSignal(cid, "s", b"stays", BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetStringSignal(cid, "s", BLOCKING) == (OK, bytearray(b"stays"))
     assert simx(cid, "s", BLOCKING) == (OK, bytearray(b"stays"))
     assert simx(cid, "s", BLOCKING) == (REMOTE_ERROR, bytearray())

@@ -28,9 +28,9 @@ def test_pause_holds_time_and_is_success_when_nothing_runs(world: Any, cid: int,
     assert world.simulation.state is SimulationState.STOPPED
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid, BLOCKING) == OK
-    passes = world.simulation.pass_count
+    passes = world.simulation.step_count
     v.simxGetPingTime(cid)
-    assert world.simulation.pass_count == passes
+    assert world.simulation.step_count == passes
 
 
 @of("simxStopSimulation")
@@ -42,7 +42,7 @@ def test_stop_gives_back_the_state_of_the_start_at_once(world: Any, cid: int, si
     v.simxSetObjectParent(cid, lid, handle("target"), True, BLOCKING)
     v.simxSetObjectPosition(cid, lid, -1, [0, 0, 9], BLOCKING)
     for _ in range(10):
-        world.engine.turn()
+        world.loop.turn()
     assert v.simxGetObjectPosition(cid, falling, -1, BLOCKING)[1][2] < 50
     assert simx(cid, BLOCKING) == OK
     assert v.simxGetObjectPosition(cid, falling, -1, BLOCKING) == (OK, [2.0, 1.0, 50.0])
@@ -79,8 +79,8 @@ def test_pause_leaves_stepped_mode_on(world: Any, cid: int, simx: Any) -> None:
     assert simx(cid, BLOCKING) == OK
     v.simxStartSimulation(cid, BLOCKING)
     for _ in range(3):
-        world.engine.turn()
-    assert world.simulation.pass_count == 0
+        world.loop.turn()
+    assert world.simulation.step_count == 0
     assert v.simxSynchronousTrigger(cid) == OK
 
 
@@ -124,10 +124,10 @@ def test_streams_survive_a_change_of_scene_and_then_give_8(
     lid = handle("lid")
     v.simxGetObjectPosition(cid, lid, -1, v.simx_opmode_streaming)
     simx(cid, str(SCENE), 0, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     v.simxCloseScene(cid, BLOCKING)
     v.simxStartSimulation(cid, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjectPosition(cid, lid, -1, v.simx_opmode_buffer) == (REMOTE_ERROR, [0.0] * 3)
 
 
@@ -147,7 +147,7 @@ def test_start_pause_and_stop_are_different_commands(world: Any, cid: int) -> No
     for function in (v.simxStartSimulation, v.simxStopSimulation, v.simxStartSimulation):
         function(cid, ONESHOT)
     v.simxPauseCommunication(cid, False)
-    world.engine.turn()
+    world.loop.turn()
     assert world.simulation.state is SimulationState.STOPPED, "the second start took the place of the first"
 
 

@@ -20,7 +20,7 @@ from simx_server.world.simulation import SimulationState
 
 def test_01_the_code_is_that_of_the_previous_reply_and_values_are_defaults(world: Any, cid: int) -> None:
     assert v.simxGetObjectPosition(cid, NO_OBJECT, -1, ONESHOT) == (NOVALUE, [0.0] * 3)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjectPosition(cid, NO_OBJECT, -1, ONESHOT) == (REMOTE_ERROR, [0.0] * 3)
     assert v.simxGetObjectHandle(cid, "nobody", BLOCKING) == (REMOTE_ERROR, 0)
 
@@ -31,11 +31,11 @@ def test_02_a_blocking_call_ends_the_stream_of_its_key_and_empties_the_inbox(
     lid = handle("lid")
     v.simxStartSimulation(cid, BLOCKING)
     v.simxGetObjectPosition(cid, lid, -1, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjectPosition(cid, lid, -1, BUFFER)[0] == OK
     assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[0] == OK
     for _ in range(3):
-        world.engine.turn()
+        world.loop.turn()
     assert v.simxGetObjectPosition(cid, lid, -1, BUFFER)[0] == NOVALUE
 
 
@@ -43,11 +43,11 @@ def test_02_a_oneshot_call_ends_the_stream_and_its_value_stays(world: Any, cid: 
     falling = handle("falling")
     v.simxStartSimulation(cid, BLOCKING)
     v.simxGetObjectPosition(cid, falling, -1, STREAMING)
-    world.engine.turn()
+    world.loop.turn()
     v.simxGetObjectPosition(cid, falling, -1, ONESHOT)
-    world.engine.turn()
+    world.loop.turn()
     first = v.simxGetObjectPosition(cid, falling, -1, BUFFER)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetObjectPosition(cid, falling, -1, BUFFER) == first
 
 
@@ -103,7 +103,7 @@ def test_05_blocking_calls_are_answered_between_passes(world: Any, cid: int, han
     start_stepped(cid)
     for _ in range(10):
         assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[0] == OK
-    assert world.simulation.pass_count == 0
+    assert world.simulation.step_count == 0
 
 
 def test_06_a_trigger_answers_after_its_pass_and_trigger_with_ping_still_works(cid: int, handle: Any) -> None:
@@ -123,15 +123,15 @@ def test_07_a_stop_ends_stepped_mode_and_it_must_be_asked_for_again(world: Any, 
     v.simxStopSimulation(cid, BLOCKING)
     v.simxStartSimulation(cid, BLOCKING)
     for _ in range(3):
-        world.engine.turn()
-    assert world.simulation.pass_count >= 3
+        world.loop.turn()
+    assert world.simulation.step_count >= 3
     assert v.simxSynchronousTrigger(cid) == REMOTE_ERROR
     assert v.simxSynchronous(cid, True) == OK, "every service is enabled for it here"
 
 
 def test_08_stop_has_happened_when_it_returns(world: Any, cid: int) -> None:
     v.simxStartSimulation(cid, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxStopSimulation(cid, BLOCKING) == OK
     assert world.simulation.state is SimulationState.STOPPED
     v.simxGetPingTime(cid)
@@ -143,7 +143,7 @@ def test_09_message_info_is_1_for_success_and_moves_only_with_replies(world: Any
     v.simxGetPingTime(cid)
     assert v.simxGetInMessageInfo(cid, state) == (1, 0)
     world.simulation.start()
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetInMessageInfo(cid, state) == (1, 0), "no reply has come since"
     v.simxGetPingTime(cid)
     assert v.simxGetInMessageInfo(cid, state) == (1, 1)
@@ -202,7 +202,7 @@ def test_14_missing_signals_are_8_streams_are_not_and_parents_never_fail(world: 
     assert v.simxGetIntegerSignal(cid, "missing", BLOCKING) == (REMOTE_ERROR, 0)
     assert v.simxReadStringStream(cid, "s", BLOCKING) == (4, bytearray())
     v.simxReadStringStream(cid, "s", ONESHOT)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxReadStringStream(cid, "s", BUFFER) == (OK, bytearray())
     assert v.simxGetObjectParent(cid, NO_OBJECT, BLOCKING) == (OK, -1)
     assert v.simxGetObjectChild(cid, NO_OBJECT, 0, BLOCKING) == (OK, -1)

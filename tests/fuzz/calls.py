@@ -183,9 +183,9 @@ class Victim(logging.Handler):
         self.last_id = 0
         self.attacks = 0
         logging.getLogger("simx_server").addHandler(self)
-        self._witness = LoopbackTransport(self.world.engine, name="witness")
+        self._witness = LoopbackTransport(self.world.loop, name="witness")
         self._witness.greet(1.0)
-        self.attacker = LoopbackTransport(self.world.engine, name="attacker")
+        self.attacker = LoopbackTransport(self.world.loop, name="attacker")
         self.begin()
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -215,7 +215,7 @@ class Victim(logging.Handler):
             self.world.parts.user_interface.consoles.close(console.handle)
         simulation.files.stored.clear()
         simulation.dynamics_enabled = True
-        self.attacker = LoopbackTransport(self.world.engine, name="attacker")
+        self.attacker = LoopbackTransport(self.world.loop, name="attacker")
         self.attacker.greet(1.0)
         self.failures.clear()
 
@@ -228,7 +228,7 @@ class Victim(logging.Handler):
         self.attacker.send(payload)
         replies = self._replies(self.attacker, {item[0] for item in items if item[1] != 2})
         for _ in range(2):
-            self.world.engine.turn()
+            self.world.loop.turn()
         self.attacker.newest()
         self.attacker.images()
         self.check(calls)
@@ -237,7 +237,7 @@ class Victim(logging.Handler):
     def send(self, payload: bytes) -> None:
         """Bytes that need be no message."""
         self.attacker.send(payload)
-        self.world.engine.turn()
+        self.world.loop.turn()
         self.check(payload)
 
     def _replies(self, link: LoopbackTransport, wanted: set[int]) -> list[Reply]:
@@ -281,4 +281,4 @@ class Victim(logging.Handler):
             reply.call_id: reply for reply in self._replies(self._witness, {self.last_id - 1, self.last_id})
         }
         assert answers[self.last_id].values == [number], (answers, what)
-        assert self.world.engine.sessions[self._witness.client].is_stepping is False
+        assert self.world.loop.sessions[self._witness.client].is_stepping is False

@@ -265,7 +265,7 @@ class Sender:
         if code == v.simx_return_ok:
             self.loaded += 1
             v.simxStartSimulation(self._client, BLOCKING)
-            self._victim.world.engine.turn()
+            self._victim.world.loop.turn()
         _, errors = v.simxGetLastErrors(self._client, BLOCKING)
         assert code == v.simx_return_ok or errors, "no sentence"
         assert not any("internal error" in error for error in errors), errors

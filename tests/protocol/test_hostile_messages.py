@@ -57,9 +57,9 @@ def test_lists_a_thousand_deep_are_a_wrong_argument_like_any_other(victim: Victi
     head = b"\x93\x01\x02\x91\x95\x07\x00\x00" + msgpack.packb("simxGetObjectHandle") + b"\x91"
     for depth in (10, 500, 1010):
         victim.attacker.send(head + b"\x91" * depth + b"\x90")
-        victim.world.engine.turn()
+        victim.world.loop.turn()
         victim.check(depth)
-    [error, *_] = victim.world.engine.sessions[victim.attacker.client].errors
+    [error, *_] = victim.world.loop.sessions[victim.attacker.client].errors
     assert "must be a text" in error
 
 
@@ -83,7 +83,7 @@ def test_an_error_is_as_long_as_a_page_at_most(victim: Victim) -> None:
     assert len(reply.values[0]) < 5000
     [reply] = victim.endure([(0, 0, name, [])])
     assert len(reply.values[0]) < 5000
-    assert all(len(error) < 5000 for error in victim.world.engine.sessions[victim.attacker.client].errors)
+    assert all(len(error) < 5000 for error in victim.world.loop.sessions[victim.attacker.client].errors)
 
 
 def test_a_byte_for_each_value_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,7 +110,7 @@ def test_callers_are_found_without_reading_what_they_ask() -> None:
 def test_more_calls_than_a_message_may_have_are_each_refused() -> None:
     world = World()
     world.simulation.limits = Limits(calls=2)
-    link = LoopbackTransport(world.engine)
+    link = LoopbackTransport(world.loop)
     link.greet(1.0)
     link.send(encode(Batch(1, 2, [Call(number, 0, 0, "simxStartSimulation", []) for number in (5, 6, 7)])))
     answer = link.receive(1.0)

@@ -111,7 +111,7 @@ def world(tmp_path: Path) -> Iterator[RealWorld]:
 
 
 def loop(world: RealWorld) -> Exchange:
-    transport = LoopbackTransport(world.engine)
+    transport = LoopbackTransport(world.loop)
     transport.greet(1.0)
 
     def exchange(batch: bytes, wanted: set[int]) -> dict[int, tuple[int, Any]]:

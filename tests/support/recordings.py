@@ -27,7 +27,7 @@ from simx_server.recording import Recorder
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import ClientSession
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
@@ -44,9 +44,9 @@ class RecordedWorld(RealWorld):
         self.parts = open_world(chosen, self._stack, self._recorder.watch)
         self.simulation = self.parts.simulation
         pacer = Pacer(math.inf)
-        self.engine = Engine(self.parts, HANDLERS, pacer)
+        self.loop = ServerLoop(self.parts, HANDLERS, pacer)
         self.parts.parameters.pace = pacer
-        self._recorder.begin(self.engine)
+        self._recorder.begin(self.loop)
 
     def add_outputs(self, **files: Path | str) -> None:
         """A film or a state log of it, by their flags."""
@@ -96,7 +96,7 @@ def kinds(recording: Path) -> list[int]:
 
 def impatient(place: RealWorld) -> int:
     """A client that does not wait for long when the other one must trigger first."""
-    transport = LoopbackTransport(place.engine)
+    transport = LoopbackTransport(place.loop)
     connection = Connection(lambda: transport, where=transport.client, timeout=0.02)
     client = CLIENTS.add(connection)
     connection.connect(1.0)
@@ -106,7 +106,7 @@ def impatient(place: RealWorld) -> int:
 def send_in_one(place: RealWorld, session: ClientSession, *calls: tuple[Any, ...]) -> None:
     """A message with several calls, whose answers nobody waits for."""
     batch = Batch(0, 0, [Call(0, 0, 0, name, list(arguments)) for name, *arguments in calls])
-    place.engine.submit(session.client, encode(batch))
+    place.loop.submit(session.client, encode(batch))
 
 
 def record_steps(plain: Path, recording: Path, passes: int = 30) -> None:
@@ -126,7 +126,7 @@ class Actor:
     def __init__(self, place: RealWorld, seed: int) -> None:
         self.client = impatient(place)
         self._place = place
-        self._session = list(place.engine.sessions.values())[-1]
+        self._session = list(place.loop.sessions.values())[-1]
         self._chance = random.Random(seed)
         self._joints = [handle_of(self.client, name) for name in ("hinge", "wrist")]
         self._ball = handle_of(self.client, "ball")
@@ -187,4 +187,4 @@ class Actor:
         )
         if self._chance.random() < 0.5:
             v.simxGetPingTime(self.client)
-        self._place.engine.turn()
+        self._place.loop.turn()

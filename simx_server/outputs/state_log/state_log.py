@@ -219,7 +219,7 @@ class StateLog(Part):
         sim = self._sim
         self._send(
             "/simulation", "simx.Simulation", now, state=sim.state.value, scene=sim.scene.name, run=self._run,
-            pass_count=sim.pass_count, time=sim.time, time_step=sim.time_step,
+            pass_count=sim.step_count, time=sim.time, time_step=sim.time_step,
         )  # fmt: skip
 
     def _learn(self, now: int) -> None:

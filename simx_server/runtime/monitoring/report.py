@@ -26,45 +26,45 @@ from simx_client.protocol.reports import (
     Timing,
 )
 from simx_server import __version__
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import ClientSession, Departed
 from simx_server.sensors.vision.render_thread import RenderThread
 
 from .metrics import Failures, Histogram, Sample, percentiles
 
 
-def health(engine: Engine, realm: str) -> Health:
+def health(loop: ServerLoop, realm: str) -> Health:
     """Return the health report for a supervisor. Any thread, as long as the physics thread is busy."""
     return {
         "protocol": PROTOCOL_VERSION,
         "realm": realm,
         "server": __version__,
-        "state": engine.simulation.state.value,
-        "age": engine.metrics.age,
-        "problems": _problems(engine),
+        "state": loop.simulation.state.value,
+        "age": loop.metrics.age,
+        "problems": _problems(loop),
     }
 
 
-def metrics(engine: Engine, realm: str, ports: Sequence[int]) -> Metrics:
+def metrics(loop: ServerLoop, realm: str, ports: Sequence[int]) -> Metrics:
     """Return all counters, since the start and for the last seconds."""
-    counted = engine.metrics
+    counted = loop.metrics
     before, now = counted.recent(), counted.sample()
     window = max(now.wall - before.wall, 1e-6)
     commands = counted.command_times.keys() | counted.failures.keys()
     return {
-        **health(engine, realm),
+        **health(loop, realm),
         "host": socket.gethostname(),
         "process_id": os.getpid(),
         "ports": list(ports),
-        "scene": engine.simulation.scene.name,
+        "scene": loop.simulation.scene.name,
         "window": window,
-        "passes": _passes(engine, before, now, window),
+        "passes": _passes(loop, before, now, window),
         "calls": {**_calls(before, now, window), "dropped": counted.dropped},
-        "commands": {name: _command(engine, name, before, window) for name in sorted(commands)},
-        "clients": [_client(engine, session, before, window) for session in engine.sessions.values()],
-        "departed": [_departed(engine, each) for each in engine.departed],
-        "streams": sum(len(session.streams.by_id) for session in engine.sessions.values()),
-        "pictures": _pictures(engine, before, window),
+        "commands": {name: _command(loop, name, before, window) for name in sorted(commands)},
+        "clients": [_client(loop, session, before, window) for session in loop.sessions.values()],
+        "departed": [_departed(loop, each) for each in loop.departed],
+        "streams": sum(len(session.streams.by_id) for session in loop.sessions.values()),
+        "pictures": _pictures(loop, before, window),
         "process": _process(before, now, window),
         "log": {
             "warnings": counted.log.warnings,
@@ -75,12 +75,12 @@ def metrics(engine: Engine, realm: str, ports: Sequence[int]) -> Metrics:
     }
 
 
-def _problems(engine: Engine) -> list[str]:
-    counted = engine.metrics
+def _problems(loop: ServerLoop) -> list[str]:
+    counted = loop.metrics
     before, now = counted.recent(), counted.sample()
     window = f"{now.wall - before.wall:.0f} s"
     found: list[str] = []
-    if busy := engine.busy_with():
+    if busy := loop.busy_with():
         found.append(busy)
     if (lost := now.lost - before.lost) > 0:
         found.append(
@@ -94,8 +94,8 @@ def _problems(engine: Engine) -> list[str]:
     return found
 
 
-def _passes(engine: Engine, before: Sample, now: Sample, window: float) -> Passes:
-    counted = engine.metrics
+def _passes(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Passes:
+    counted = loop.metrics
     speed = counted.pacer.speed
     return {
         "count": now.passes,
@@ -103,7 +103,7 @@ def _passes(engine: Engine, before: Sample, now: Sample, window: float) -> Passe
         "simulated": now.simulated,
         "real_time_factor": (now.simulated - before.simulated) / window,
         "speed": speed if speed < float("inf") else None,
-        "time_step": engine.simulation.time_step,
+        "time_step": loop.simulation.time_step,
         "lost": now.lost,
         "times": _timing(counted.pass_times, before.pass_times, window),
     }
@@ -141,8 +141,8 @@ def _timings(
     return _timing(times.get(name) or Histogram(), before.get(name, []), window)
 
 
-def _command(engine: Engine, name: str, before: Sample, window: float) -> Command:
-    counted = engine.metrics
+def _command(loop: ServerLoop, name: str, before: Sample, window: float) -> Command:
+    counted = loop.metrics
     failures = counted.failures.get(name) or Failures()
     return {
         **_timings(counted.command_times, name, before.command_times, window),
@@ -153,8 +153,8 @@ def _command(engine: Engine, name: str, before: Sample, window: float) -> Comman
     }
 
 
-def _client(engine: Engine, session: ClientSession, before: Sample, window: float) -> Client:
-    calls = engine.metrics.client_calls.get(session.client, 0)
+def _client(loop: ServerLoop, session: ClientSession, before: Sample, window: float) -> Client:
+    calls = loop.metrics.client_calls.get(session.client, 0)
     return {
         "name": session.name,
         "role": "viewer" if session.may_only_read else "driver",
@@ -167,20 +167,20 @@ def _client(engine: Engine, session: ClientSession, before: Sample, window: floa
     }
 
 
-def _departed(engine: Engine, departed: Departed) -> DepartedClient:
+def _departed(loop: ServerLoop, departed: Departed) -> DepartedClient:
     return {
         "name": departed.name,
         "role": "viewer" if departed.may_only_read else "driver",
         "port": departed.port,
         "calls": departed.calls,
         "commands": dict(departed.called),
-        "ago": engine.metrics.age - departed.left_at,
+        "ago": loop.metrics.age - departed.left_at,
     }
 
 
-def _pictures(engine: Engine, before: Sample, window: float) -> Pictures:
-    pictures = engine.metrics.pictures
-    rendering: RenderThread | None = engine.world.rendering
+def _pictures(loop: ServerLoop, before: Sample, window: float) -> Pictures:
+    pictures = loop.metrics.pictures
+    rendering: RenderThread | None = loop.world.rendering
     backend = rendering.backend if rendering else None
     return {
         "backend": backend.name if backend else None,

@@ -212,7 +212,7 @@ class ScriptFunctions(ApiPart):
 
     def getScriptExecutionCount(self) -> int:
         """Return how many simulation steps were started before this one."""
-        return self._sim.pass_count
+        return self._sim.step_count
 
     def isScriptExecutionThreaded(self) -> int:
         """Return 1 in a script with a thread."""

@@ -46,7 +46,7 @@ class SimulationFunctions(ApiPart):
                 return c.sim_simulation_paused
             case SimulationState.RUNNING if self._sim.is_stopping:
                 return c.sim_simulation_advancing_abouttostop
-            case SimulationState.RUNNING if self._sim.pass_count == 0:
+            case SimulationState.RUNNING if self._sim.step_count == 0:
                 return c.sim_simulation_advancing_firstafterstop
             case _:
                 return c.sim_simulation_advancing_running

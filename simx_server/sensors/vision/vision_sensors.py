@@ -144,7 +144,7 @@ class VisionSensors(Part):
         settings = self._sensor(handle)
         drawn = settings.drawn
         by_itself = self.enabled and not settings.explicit and not settings.external
-        handled = settings.picture is not None or (by_itself and self._sim.pass_count > 0)
+        handled = settings.picture is not None or (by_itself and self._sim.step_count > 0)
         if drawn is None and not handled:
             name = self._sim.scene.get(handle).name
             raise NotHandledYet(
@@ -183,7 +183,7 @@ class VisionSensors(Part):
         if not self.enabled:
             settings.picture = None
             return
-        self._take(settings, handle, self._sim.pass_count)
+        self._take(settings, handle, self._sim.step_count)
         self.on_picture(handle)
 
     def sense(self, handle: int) -> bool:
@@ -196,14 +196,14 @@ class VisionSensors(Part):
         settings = self._sensor(handle)
         if settings.explicit or settings.external or not self.enabled:
             return False
-        self._take(settings, handle, self._sim.pass_count + 1)
+        self._take(settings, handle, self._sim.step_count + 1)
         return True
 
     def filter_image(self, handle: int, pixels: NDArray[np.uint8]) -> None:
         """Show another image, (height, width, 3), until the present image is replaced."""
         settings = self._sensor(handle)
         settings.filtered = pixels
-        settings.picture_pass = max(settings.picture_pass, self._sim.pass_count)
+        settings.picture_pass = max(settings.picture_pass, self._sim.step_count)
 
     def judge(self, handle: int, verdict: Verdict) -> None:
         """Store a script's findings in the present image."""
@@ -227,7 +227,7 @@ class VisionSensors(Part):
         self._check_room(settings)
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
         settings.drawn, settings.filtered, settings.verdict = rgb, None, None
-        settings.picture_pass = max(settings.picture_pass, self._sim.pass_count)
+        settings.picture_pass = max(settings.picture_pass, self._sim.step_count)
         self.on_picture(handle)
 
     def _check_room(self, taker: VisionSettings) -> None:
@@ -279,7 +279,7 @@ class VisionSensors(Part):
     def _sensor(self, handle: int) -> VisionSettings:
         self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
         settings = self.settings(handle)
-        if not settings.explicit and settings.picture_pass < self._sim.pass_count:
+        if not settings.explicit and settings.picture_pass < self._sim.step_count:
             settings.picture = None
             if not settings.external:
                 settings.forget()

@@ -88,7 +88,7 @@ def test_no_answer_in_time_and_no_server_have_exceptions_of_their_own(
     shoulder = client.joint("shoulder")
     client.timeout = 0.02
     with monkeypatch.context() as patch:
-        patch.setattr(world.engine, "turn", lambda max_wait=0.0: None)
+        patch.setattr(world.loop, "turn", lambda max_wait=0.0: None)
         with pytest.raises(TimeoutError, match=r"^no answer within 0\.02 s \(simxGetJointPosition"):
             _ = shoulder.position
     client.timeout = 2.0

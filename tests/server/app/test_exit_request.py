@@ -18,7 +18,7 @@ def place(tmp_path: Path) -> Iterator[RealWorld]:
     scene = tmp_path / "scene.xml"
     scene.write_text("<mujoco/>")
     world = RealWorld(scene)
-    world.parts.parameters.end = world.engine.end_when_left
+    world.parts.parameters.end = world.loop.end_when_left
     yield world
     world.close()
 
@@ -26,8 +26,8 @@ def place(tmp_path: Path) -> Iterator[RealWorld]:
 def test_a_client_that_is_alone_ends_the_server(place: RealWorld) -> None:
     client = place.client()
     assert v.simxSetBooleanParameter(client, EXIT_REQUEST, True, BLOCKING) == v.simx_return_ok
-    place.engine.turn()
-    assert place.engine.is_ending
+    place.loop.turn()
+    assert place.loop.is_ending
 
 
 @pytest.mark.parametrize("leaves_first", [False, True])
@@ -41,18 +41,18 @@ def test_a_client_that_asks_for_the_end_does_not_end_it_for_the_others(
     if leaves_first:
         v.simxFinish(asking)
     assert v.simxSetIntegerSignal(other, "still", 1, BLOCKING) == v.simx_return_ok
-    assert not place.engine.is_ending
+    assert not place.loop.is_ending
     v.simxFinish(other)
-    place.engine.turn()
-    place.engine.turn()
-    assert place.engine.is_ending
+    place.loop.turn()
+    place.loop.turn()
+    assert place.loop.is_ending
 
 
 def test_a_page_that_shows_the_simulation_is_not_waited_for(place: RealWorld) -> None:
     asking, page = place.client(), place.client()
-    session = list(place.engine.sessions.values())[-1]
+    session = list(place.loop.sessions.values())[-1]
     session.is_onlooker = True  # as the feed of the page marks it
     assert v.simxSetBooleanParameter(asking, EXIT_REQUEST, True, BLOCKING) == v.simx_return_ok
-    place.engine.turn()
-    assert place.engine.is_ending
+    place.loop.turn()
+    assert place.loop.is_ending
     v.simxFinish(page)

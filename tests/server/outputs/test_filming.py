@@ -67,8 +67,8 @@ def film_of(place: RealWorld, path: Path, camera: str | None = "eye", **chosen: 
 
 def advance(place: RealWorld, passes: int) -> None:
     """As the server does at --speed max, so a film may hold them."""
-    wanted = place.simulation.pass_count + passes
-    assert wait_until(lambda: place.simulation.pass_count >= wanted, 60.0, lambda: place.engine.turn(0.01))
+    wanted = place.simulation.step_count + passes
+    assert wait_until(lambda: place.simulation.step_count >= wanted, 60.0, lambda: place.loop.turn(0.01))
 
 
 class Slow:
@@ -240,8 +240,8 @@ def test_at_full_speed_passes_are_held_rather_than_frames_lost(
     shot.is_slow = True
     place.simulation.start()
     for _ in range(5):
-        place.engine.turn()
-    assert place.simulation.pass_count == 0
+        place.loop.turn()
+    assert place.simulation.step_count == 0
     client = place.client()
     assert (
         v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == v.simx_return_ok
@@ -306,7 +306,7 @@ def test_next_run_goes_on_in_the_same_film_and_a_pause_is_not_filmed(
         sim.start()
         advance(place, 5)
         sim.pause()
-        place.engine.turn(0.05)
+        place.loop.turn(0.05)
         sim.start()
         advance(place, 5)
         sim.stop()
@@ -371,7 +371,7 @@ def test_full_disk_ends_the_film_and_not_the_server(
         in caplog.text
     )
     assert caplog.text.count("ERROR") == 1
-    assert place.simulation.pass_count == 60
+    assert place.simulation.step_count == 60
     assert len(frames(tmp_path / "a.mp4")) > 5
 
 

@@ -238,7 +238,7 @@ def test_fault_of_the_log_ends_it_and_not_the_run(
     for _ in range(3):
         place.parts.step()
     log.close()
-    assert place.simulation.pass_count == 4
+    assert place.simulation.step_count == 4
     assert caplog.text.count("ends here; the server goes on") == 1
     assert len(read(path)["/tf"]) == 3
 
@@ -292,7 +292,7 @@ def test_pictures_of_a_camera_are_in_the_log(place: RealWorld, path: Path) -> No
     sim = place.simulation
     log = StateLog(place.parts, path, Shot(place.parts, "follower"), fps=10)
     sim.start()
-    assert wait_until(lambda: sim.pass_count >= 20, 60.0, lambda: place.engine.turn(0.01))
+    assert wait_until(lambda: sim.step_count >= 20, 60.0, lambda: place.loop.turn(0.01))
     log.close()
     pictures = read(path)["/camera/follower"]
     assert len(pictures) == 11
@@ -346,14 +346,14 @@ def test_slow_writing_leaves_passes_out_in_real_time_and_holds_them_at_full_spee
     hurried, free = RealWorld(scene, speed=1e9), RealWorld(scene)
     log = StateLog(hurried.parts, path)
     hurried.simulation.start()
-    assert wait_until(lambda: hurried.simulation.pass_count >= 20, 60.0, hurried.engine.turn)
+    assert wait_until(lambda: hurried.simulation.step_count >= 20, 60.0, hurried.loop.turn)
     log.close()
     assert log.left_out == 20
     log = StateLog(free.parts, path.with_name("b.mcap"))
     free.simulation.start()
     for _ in range(5):
-        free.engine.turn()
-    assert free.simulation.pass_count == 0
+        free.loop.turn()
+    assert free.simulation.step_count == 0
     log.close()
     for each in (hurried, free):
         each.close()
@@ -376,7 +376,7 @@ def test_full_disk_ends_the_log_and_not_the_server(
         "ends here: No space left on device; what is in it can be read from its beginning, and the server goes on"
         in caplog.text
     )
-    assert place.simulation.pass_count == 20
+    assert place.simulation.step_count == 20
 
 
 def test_file_that_is_there_is_not_written_over(place: RealWorld, path: Path) -> None:

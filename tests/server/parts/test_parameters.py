@@ -332,7 +332,7 @@ def test_streamed_errors_are_each_told_once_however_late_they_are_read(real: Rea
     v.simxStartSimulation(client, BLOCKING)
     for number in (101, 102, 103):
         v.simxGetObjectPosition(client, number, -1, BLOCKING)
-        real.engine.turn()
+        real.loop.turn()
     code, errors = v.simxGetLastErrors(client, v.simx_opmode_buffer)
     assert code == 0
     assert [number for number in (101, 102, 103) if any(str(number) in text for text in errors)] == [
@@ -342,14 +342,14 @@ def test_streamed_errors_are_each_told_once_however_late_they_are_read(real: Rea
     ]
     assert v.simxGetLastErrors(client, v.simx_opmode_buffer) == (0, [])
     v.simxGetObjectPosition(client, 104, -1, BLOCKING)
-    real.engine.turn()
+    real.loop.turn()
     v.simxGetObjectPosition(client, 105, -1, BLOCKING)
     errors = v.simxGetLastErrors(client, BLOCKING)[1]
     assert len(errors) == 2, "what the stream had brought, and the newest"
     v.simxGetLastErrors(client, v.simx_opmode_streaming)
     for number in range(200, 260):
         v.simxGetObjectPosition(client, number, -1, BLOCKING)
-        real.engine.turn()
+        real.loop.turn()
     assert len(v.simxGetLastErrors(client, v.simx_opmode_buffer)[1]) == 50
 
 

@@ -61,10 +61,10 @@ def test_streamed_signal_follows_its_value_and_fails_while_it_is_missing(world: 
     v.simxStartSimulation(cid, BLOCKING)
     for value in (3, -4):
         v.simxSetInt32Signal(writer, "n", value, BLOCKING)
-        world.engine.turn()
+        world.loop.turn()
         assert v.simxGetIntegerSignal(cid, "n", BUFFER) == (0, value)
     v.simxClearIntegerSignal(writer, "n", BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetIntegerSignal(cid, "n", BUFFER) == (8, 0)
     v.simxGetIntegerSignal(cid, "n", v.simx_opmode_discontinue)
     v.simxGetPingTime(cid)
@@ -77,10 +77,10 @@ def test_streamed_set_is_applied_again_after_each_pass(world: RealWorld, cid: in
     v.simxSetFloatSignal(cid, "x", 1.5, STREAMING)
     v.simxStartSimulation(cid, BLOCKING)
     v.simxSetFloatSignal(other, "x", 2.5, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetFloatSignal(other, "x", BLOCKING) == (0, 1.5)
     v.simxSetFloatSignal(cid, "x", 3.5, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetFloatSignal(other, "x", BLOCKING) == (0, 3.5), "blocking ended the stream"
     v.simxFinish(other)
 
@@ -112,7 +112,7 @@ def test_string_stream_loses_nothing_between_reads(world: RealWorld, cid: int, m
             got += data
     deadline = 1000
     while len(got) < 40 and deadline:
-        world.engine.turn(max_wait=0.001)
+        world.loop.turn(max_wait=0.001)
         got += v.simxReadStringStream(cid, "s", BUFFER)[1]
         deadline -= 1
     assert got == bytes(byte for number in range(20) for byte in (number, 0))
@@ -132,12 +132,12 @@ def test_string_stream_in_the_other_modes(world: RealWorld, cid: int) -> None:
     v.simxReadStringStream(cid, "s", STREAMING)
     v.simxAppendStringSignal(cid, "s", b"two", BLOCKING)
     v.simxStartSimulation(cid, BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxReadStringStream(cid, "s", v.simx_opmode_discontinue) == (0, bytearray(b"two"))
     v.simxGetPingTime(cid)
     assert v.simxReadStringStream(cid, "s", BUFFER) == (1, bytearray())
     v.simxAppendStringSignal(cid, "s", b"three", BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetStringSignal(cid, "s", BLOCKING) == (0, bytearray(b"three")), "nobody takes it any more"
 
 
@@ -150,7 +150,7 @@ def test_data_on_its_way_survives_another_rate_of_the_stream(world: RealWorld, c
     v.simxReadStringStream(cid, "s", STREAMING + 1)
     for number in range(3):
         v.simxAppendStringSignal(writer, "s", bytes([number]), BLOCKING)
-        world.engine.turn()
+        world.loop.turn()
     v.simxPauseCommunication(cid, False)
     v.simxAppendStringSignal(writer, "s", b"\3", BLOCKING)
     got = v.simxReadStringStream(cid, "s", ONESHOT)[1]
@@ -166,7 +166,7 @@ def test_two_readers_of_a_stream_share_its_data_and_none_is_doubled(world: RealW
         v.simxReadStringStream(client, "s", STREAMING)
     for number in range(10):
         v.simxAppendStringSignal(cid, "s", bytes([number]), BLOCKING)
-        world.engine.turn()
+        world.loop.turn()
     for client in (cid, other):
         v.simxGetPingTime(client)
     got = b"".join(bytes(v.simxReadStringStream(client, "s", BUFFER)[1]) for client in (cid, other))
@@ -204,7 +204,7 @@ def test_query_clears_an_old_answer_and_says_why_it_failed(world: RealWorld, cid
     v.simxPauseCommunication(cid, False)
     v.simxStartSimulation(cid, BLOCKING)
     v.simxSetStringSignal(cid, "answer", b"late", BLOCKING)
-    world.engine.turn()
+    world.loop.turn()
     assert v.simxGetStringSignal(cid, "answer", BLOCKING) == (0, bytearray(b"late")), "nobody waits any more"
 
 

@@ -245,18 +245,18 @@ def test_event_ends_its_stream_and_leaves_the_inbox_and_no_event_does_neither(re
     assert v.simxGetUIEventButton(program, ui, v.simx_opmode_streaming) == (1, 0, [0, 0])
     v.simxStartSimulation(program, BLOCKING)
     for _ in range(3):
-        real.engine.turn()
+        real.loop.turn()
         assert v.simxGetUIEventButton(program, ui, v.simx_opmode_buffer) == (0, -1, [0, 0])
     operate = (person, ADD_ON_NAME, 2, "click", [ui, 3], [], [], b"", BLOCKING)
     assert v.simxCallScriptFunction(*operate)[0] == 0
-    real.engine.turn()
+    real.loop.turn()
     assert v.simxGetUIEventButton(program, ui, v.simx_opmode_buffer) == (0, 3, [BUTTON, 1])
     assert v.simxGetUIEventButton(program, ui, v.simx_opmode_buffer) == (1, 0, [0, 0])
     v.simxCallScriptFunction(*operate)
-    real.engine.turn()
+    real.loop.turn()
     assert v.simxGetUIEventButton(program, ui, v.simx_opmode_buffer) == (1, 0, [0, 0]), "the stream has ended"
     v.simxGetUIEventButton(program, ui, v.simx_opmode_streaming)
-    real.engine.turn()
+    real.loop.turn()
     assert v.simxGetUIEventButton(program, ui, v.simx_opmode_buffer) == (0, 3, [BUTTON, 1])
     assert v.simxGetUIEventButton(program, ui, BLOCKING) == (0, -1, [0, 0])
 

@@ -69,7 +69,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
     busy: Path, recording: Path
 ) -> None:
     with recorded(busy, recording) as place:
-        place.parts.scripts.add_ons[ADD_ON] = Feed(place.engine, "recorded", ())
+        place.parts.scripts.add_ons[ADD_ON] = Feed(place.loop, "recorded", ())
         client, page = place.client(), place.client()
         hinge = handle_of(client, "hinge")
 
@@ -86,7 +86,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
             v.simxGetPingTime(client)  # that pass is made
             ask(SURVEY, -1, -1)
             ask(SPEED, floats=(2.0 + count,))
-        assert place.simulation.pass_count > 10
+        assert place.simulation.step_count > 10
         assert place.simulation.state is SimulationState.PAUSED
     assert Kind.PASS in kinds(recording)
     assert replay(recording) == DONE
@@ -97,11 +97,11 @@ def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_pass(plain: P
         client = place.client()
         hinge = handle_of(client, "hinge")
         start_stepped(client)
-        (session,) = place.engine.sessions.values()
+        (session,) = place.loop.sessions.values()
         set_joint = ("simxSetJointPosition", hinge)
         send_in_one(place, session, (*set_joint, 0.2), (TRIGGER,), (*set_joint, 0.9))
         for _ in range(4):
-            place.engine.turn()
+            place.loop.turn()
         assert v.simxGetJointPosition(client, hinge, BLOCKING)[1] == pytest.approx(0.9)
         v.simxSynchronousTrigger(client)
     assert kinds(recording).count(Kind.WENT_ON) == 1
@@ -158,8 +158,8 @@ def test_calls_that_came_while_a_script_ran_are_replayed_where_it_noticed_them(
     with recorded(tmp_path / "long.xml", recording) as place:
         client, other = place.client(), place.client()
         start_stepped(client)
-        _, other_session = place.engine.sessions.values()
-        serve, count = place.engine.serve_others, 0
+        _, other_session = place.loop.sessions.values()
+        serve, count = place.loop.serve_others, 0
 
         def send_and_serve() -> None:
             nonlocal count

@@ -48,11 +48,11 @@ class World(RealWorld):
 
     def __init__(self) -> None:
         super().__init__(Path(__file__).parents[2] / "conformance" / "scene.xml")
-        self._thread = threading.Thread(target=self.engine.run)
+        self._thread = threading.Thread(target=self.loop.run)
         self._thread.start()
 
     def client(self) -> int:
-        transport = LoopbackTransport(self.engine, port=19997, turns=False)
+        transport = LoopbackTransport(self.loop, port=19997, turns=False)
         connection = Connection(lambda: transport, where=transport.client, timeout=PATIENCE)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
@@ -61,7 +61,7 @@ class World(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.engine.end()
+        self.loop.end()
         self._thread.join(PATIENCE)
         super().close()
 
@@ -90,7 +90,7 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
         vrep.simxSetIntegerSignal(other, "kept", 7, ONESHOT)
         assert vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING) == vrep.simx_return_remote_error_flag
         code, texts = vrep.simxGetLastErrors(other, BLOCKING)
-        problems = report.health(world.engine, "realm")["problems"]
+        problems = report.health(world.loop, "realm")["problems"]
     finally:
         compiling.go_on.set()
         edit.join(PATIENCE)

@@ -241,7 +241,7 @@ def world() -> Iterator[World]:
 
 def join(world: World, client: str) -> Link:
     link = Link()
-    world.engine.join(client, client, 0, link)
+    world.loop.join(client, client, 0, link)
     return link
 
 
@@ -261,10 +261,10 @@ def test_others_are_served_in_the_middle_of_a_batch_that_takes_long(
     executed: list[int] = []
     deliver = kind.deliver
     kind.deliver = lambda payload: (served_after.append(len(executed)), deliver(payload))  # type: ignore[assignment, func-returns-value]
-    world.engine.submit("long", reads(*range(1, 101)))
-    world.engine.submit("kind", reads(7))
+    world.loop.submit("long", reads(*range(1, 101)))
+    world.loop.submit("kind", reads(7))
     for _ in range(300):
-        world.engine.turn(max_wait=0.001)
+        world.loop.turn(max_wait=0.001)
     assert long.heard == list(range(1, 101))
     assert kind.heard == [7]
     assert served_after[0] < 100
@@ -280,9 +280,9 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
     join(world, "other")
     world.simulation.start()
     sets = [Call(0, Operation.EXECUTE, 1, "simxSetJointPosition", [1, float(value)]) for value in range(30)]
-    world.engine.submit("one", encode(Batch(1, 0, sets)))
+    world.loop.submit("one", encode(Batch(1, 0, sets)))
     for _ in range(30):
-        world.engine.submit("other", reads(1))
+        world.loop.submit("other", reads(1))
     for _ in range(100):
         world.settle()
     log = [entry[0] for entry in world.simulation.log]
@@ -299,9 +299,9 @@ def test_a_batch_without_end_does_not_stop_the_simulation(
     join(world, "one")
     join(world, "other")
     world.simulation.start()
-    world.engine.submit("one", reads(*range(1, 1000)))
+    world.loop.submit("one", reads(*range(1, 1000)))
     for _ in range(20):
-        world.engine.submit("other", reads(1))
+        world.loop.submit("other", reads(1))
         world.settle()
     assert world.simulation.passes > 5
 
@@ -310,25 +310,25 @@ def test_what_is_dropped_is_counted_and_told(world: World) -> None:
     world.simulation.limits = Limits(waiting=2)
     join(world, "one")
     for _ in range(5):
-        world.engine.submit("one", reads(1))
+        world.loop.submit("one", reads(1))
     world.settle()
-    assert world.engine.metrics.dropped == 3
-    [text] = world.engine.sessions["one"].errors
+    assert world.loop.metrics.dropped == 3
+    [text] = world.loop.sessions["one"].errors
     assert "3 messages were not executed" in text
 
 
 def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World) -> None:
     link = join(world, "one")
-    world.engine.submit("one", reads(1, 2))
-    world.engine.depart("one")
-    assert world.engine.is_departing("one")
-    world.engine.submit("one", reads(3))
+    world.loop.submit("one", reads(1, 2))
+    world.loop.depart("one")
+    assert world.loop.is_departing("one")
+    world.loop.submit("one", reads(3))
     world.settle()
     assert link.heard == [1, 2]
-    assert "one" not in world.engine.sessions
-    assert not world.engine.is_departing("one")
+    assert "one" not in world.loop.sessions
+    assert not world.loop.is_departing("one")
     again = join(world, "one")
-    world.engine.submit("one", reads(4))
+    world.loop.submit("one", reads(4))
     world.settle()
     assert again.heard == [4]
 
@@ -336,7 +336,7 @@ def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World)
 def test_unreadable_messages_are_logged_once_for_each_client(world: World, caplog: Any) -> None:
     join(world, "one")
     for _ in range(50):
-        world.engine.submit("one", b"\xc1")
+        world.loop.submit("one", b"\xc1")
     world.settle()
     assert caplog.text.count("unreadable") == 1
 

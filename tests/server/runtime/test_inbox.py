@@ -73,12 +73,12 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
 
     def send(message_id: int, *names: str) -> None:
         calls = [Call(1000, 0, 0, name, [1] if "Joint" in name else []) for name in names]
-        world.engine.submit(world.transports[client].client, encode(Batch(message_id, 0, calls)))
+        world.loop.submit(world.transports[client].client, encode(Batch(message_id, 0, calls)))
 
     def runs_long() -> None:
         send(12, "simxGetJointPosition")
-        world.engine.serve_others()
-        seen.append((world.simulation.state, len(world.engine._inbox)))
+        world.loop.serve_others()
+        seen.append((world.simulation.state, len(world.loop._inbox)))
 
     monkeypatch.setattr(world.simulation, "step", runs_long)
     send(11, "simxSynchronousTrigger", follows)
@@ -87,7 +87,7 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
     assert seen == [(SimulationState.RUNNING, int(is_stop))]
     world.settle()
     assert world.simulation.state is (SimulationState.STOPPED if is_stop else SimulationState.RUNNING)
-    assert len(world.engine._inbox) == 0
+    assert len(world.loop._inbox) == 0
     world.close()
 
 

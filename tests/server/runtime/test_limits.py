@@ -182,7 +182,7 @@ def test_every_call_of_a_message_that_is_too_large_is_answered(real: RealWorld) 
 
 def test_of_a_large_message_only_who_asked_is_read(real: RealWorld) -> None:
     real.simulation.limits = Limits(message=1000)
-    link = LoopbackTransport(real.engine)
+    link = LoopbackTransport(real.loop)
     link.greet(1.0)
     calls = [
         Call(7, 0, 0, "simxStartSimulation", []),
@@ -196,7 +196,7 @@ def test_of_a_large_message_only_who_asked_is_read(real: RealWorld) -> None:
     assert not real.simulation.is_running
     link.send(encode(Batch(3, 4, calls))[:-1])  # cut off
     assert link.receive(0.0) is None
-    assert "cut off" in real.engine.sessions[link.client].errors[-1]
+    assert "cut off" in real.loop.sessions[link.client].errors[-1]
 
 
 # --- flags ----------------------------------------------------------------------------------------
@@ -206,13 +206,13 @@ def test_who_sends_faster_than_is_executed_loses_the_rest_and_is_told(world: Ope
     opened, flooding = world("pioneer_p3dx")
     other = opened.client()
     opened.simulation.limits = Limits(waiting=20)
-    session = next(iter(opened.engine.sessions.values()))
+    session = next(iter(opened.loop.sessions.values()))
     call = Call(0, Operation.EXECUTE, 0, "simxAddStatusbarMessage", ["flood"])
     for _ in range(100):
-        opened.engine.submit(session.client, encode(Batch(1, 1, [call])))
+        opened.loop.submit(session.client, encode(Batch(1, 1, [call])))
     assert v.simxGetIntegerParameter(other, v.sim_intparam_program_version, BLOCKING)[0] == v.simx_return_ok
-    while len(opened.engine._inbox):  # the other one did not have to wait for all of them
-        opened.engine.turn()
+    while len(opened.loop._inbox):  # the other one did not have to wait for all of them
+        opened.loop.turn()
     assert list(opened.parts.status_bar.messages).count("flood") == 20
     code, errors = v.simxGetLastErrors(flooding, BLOCKING)
     assert code == v.simx_return_ok
@@ -224,23 +224,23 @@ def test_so_it_is_while_a_script_runs_and_others_are_answered_all_the_same(world
     opened, _ = world("pioneer_p3dx")
     opened.client()
     opened.simulation.limits = Limits(waiting=20)
-    flooding, other = opened.engine.sessions.values()
+    flooding, other = opened.loop.sessions.values()
     starts = encode(
         Batch(1, 1, [Call(0, Operation.EXECUTE, 0, "simxStartSimulation", [])])
     )  # waits for scripts
     reads = encode(Batch(1, 1, [Call(0, Operation.EXECUTE, 0, "simxGetObjects", [0])]))
     executed: list[str] = []
-    opened.engine.recorder = SimpleNamespace(batch=lambda client, _: executed.append(client))  # type: ignore[assignment]
+    opened.loop.recorder = SimpleNamespace(batch=lambda client, _: executed.append(client))  # type: ignore[assignment]
     for _ in range(10):
         for _ in range(15):
-            opened.engine.submit(flooding.client, starts)
-        opened.engine.submit(other.client, reads)
-        opened.engine.serve_others()  # as a script does
+            opened.loop.submit(flooding.client, starts)
+        opened.loop.submit(other.client, reads)
+        opened.loop.serve_others()  # as a script does
     assert executed == [other.client] * 10
-    assert len(opened.engine._inbox) == 20
+    assert len(opened.loop._inbox) == 20
     assert sum(int(text.split()[0]) for text in flooding.errors) == 130
     assert not other.errors
-    opened.engine.recorder = None
+    opened.loop.recorder = None
 
 
 def test_limits_are_chosen_by_flag_and_variable() -> None:

@@ -49,7 +49,7 @@ def world() -> Iterator[World]:
 
 def told(world: World) -> Any:
     """The metrics as an operator gets them."""
-    return decode_metrics(encode_report(report.metrics(world.engine, "lab", [19997])))
+    return decode_metrics(encode_report(report.metrics(world.loop, "lab", [19997])))
 
 
 class Clock:
@@ -96,7 +96,7 @@ def test_whatever_is_refused_is_counted_as_well_and_under_the_name_of_the_table(
         ("simxGetJointForce", [1]),
     ]
     batch = Batch(1, 0, [Call(number, 0, 0, *call) for number, call in enumerate(calls, 1)])
-    world.engine.submit(world.transports[client].client, encode(batch))
+    world.loop.submit(world.transports[client].client, encode(batch))
     world.settle()
     metrics = told(world)
     counts = {name: (each["count"], each["failed"]) for name, each in metrics["commands"].items()}
@@ -136,11 +136,11 @@ def test_a_client_that_left_is_forgotten_and_its_calls_are_not(world: World) -> 
     assert metrics["clients"] == []
     assert metrics["calls"]["count"] >= 1
     assert metrics["commands"]["simxGetJointPosition"]["count"] == 1
-    assert world.engine.metrics.client_calls == {}
+    assert world.loop.metrics.client_calls == {}
 
 
 def test_a_viewer_is_told_from_a_driver(world: World) -> None:
-    world.engine.join("viewer-1", "watcher", 7, SimpleNamespace(close=lambda: None))  # pyright: ignore
+    world.loop.join("viewer-1", "watcher", 7, SimpleNamespace(close=lambda: None))  # pyright: ignore
     (client,) = told(world)["clients"]
     assert (client["name"], client["role"], client["port"]) == ("watcher", "viewer", 7)
 
@@ -178,8 +178,8 @@ def test_percentiles_are_within_ten_percent() -> None:
 
 def test_recent_figures_forget_what_is_over(world: World) -> None:
     clock = Clock()
-    engine = world.engine
-    engine.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
+    loop = world.loop
+    loop.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
 
     def live(seconds: int, *, calls: int, each: float) -> None:
         for _ in range(seconds):
@@ -192,7 +192,7 @@ def test_recent_figures_forget_what_is_over(world: World) -> None:
 
     live(20, calls=100, each=0.001)
     live(8, calls=10, each=0.1)
-    said = report.metrics(engine, "lab", [])
+    said = report.metrics(loop, "lab", [])
     assert said["window"] == pytest.approx(5.0)
     assert said["calls"]["per_second"] == pytest.approx(10.0)
     assert said["passes"]["per_second"] == pytest.approx(1.0)
@@ -205,17 +205,17 @@ def test_recent_figures_forget_what_is_over(world: World) -> None:
     assert times["recent"]["per_second"] == pytest.approx(10.0)
     live(8, calls=0, each=0.0)
     nothing = {"per_second": 0, "p50": 0, "p90": 0, "p99": 0}
-    assert report.metrics(engine, "lab", [])["commands"]["simxGetObjects"]["recent"] == nothing
+    assert report.metrics(loop, "lab", [])["commands"]["simxGetObjects"]["recent"] == nothing
 
 
 def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
     clock = Clock()
-    world.engine.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
+    world.loop.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
     for _ in range(7):
         clock.now += 1.0
-        world.engine.end()
-        world.engine.run()
-        world.engine._is_ending = False
+        world.loop.end()
+        world.loop.run()
+        world.loop._is_ending = False
     assert metrics.recent().wall == clock.now - 5.0
 
 
@@ -225,30 +225,30 @@ def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
 def test_a_simulation_that_cannot_keep_up_is_told_as_a_problem(world: World) -> None:
     clock = Clock()
     pacer = Pacer(2.0, clock)
-    world.engine.metrics = Metrics(pacer, clock)
-    assert report.health(world.engine, "lab")["problems"] == []
+    world.loop.metrics = Metrics(pacer, clock)
+    assert report.health(world.loop, "lab")["problems"] == []
     pacer.restart()
     for _ in range(3):
         clock.now += 0.5
         pacer.passed(0.05)
-    (problem,) = report.health(world.engine, "lab")["problems"]
+    (problem,) = report.health(world.loop, "lab")["problems"]
     assert "cannot keep up with speed 2" in problem
-    assert report.metrics(world.engine, "lab", [])["passes"]["lost"] == pytest.approx(1.5, abs=0.2)
+    assert report.metrics(world.loop, "lab", [])["passes"]["lost"] == pytest.approx(1.5, abs=0.2)
     for _ in range(10):  # over
         clock.now += 1.0
-        world.engine.metrics.tick()
-    assert report.health(world.engine, "lab")["problems"] == []
+        world.loop.metrics.tick()
+    assert report.health(world.loop, "lab")["problems"] == []
 
 
 def test_logged_errors_are_counted_and_told(world: World) -> None:
-    with world.engine.metrics.log.attached():
+    with world.loop.metrics.log.attached():
         logging.getLogger("simx_server.anything").warning("careful: %d", 5)
         logging.getLogger("simx_client.anything").error("broken")
         logging.getLogger("simx_server.anything").info("all is well")
     logging.getLogger("simx_server.anything").error("nobody counts this any more")
     log = told(world)["log"]
     assert log == {"warnings": 1, "errors": 1, "last_warning": "careful: 5", "last_error": "broken"}
-    (problem,) = report.health(world.engine, "lab")["problems"]
+    (problem,) = report.health(world.loop, "lab")["problems"]
     assert "1 errors were logged" in problem
 
 
@@ -275,7 +275,7 @@ def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:
     data = mujoco.MjData(model)
     renderer = OneGoodPicture()
     thread = RenderThread(lambda: Backend("egl", "a test"), lambda model, backend: cast(Renderer, renderer))
-    world.engine.metrics.pictures = thread.times
+    world.loop.metrics.pictures = thread.times
     view = CameraView(0, 4, 4, 45.0, 0.1, 10.0)
     try:
         thread.request(model, data, view, rgb=True, depth=False, version=1).result(10)
@@ -287,18 +287,18 @@ def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:
     assert pictures["cameras"]["eye"]["count"] == 1
     assert pictures["failed"] == 1
     assert "the driver is gone" in pictures["last_error"]
-    assert any("pictures" in problem for problem in report.health(world.engine, "lab")["problems"])
+    assert any("pictures" in problem for problem in report.health(world.loop, "lab")["problems"])
 
 
 # --- as it travels --------------------------------------------------------------------------------
 
 
 def test_a_report_is_plain_json_and_may_have_more_in_a_later_version(world: World) -> None:
-    said = json.loads(encode_report(report.metrics(world.engine, "lab", [1])))
+    said = json.loads(encode_report(report.metrics(world.loop, "lab", [1])))
     said["weather"] = "fine"
     said["passes"]["colour"] = 1
     assert decode_metrics(json.dumps(said).encode())["realm"] == "lab"
-    assert decode_health(encode_report(report.health(world.engine, "lab")))["state"] == "stopped"
+    assert decode_health(encode_report(report.health(world.loop, "lab")))["state"] == "stopped"
 
 
 @pytest.mark.parametrize(
@@ -315,7 +315,7 @@ def test_a_report_is_plain_json_and_may_have_more_in_a_later_version(world: Worl
 def test_a_wrong_report_says_what_is_wrong(
     world: World, path: tuple[str, ...], value: Any, text: str
 ) -> None:
-    said: Any = report.metrics(world.engine, "lab", [1])
+    said: Any = report.metrics(world.loop, "lab", [1])
     place = said
     for name in path[:-1]:
         place = place[name]

@@ -46,7 +46,7 @@ def world():
 
 def _join(world: World, client: str) -> Listener:
     link = Listener()
-    world.engine.join(client, client, 0, link)
+    world.loop.join(client, client, 0, link)
     return link
 
 
@@ -55,7 +55,7 @@ def _send(world: World, client: str, message_id: int, *calls: tuple[int, str, li
         Call(call_id, Operation.EXECUTE, NOT_AWAITED_MS if "Set" in name else 0, name, arguments)
         for call_id, name, arguments in calls
     ]
-    world.engine.submit(client, encode(Batch(message_id, 0, batch)))
+    world.loop.submit(client, encode(Batch(message_id, 0, batch)))
 
 
 def _read(call_id: int) -> tuple[int, str, list]:
@@ -82,9 +82,9 @@ def test_batches_of_one_client_that_wait_together_are_answered_in_one_message_as
 def test_answers_that_nobody_waits_for_leave_though_nothing_else_comes(world):
     link = _join(world, "one")
     _send(world, "one", 1, _set(1))
-    world.engine.turn(max_wait=1.0)
+    world.loop.turn(max_wait=1.0)
     assert link.heard == []
-    world.engine.turn(max_wait=1.0)
+    world.loop.turn(max_wait=1.0)
     assert link.heard == [(1, [1])]
 
 
@@ -102,19 +102,19 @@ def test_answers_that_nobody_waits_for_leave_though_nothing_else_comes(world):
 def test_an_answer_that_somebody_waits_for_leaves_at_once_with_all_before_it(world, awaited):
     link = _join(world, "one")
     first = Call(1, Operation.EXECUTE, NOT_AWAITED_MS, "simxSetJointTargetPosition", [1, 0.5])
-    world.engine.submit("one", encode(Batch(1, 0, [first, awaited])))
-    world.engine.turn(max_wait=1.0)
+    world.loop.submit("one", encode(Batch(1, 0, [first, awaited])))
+    world.loop.turn(max_wait=1.0)
     assert link.heard == [(1, [1, 2])]
 
 
 def test_answers_leave_before_a_pass_that_is_due(world, monkeypatch):
     link = _join(world, "one")
     _send(world, "one", 1, _set(1))
-    world.engine.turn(max_wait=1.0)
+    world.loop.turn(max_wait=1.0)
     heard_before: list[list[tuple[int, list[int]]]] = []
     monkeypatch.setattr(world.simulation, "step", lambda: heard_before.append(list(link.heard)))
     world.simulation.start()
-    world.engine.turn(max_wait=1.0)
+    world.loop.turn(max_wait=1.0)
     assert heard_before == [[(1, [1])]]
 
 
@@ -126,7 +126,7 @@ def test_answers_leave_before_what_scripts_have_asked_for_is_done(world, monkeyp
         world.simulation, "settle", lambda: heard_before.append(list(link.heard)), raising=False
     )
     _send(world, "one", 1, _set(1))
-    world.engine.turn(max_wait=1.0)
+    world.loop.turn(max_wait=1.0)
     assert heard_before == [[(1, [1])]]
 
 
@@ -136,12 +136,12 @@ def test_answers_do_not_wait_for_what_follows_another_clients_trigger(world, mon
     world.settle()
     world.simulation.start()
     _send(world, "other", 2, (2, "simxSynchronousTrigger", []), _script(3))
-    world.engine.turn(max_wait=1.0)
+    world.loop.turn(max_wait=1.0)
     heard_before: list[list[tuple[int, list[int]]]] = []
     monkeypatch.setattr(
-        world.engine._batches,
+        world.loop._batches,
         "execute_rest",
-        _then(world.engine._batches.execute_rest, lambda: heard_before.append(list(one.heard))),
+        _then(world.loop._batches.execute_rest, lambda: heard_before.append(list(one.heard))),
     )
     _send(world, "one", 1, _set(1))
     _send(world, "other", 3, _read(4))
@@ -164,7 +164,7 @@ def test_a_turn_deals_with_two_batches_at_most_however_many_clients_send(world):
         for message_id in range(3):
             _send(world, client, message_id, _set(message_id))
     for number in (2, 4, 6):
-        world.engine.turn(max_wait=1.0)
+        world.loop.turn(max_wait=1.0)
         assert len(world.simulation.log) == number
 
 
@@ -172,7 +172,7 @@ def _replies(world: World, *calls: Call) -> list[tuple[int, int, list]]:
     """Call id, status and values of each reply."""
     link, found = _join(world, "one"), []
     link.deliver = lambda payload: found.extend(decode_delivery(payload).replies)
-    world.engine.submit("one", encode(Batch(1, 0, list(calls))))
+    world.loop.submit("one", encode(Batch(1, 0, list(calls))))
     world.settle()
     return [(reply.call_id, reply.status, reply.values) for reply in found]
 
@@ -233,7 +233,7 @@ def test_so_are_those_that_come_while_it_waits_for_the_first(world):
     _send(world, "one", 1, _set(1))
     _send(world, "one", 2, _read(2))
     for _ in range(2):
-        world.engine.turn(max_wait=1.0)
+        world.loop.turn(max_wait=1.0)
     assert link.heard == [(2, [1, 2])]
 
 
@@ -258,13 +258,13 @@ def test_answers_do_not_wait_for_another_clients_batches(world, monkeypatch):
 def test_answers_do_not_wait_for_scripts_pictures_and_passes(world, name, arguments, monkeypatch):
     link = _join(world, "one")
     heard_before: list[list[tuple[int, list[int]]]] = []
-    handler = world.engine._dispatch.handler
+    handler = world.loop._dispatch.handler
 
     def looked_up(client, command):
         heard_before.append(list(link.heard))
         return handler(client, command)
 
-    monkeypatch.setattr(world.engine._dispatch, "handler", looked_up)
+    monkeypatch.setattr(world.loop._dispatch, "handler", looked_up)
     _send(world, "one", 1, _set(1))
     _send(world, "one", 2, (2, name, arguments))
     world.settle()
@@ -274,13 +274,13 @@ def test_answers_do_not_wait_for_scripts_pictures_and_passes(world, name, argume
 def test_what_is_unreadable_or_of_nobody_holds_no_answers_back(world):
     link = _join(world, "one")
     _send(world, "one", 1, _set(1))
-    world.engine.submit("one", b"\xc1")
+    world.loop.submit("one", b"\xc1")
     _send(world, "one", 2, _set(2))
-    world.engine.submit("nobody", b"")
+    world.loop.submit("nobody", b"")
     world.settle()
     assert link.heard == [(2, [1, 2])]
     _send(world, "one", 3, _set(3))
-    world.engine.submit("one", b"\xc1")
+    world.loop.submit("one", b"\xc1")
     world.settle()
     assert link.heard[1:] == [(3, [3])]
 
@@ -296,9 +296,7 @@ def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeyp
 
 def test_answers_leave_before_the_streams_of_the_next_pass(world):
     link = _join(world, "one")
-    world.engine.submit(
-        "one", encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])]))
-    )
+    world.loop.submit("one", encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])])))
     world.settle()
     link.heard.clear()
     world.simulation.start()
@@ -319,7 +317,7 @@ def test_answers_leave_before_the_streams_of_the_next_pass(world):
 def test_what_a_client_asked_before_it_left_is_answered(world):
     link, other = _join(world, "one"), _join(world, "other")
     _send(world, "one", 1, _set(1))
-    world.engine.post(lambda: world.engine.leave("one"))
+    world.loop.post(lambda: world.loop.leave("one"))
     _send(world, "one", 2, _read(2))
     _send(world, "other", 1, _read(1))
     world.settle()
@@ -344,7 +342,7 @@ def test_answers_are_sent_before_others_are_served_in_the_middle_of_the_next_bat
     heard: list[list[int]] = []
 
     def runs_long():
-        world.engine.serve_others()
+        world.loop.serve_others()
         heard.append([call_id for _, ids in link.heard for call_id in ids])
 
     world.simulation.joints = _Hooked(runs_long)
@@ -360,11 +358,11 @@ def test_what_came_is_dealt_with_while_a_script_of_the_pass_runs(world, monkeypa
     dealt_with: list[str] = []
 
     def come():
-        world.engine.post(lambda: dealt_with.append("event"))
+        world.loop.post(lambda: dealt_with.append("event"))
         _send(world, "other", 1, _read(1))
 
     def runs_long():
-        world.engine.serve_others()
+        world.loop.serve_others()
         dealt_with.append("script")
 
     world.simulation.joints = _Hooked(come)
@@ -382,19 +380,19 @@ def test_a_client_that_sends_without_end_what_is_not_answered_gets_its_answers_a
     monkeypatch.setattr(outbox, "MOST_KEPT", 4)
     link = _join(world, "one")
     sent: list[int] = []
-    execute = world.engine._batches.execute
+    execute = world.loop._batches.execute
 
     def send_one_more_and_execute(client, payload):
         if len(sent) < 50:
             sent.append(0)
-            world.engine.submit("one", b"\xc1")
+            world.loop.submit("one", b"\xc1")
         execute(client, payload)
 
-    monkeypatch.setattr(world.engine._batches, "execute", send_one_more_and_execute)
+    monkeypatch.setattr(world.loop._batches, "execute", send_one_more_and_execute)
     _send(world, "one", 1, _set(1))
     for _ in range(2):
         assert link.heard == []
-        world.engine.turn(max_wait=1.0)
+        world.loop.turn(max_wait=1.0)
     assert link.heard == [(1, [1])]
 
 
@@ -418,7 +416,7 @@ def test_what_was_done_is_answered_before_the_engine_ends(world):
 
     world.simulation.joints = _Hooked(come)
     world.simulation.start()
-    world.engine.end()
+    world.loop.end()
     _send(world, "one", 1, _set(1))
-    world.engine.run()
+    world.loop.run()
     assert link.heard == [(1, [1])]

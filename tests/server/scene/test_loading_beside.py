@@ -130,7 +130,7 @@ def test_nothing_is_left_of_a_client_that_goes_during_a_trial(
     assert connection is not None
     cast(LoopbackTransport, connection._transport).lose()
     go_on.set()
-    assert wait_until(lambda: v.simxGetPingTime(other)[0] == 0 and len(world.engine.sessions) == 1, 20)
+    assert wait_until(lambda: v.simxGetPingTime(other)[0] == 0 and len(world.loop.sessions) == 1, 20)
     assert sorted((tmp_path / "server").iterdir()) == before
 
 
@@ -138,7 +138,7 @@ def test_a_load_that_is_under_way_when_the_loop_is_left_goes_on_with_the_next(
     world, loader, file, go_on
 ) -> None:
     assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
-    world.engine.run(deadline=time.monotonic())
+    world.loop.run(deadline=time.monotonic())
     go_on.set()
     assert has_brick(loader)
 
@@ -146,8 +146,8 @@ def test_a_load_that_is_under_way_when_the_loop_is_left_goes_on_with_the_next(
 def test_the_end_of_the_engine_gives_up_a_load(world, loader, file, go_on, tmp_path) -> None:
     before = sorted((tmp_path / "server").iterdir())
     assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
-    assert wait_until(lambda: world.engine.turn() or world.parts.trials._pool._used, 20)
-    world.engine.close()
+    assert wait_until(lambda: world.loop.turn() or world.parts.trials._pool._used, 20)
+    world.loop.close()
     assert sorted((tmp_path / "server").iterdir()) == before
 
 

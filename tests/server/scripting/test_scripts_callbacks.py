@@ -113,7 +113,7 @@ def test_idle_passes_are_made_by_the_engine_while_stopped(tmp_path: Path) -> Non
     try:
         client = world.client()
         while vrep.simxGetIntegerSignal(client, "idle", vrep.simx_opmode_blocking) < (0, 3):
-            world.engine.turn(max_wait=0.1)
+            world.loop.turn(max_wait=0.1)
     finally:
         world.close()
 

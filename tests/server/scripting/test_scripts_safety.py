@@ -47,11 +47,11 @@ class ThreadedWorld(RealWorld):
 
     def __init__(self, scene: Path) -> None:
         super().__init__(scene)
-        self._thread = threading.Thread(target=self.engine.run)
+        self._thread = threading.Thread(target=self.loop.run)
         self._thread.start()
 
     def client(self, port: int = PORTS[0]) -> int:
-        transport = LoopbackTransport(self.engine, port=port, turns=False)
+        transport = LoopbackTransport(self.loop, port=port, turns=False)
         connection = Connection(lambda: transport, where=transport.client, timeout=PATIENCE)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
@@ -59,7 +59,7 @@ class ThreadedWorld(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.engine.end()
+        self.loop.end()
         self._thread.join(20)
         super().close()
 
@@ -137,16 +137,16 @@ class Asking:
     """A client that always has a question for the server when a script lets others be served."""
 
     def __init__(self, world: ThreadedWorld, joint: int) -> None:
-        self._engine = world.engine
-        self._link = LoopbackTransport(world.engine, turns=False)
+        self._loop = world.loop
+        self._link = LoopbackTransport(world.loop, turns=False)
         self._link.greet(1.0)
         self._question = encode(Batch(0, 0, [Call(1, 0, 0, "simxGetJointPosition", [joint])]))
         self.answered = 0
         world.simulation.interruptions.serve_others = self._serve
 
     def _serve(self) -> None:
-        self._engine.submit(self._link.client, self._question)
-        self._engine.serve_others()
+        self._loop.submit(self._link.client, self._question)
+        self._loop.serve_others()
         while (answer := self._link.receive(0)) is not None:
             assert decode_delivery(answer).replies[0].status == 0
             self.answered += 1

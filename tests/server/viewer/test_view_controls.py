@@ -137,10 +137,10 @@ def test_calls_of_a_client_that_has_left_stay(stage: Stage) -> None:
     for _ in range(3):
         assert v.simxGetJointPosition(other, handle_of(other, "hinge"), BLOCKING)[0] == 0
     assert v.simxSetObjectSelection(stage.client, [], BLOCKING) == 0
-    next(iter(stage.world.engine.sessions.values())).name = "simx-page"
-    list(stage.world.engine.sessions.values())[-1].name = "<b>robot.py"
+    next(iter(stage.world.loop.sessions.values())).name = "simx-page"
+    list(stage.world.loop.sessions.values())[-1].name = "<b>robot.py"
     v.simxFinish(other)
-    assert len(stage.world.engine.sessions) == 1
+    assert len(stage.world.loop.sessions) == 1
     stage.show()
     shown = stage.text()
     assert "&lt;b&gt;robot.py</b>: left 0 s ago, driver" in shown
@@ -150,16 +150,16 @@ def test_calls_of_a_client_that_has_left_stay(stage: Stage) -> None:
 
 
 def test_only_the_last_clients_that_left_are_remembered_and_none_that_is_back(stage: Stage) -> None:
-    engine = stage.world.engine
+    loop = stage.world.loop
     link = cast(Any, type("Nowhere", (), {"close": lambda self: None})())
     for number in range(MAX_DEPARTED + 5):
-        engine.join(f"client-{number}", f"script {number}", 19997, link)
-        engine.leave(f"client-{number}")
+        loop.join(f"client-{number}", f"script {number}", 19997, link)
+        loop.leave(f"client-{number}")
     told = stage.survey()["metrics"].get("departed", [])
     assert [each["name"] for each in told] == [f"script {number}" for number in range(5, MAX_DEPARTED + 5)]
-    engine.join(f"client-{MAX_DEPARTED}", "back", 19997, link)
-    assert f"client-{MAX_DEPARTED}" not in [each.client for each in engine.departed]
-    engine.leave(f"client-{MAX_DEPARTED}")
+    loop.join(f"client-{MAX_DEPARTED}", "back", 19997, link)
+    assert f"client-{MAX_DEPARTED}" not in [each.client for each in loop.departed]
+    loop.leave(f"client-{MAX_DEPARTED}")
 
 
 # --- plots ---------------------------------------------------------------------------------------

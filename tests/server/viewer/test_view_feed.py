@@ -43,7 +43,7 @@ class Told:
 
     def __init__(self, world: RealWorld) -> None:
         self.world, self.parts, self.sim, self.client = world, world.parts, world.simulation, world.client()
-        self.feed = Feed(world.engine, "realm", [19997])
+        self.feed = Feed(world.loop, "realm", [19997])
         self.mirror = Mirror()
         self._known = (-1, -1)
 
@@ -158,7 +158,7 @@ def test_survey_has_signals_streams_drawings_and_messages(told: Told) -> None:
     v.simxSetStringSignal(told.client, "blob", bytes(5000), BLOCKING)
     v.simxAddStatusbarMessage(told.client, "x" * 5000, BLOCKING)
     v.simxGetObjectPosition(told.client, handle_of(told.client, "arm"), -1, v.simx_opmode_streaming)
-    told.world.engine.turn()
+    told.world.loop.turn()
     line = told.parts.drawings.create(1, 2.0, 0.0, -1, 10, (1.0, 0.0, 0.0))
     told.parts.drawings.draw(line, [0, 0, 0, 1, 1, 1])
     survey = told.ask(SURVEY, -1, -1)
@@ -212,9 +212,9 @@ def test_one_pass_is_one_pass_from_any_state(told: Told) -> None:
         told.ask(ONE_PASS)
         assert told.sim.state is SimulationState.RUNNING
         for _ in range(3):
-            told.world.engine.turn()
+            told.world.loop.turn()
         assert told.sim.state is SimulationState.PAUSED
-        assert told.sim.pass_count == expected
+        assert told.sim.step_count == expected
     told.sim.start()
     told.ask(ONE_PASS)
     assert told.sim.state is SimulationState.PAUSED
@@ -232,7 +232,7 @@ def test_a_pause_that_was_due_does_not_outlive_the_run(told: Told) -> None:
     told.sim.stop()
     told.sim.start()
     for _ in range(3):
-        told.world.engine.turn()
+        told.world.loop.turn()
     assert told.sim.state is SimulationState.RUNNING
 
 

@@ -139,7 +139,7 @@ def test_a_run_is_the_same_with_a_viewer_that_reads_all_along(world: Open, busy:
 
 
 def _viewer(place: RealWorld) -> int:
-    transport = LoopbackTransport(place.engine)
+    transport = LoopbackTransport(place.loop)
     transport.client = VIEWER + transport.client
     connection = Connection(lambda: transport, where=transport.client)
     client = CLIENTS.add(connection)

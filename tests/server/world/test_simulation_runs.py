@@ -107,7 +107,7 @@ def test_time_counts_passes_and_is_zero_when_stopped() -> None:
     sim = world.simulation
     run(world, 3)
     assert sim.time == 3 * 0.05
-    assert sim.pass_count == 3
+    assert sim.step_count == 3
     assert sim.data.time == pytest.approx(0.15)
     sim.pause()
     world.step()

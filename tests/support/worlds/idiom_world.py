@@ -32,7 +32,7 @@ class IdiomWorld(RealWorld):
         super().__init__(SCENE)
         self.ports = list(PORTS)
         self.transports: list[LoopbackTransport] = []
-        self._thread = threading.Thread(target=self.engine.run) if own_thread else None
+        self._thread = threading.Thread(target=self.loop.run) if own_thread else None
         if self._thread is not None:
             self._thread.start()
 
@@ -40,18 +40,18 @@ class IdiomWorld(RealWorld):
         port = place.host_and_port[1] if place.host_and_port else 0
         if port not in self.ports:
             raise ConnectionFailed(f"nothing listens at {place}")
-        transport = LoopbackTransport(self.engine, port=port, turns=self._thread is None)
+        transport = LoopbackTransport(self.loop, port=port, turns=self._thread is None)
         self.transports.append(transport)
         return transport
 
     def settle(self, turns: int = 3) -> None:
         """What the time between two calls of a script does: the server goes on."""
         for _ in range(turns):
-            self.engine.turn(max_wait=0.05)
+            self.loop.turn(max_wait=0.05)
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.engine.end()
+        self.loop.end()
         if self._thread is not None:
             self._thread.join(10)
         super().close()

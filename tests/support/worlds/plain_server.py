@@ -16,7 +16,7 @@ from simx_client.protocol.commands import BY_NAME
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers.registry import Handler
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 
 MEGABYTE = bytes(1_000_000)
 
@@ -30,15 +30,15 @@ def _picture(sim: PlainSimulation, handle: int, options: int) -> Future:
 def main() -> None:
     functions = {
         "simxGetVisionSensorImage": _picture,
-        "simxGetObjects": lambda sim, kind: list(range(len(engine.sessions))),
+        "simxGetObjects": lambda sim, kind: list(range(len(loop.sessions))),
         "simxGetStringSignal": lambda sim, name: MEGABYTE,
     }
     handlers = {name: Handler(BY_NAME[name], function, False) for name, function in functions.items()}
-    engine = Engine(cast(Any, PlainSimulation()), {**HANDLERS, **handlers}, Pacer(1.0))
-    gateway = ZenohGateway(engine, ports=[0])
+    loop = ServerLoop(cast(Any, PlainSimulation()), {**HANDLERS, **handlers}, Pacer(1.0))
+    gateway = ZenohGateway(loop, ports=[0])
     sys.stdout.write(f"{gateway.ports[0]}\n")
     sys.stdout.flush()
-    engine.run()
+    loop.run()
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from simx_server.handlers import session
 from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.limits import Limits
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.world.interruptions import Interruptions
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
@@ -146,12 +146,12 @@ class World:
 
     def __init__(self, speed: float = float("inf"), *, now=time.monotonic, **engine_options) -> None:
         self.simulation = PlainSimulation()
-        self.engine = Engine(cast(Any, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
+        self.loop = ServerLoop(cast(Any, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
         self.transports: dict[int, LoopbackTransport] = {}
 
     def client(self, *, port: int = 0, **options) -> int:
         """The options are those of `Connection`."""
-        transport = LoopbackTransport(self.engine, port=port)
+        transport = LoopbackTransport(self.loop, port=port)
         connection = Connection(lambda: transport, where=transport.client, **options)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
@@ -160,7 +160,7 @@ class World:
 
     def settle(self) -> None:
         """Let the engine deal with everything that has arrived, and make one pass if one is due."""
-        self.engine.turn()
+        self.loop.turn()
 
     def close(self) -> None:
         vrep.simxFinish(-1)

@@ -17,7 +17,7 @@ from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.sensors.vision.render_thread import RenderThread
 
 BLOCKING = v.simx_opmode_blocking
@@ -39,12 +39,12 @@ class RealWorld:
         self.parts = open_world(settings, self._stack)
         self.simulation = self.parts.simulation
         pacer = Pacer(speed)
-        self.engine = Engine(self.parts, HANDLERS, pacer)
+        self.loop = ServerLoop(self.parts, HANDLERS, pacer)
         self.parts.parameters.pace = pacer
-        self.parts.parameters.is_waiting_for_trigger = lambda: self.engine.is_waiting_for_trigger
+        self.parts.parameters.is_waiting_for_trigger = lambda: self.loop.is_waiting_for_trigger
 
     def client(self, pace: Pace = Pace.FREE) -> int:
-        transport = LoopbackTransport(self.engine)
+        transport = LoopbackTransport(self.loop)
         connection = Connection(lambda: transport, where=transport.client, pace=pace)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)

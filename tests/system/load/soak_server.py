@@ -22,7 +22,7 @@ from simx_server.app.settings import Settings
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import ClientSession, Link
 from simx_server.scene.trial import helper
 
@@ -115,25 +115,25 @@ class SoakServer:
         self.simulation = self.parts.simulation
         self.parts.trials.use(helper.start())  # as a server has one from its start
         pacer = Pacer(SPEED)
-        self.engine = Engine(self.parts, HANDLERS, pacer)
+        self.loop = ServerLoop(self.parts, HANDLERS, pacer)
         self.parts.parameters.pace = pacer
         self.batches = 0
-        submit_as = self.engine.submit_as
+        submit_as = self.loop.submit_as
 
         def counting(client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
             self.batches += 1
             return submit_as(client, payload, size, read)
 
-        self.engine.submit_as = counting
+        self.loop.submit_as = counting
         self.connections = 0
-        join = self.engine.join
+        join = self.loop.join
 
         def joined(client: str, name: str, port: int, link: Link) -> ClientSession:
             self.connections += 1
             return join(client, name, port, link)
 
-        self.engine.join = joined
-        self.gateway = WatchedGateway(self.engine, ports=[0])
+        self.loop.join = joined
+        self.gateway = WatchedGateway(self.loop, ports=[0])
         stack.callback(self.gateway.close)
         self.port = self.gateway.ports[0]
         self.began = time.monotonic()
@@ -141,7 +141,7 @@ class SoakServer:
         self.declared: list[list[str]] = []
 
     def turn(self, seconds: float) -> None:
-        self.engine.run(time.monotonic() + seconds)
+        self.loop.run(time.monotonic() + seconds)
 
     def rest(self) -> Counts:
         """Load the first scene, take back what scenes outlive, settle, and count."""
@@ -158,7 +158,7 @@ class SoakServer:
         self.turn(SETTLING)
         gc.collect()
         ctypes.CDLL(None).malloc_trim(0)
-        sessions = self.engine.sessions.values()
+        sessions = self.loop.sessions.values()
         pages = int(Path("/proc/self/statm").read_text().split()[1])
         status = Path("/proc/self/status").read_text()
         tasks = list(Path("/proc/self/task").iterdir())

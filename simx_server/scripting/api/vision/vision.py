@@ -58,7 +58,7 @@ class VisionFunctions(ApiPart):
                 if settings.picture is None:
                     self._world.vision.change(handle)  # a new image is rendered on request
                 elif (
-                    settings.picture_pass <= self._sim.pass_count
+                    settings.picture_pass <= self._sim.step_count
                 ):  # else a script has already processed the image of this simulation step
                     self._world.vision.handle(handle)
             elif sensor == c.sim_handle_all:

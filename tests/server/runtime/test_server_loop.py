@@ -128,7 +128,7 @@ def test_a_stepped_client_that_dies_lets_the_simulation_go(world):
     world.transports[cid].lose()
     world.settle()
     assert _passes(world) > 0
-    assert not world.engine.sessions
+    assert not world.loop.sessions
 
 
 def test_a_stop_ends_stepped_mode_and_lets_a_waiting_trigger_go(world):
@@ -138,7 +138,7 @@ def test_a_stop_ends_stepped_mode_and_lets_a_waiting_trigger_go(world):
     v.simxStartSimulation(one, v.simx_opmode_blocking)
     v.simxSynchronousTrigger(two)
     v.simxStopSimulation(one, v.simx_opmode_blocking)
-    assert not any(session.is_stepping for session in world.engine.sessions.values())
+    assert not any(session.is_stepping for session in world.loop.sessions.values())
     v.simxStartSimulation(one, v.simx_opmode_blocking)
     world.settle()
     assert _passes(world) > 0
@@ -181,7 +181,7 @@ def test_equal_streams_of_several_clients_are_computed_once_a_pass(world):
     for cid in clients:
         v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
     world.settle()
-    counted = world.engine.metrics.command_times["simxGetJointPosition"].counts
+    counted = world.loop.metrics.command_times["simxGetJointPosition"].counts
     before = sum(counted)
     world.simulation.start()
     world.settle()
@@ -212,7 +212,7 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
     world.settle()
-    (session,) = world.engine.sessions.values()
+    (session,) = world.loop.sessions.values()
 
     class EndingAnother(dict):
         def get(self, handle, default):
@@ -232,10 +232,10 @@ def test_streams_that_take_too_long_come_after_the_next_passes(world, monkeypatc
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
     world.settle()
-    (session,) = world.engine.sessions.values()
+    (session,) = world.loop.sessions.values()
     before = [share.round for share in session.streams.shares()]
     for expected in (1, 2, 3):
-        world.engine._publisher.publish([session], after_pass=True)
+        world.loop._publisher.publish([session], after_pass=True)
         rounds = [share.round for share in session.streams.shares()]
         assert sum(now > then for now, then in zip(rounds, before, strict=True)) == expected
     assert len(set(rounds)) == 3
@@ -248,9 +248,9 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world,
         v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
     sent = []
-    publish = world.engine._publisher._publish_client
+    publish = world.loop._publisher._publish_client
     monkeypatch.setattr(
-        world.engine._publisher,
+        world.loop._publisher,
         "_publish_client",
         lambda session, *arguments, **more: (
             sent.append(session.client),
@@ -258,8 +258,8 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world,
         ),
     )
     for _ in range(6):
-        world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
-    assert sent == [*world.engine.sessions] * 2
+        world.loop._publisher.publish(world.loop.sessions.values(), after_pass=True)
+    assert sent == [*world.loop.sessions] * 2
 
 
 def test_a_picture_that_a_trigger_waits_for_is_gone_when_it_was_sent():
@@ -284,15 +284,15 @@ def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
     cid = world.client()
     v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
     world.settle()
-    publish = world.engine._publisher._publish_client
+    publish = world.loop._publisher._publish_client
 
     def come(*arguments, **more):
-        world.engine.join("late", "late", 0, world.transports[cid])  # as while a streamed call runs a script
+        world.loop.join("late", "late", 0, world.transports[cid])  # as while a streamed call runs a script
         publish(*arguments, **more)
 
-    monkeypatch.setattr(world.engine._publisher, "_publish_client", come)
-    world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
-    assert len(world.engine.sessions) == 2
+    monkeypatch.setattr(world.loop._publisher, "_publish_client", come)
+    world.loop._publisher.publish(world.loop.sessions.values(), after_pass=True)
+    assert len(world.loop.sessions) == 2
 
 
 def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(world):
@@ -300,15 +300,15 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(wo
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
-    world.engine.join("other", "other", 0, link)
+    world.loop.join("other", "other", 0, link)
     arming = [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]
 
     class ArmingAnother(dict):
         def get(self, handle, default):
             if handle == 1 and arming:
-                world.engine.submit("other", encode(Batch(1, 0, [arming.pop()])))
-                for event in world.engine._inbox.at_hand():
-                    world.engine._handle(event)
+                world.loop.submit("other", encode(Batch(1, 0, [arming.pop()])))
+                for event in world.loop._inbox.at_hand():
+                    world.loop._handle(event)
             return super().get(handle, default)
 
     world.simulation.joints = ArmingAnother({1: 1.5, 2: 2.5})
@@ -326,15 +326,15 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
         publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], perf_counter=time.perf_counter)
     )
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
-    world.engine.join("reader", "reader", 0, link)
-    world.engine.submit(
+    world.loop.join("reader", "reader", 0, link)
+    world.loop.submit(
         "reader", encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]))
     )
 
     def values_after(seconds):
         clock[0] += seconds
         told.clear()
-        world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
+        world.loop._publisher.publish(world.loop.sessions.values(), after_pass=True)
         return [reply.values for payload in told for reply in decode_delivery(payload).replies]
 
     world.settle()
@@ -461,7 +461,7 @@ def test_so_it_is_with_several_results_or_a_delay(world, mode, monkeypatch):
     world.settle()
     odd = Handler(BY_NAME["simxCallScriptFunction"], lambda *_: (object(), [], [], b""), False)
     monkeypatch.setitem(HANDLERS, "simxCallScriptFunction", odd)
-    (session,) = world.engine.sessions.values()
+    (session,) = world.loop.sessions.values()
     for stream in session.streams.by_id.values():
         stream.next_due = 0.0
     world.simulation.joints[2] = 2.0
@@ -475,7 +475,7 @@ def test_what_a_client_asks_for_twice_is_computed_once(world):
     """As others may than simx_client, which has one stream of a key."""
     cid = world.client()
     calls = [Call(1000 + number, Operation.STREAM, 0, "simxGetJointPosition", [1]) for number in range(3)]
-    world.engine.submit(world.transports[cid].client, encode(Batch(1, 0, calls)))
+    world.loop.submit(world.transports[cid].client, encode(Batch(1, 0, calls)))
     world.settle()
     asked = []
 
@@ -495,7 +495,7 @@ def test_streams_that_cannot_be_sent_end_alone(world, caplog, monkeypatch):
     for cid in (one, two):
         v.simxGetJointPosition(cid, cid, v.simx_opmode_streaming)
     world.settle()
-    first = next(iter(world.engine.sessions.values()))
+    first = next(iter(world.loop.sessions.values()))
     monkeypatch.setattr(first.link, "publish", lambda payload: 1 / 0)
     world.simulation.joints[two] = 2.0
     world.simulation.start()
@@ -521,7 +521,7 @@ def test_a_pass_that_fails_stops_the_simulation_and_not_the_server(world, monkey
 
 
 def test_calls_of_a_client_that_never_said_hello_are_ignored(world):
-    world.engine.submit("stranger", encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])])))
+    world.loop.submit("stranger", encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])])))
     world.settle()
     assert world.simulation.state is SimulationState.STOPPED
 
@@ -575,7 +575,7 @@ def test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog(w
     backlog = 0
     for value in range(1000):
         v.simxSetJointPosition(cid, 3, float(value), v.simx_opmode_oneshot)
-        backlog = max(backlog, len(world.engine._inbox))
+        backlog = max(backlog, len(world.loop._inbox))
     assert backlog <= MAX_UNANSWERED + 1
     assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking) == (0, 999.0)
 

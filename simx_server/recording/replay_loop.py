@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.commands import TABLE
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.inbox import Arrival
-from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.server_loop import ServerLoop
 
 from ..errors import CommandError
 from ..handlers import HANDLERS
@@ -40,7 +40,7 @@ class Divergence(Exception):
     """The replay differs from the recording; the text says where and in which quantities."""
 
 
-class ReplayEngine(Engine):
+class ReplayLoop(ServerLoop):
     """A server loop driven by the recording."""
 
     def __init__(self, world: World, *, has_physics_points: bool = True) -> None:
