@@ -10,7 +10,7 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
@@ -332,7 +332,7 @@ class _QuitAfterStop(Part):
 
 
 @contextmanager
-def _ending_by_signal(engine: Engine) -> Iterator[None]:
+def _ending_by_signal(engine: Engine) -> Generator[None]:
     """SIGINT and SIGTERM end the loop cleanly; a second one ends the process at once."""
     has_come = False
 

@@ -12,7 +12,7 @@ import hashlib
 import logging
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
@@ -192,7 +192,7 @@ class ClientFiles:
 
 
 @contextmanager
-def _open_locked(path: Path) -> Iterator[IO[bytes]]:
+def _open_locked(path: Path) -> Generator[IO[bytes]]:
     """A file to append to, while no other server does; it may have been replaced while we waited for that."""
     while True:
         file = path.open("ab")

@@ -6,7 +6,7 @@ import logging
 import os
 import random
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
@@ -117,7 +117,7 @@ def is_lent(path: Path) -> bool:
 
 
 @contextmanager
-def lent(folder: Path, name: str, data: bytes) -> Iterator[Path]:
+def lent(folder: Path, name: str, data: bytes) -> Generator[Path]:
     """A file that is there, under a name of its own, only while this lasts. Raises CommandError."""
     suffix = PurePosixPath(check_name(name)).suffix
     numbers = random.sample(range(10_000), 100)

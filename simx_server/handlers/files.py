@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, TypeVar
@@ -205,7 +205,7 @@ def _sources_of(sim: Simulation, found: Path) -> Sources:
 @contextmanager
 def file_to_load(
     world: World, client: ClientSession, path: str, options: int, find: Callable[[str], Path]
-) -> Iterator[tuple[Path, str]]:
+) -> Generator[tuple[Path, str]]:
     """A file that may be loaded, and its own name; one of the client's side is there only while this lasts.
 
     `find` says which file of the server's side a text means. A V-REP file of the client's side cannot be read: one of

@@ -24,7 +24,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -132,7 +132,7 @@ class Watchdog:
 
 
 @contextmanager
-def _room_for(descriptors: int) -> Iterator[None]:
+def _room_for(descriptors: int) -> Generator[None]:
     """Within the block so many more may be open: a large fleet's are many, for a moment."""
     import resource  # POSIX only
 
@@ -151,7 +151,9 @@ def _room_for(descriptors: int) -> Iterator[None]:
 
 
 @contextmanager
-def watched(members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> Iterator[Watchdog | None]:
+def watched(
+    members: int = 0, lifeline: int | None = None, grace: float = GRACE
+) -> Generator[Watchdog | None]:
     """Watch this process within the block, see `Watchdog`; None where signals are another thread's business."""
     if threading.current_thread() is not threading.main_thread():
         if lifeline is not None:
