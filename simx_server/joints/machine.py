@@ -157,7 +157,7 @@ class Machine:
 
     def ask(self, asked: Mapping[int, Ask]) -> None:
         """From the next pass on these control the motors of their joints (by handle), and nothing else does so."""
-        if asked.keys() == self._asked.keys() == set():
+        if not asked and not self._asked:
             return
         freed = self._asked.keys() - asked.keys()
         self._asked = dict(asked)

@@ -64,15 +64,15 @@ class Task:
     """One task. States are tables of the coordinates of all its spaces, one after the other."""
 
     name: str
-    spaces: list[StateSpace] = field(default_factory=list)
-    pairs: Pairs = field(default_factory=list)
-    start: list[float] = field(default_factory=list)
-    goals: list[list[float]] = field(default_factory=list)
+    spaces: list[StateSpace] = field(default_factory=list[StateSpace])
+    pairs: Pairs = field(default_factory=Pairs)
+    start: list[float] = field(default_factory=list[float])
+    goals: list[list[float]] = field(default_factory=list[list[float]])
     judge: Callable[[list[float]], bool] | None = None
     """What else a state must fulfil."""
     resolution: float = 0.01
     """Share of the space's extent between two checks of a way, as OMPL has it."""
-    path: list[list[float]] = field(default_factory=list)
+    path: list[list[float]] = field(default_factory=list[list[float]])
     problem: str = ""
     """Why the last solving found nothing."""
 

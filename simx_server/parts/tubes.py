@@ -23,7 +23,7 @@ class _End:
     handle: int
     name: tuple[int, str]
     arrived: deque[bytes]
-    waiting: deque[bytes] = field(default_factory=deque)
+    waiting: deque[bytes] = field(default_factory=deque[bytes])
     """Written before the other end was there."""
     other: _End | None = None
 

@@ -10,7 +10,7 @@ import logging
 import re
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -30,7 +30,7 @@ def listen() -> None:
 
 
 @contextmanager
-def once_a_kind() -> Iterator[None]:
+def once_a_kind() -> Generator[None]:
     """Within the block the first warning of each kind is logged: those that differ in numbers only are of one kind."""
     token = _heard.set(set())
     try:
@@ -79,7 +79,7 @@ _catching = _Catching()
 
 
 @contextmanager
-def collected() -> Iterator[list[Warning]]:
+def collected() -> Generator[list[Warning]]:
     """Within the block what MuJoCo's compiler warns of in this thread comes into the list. Any thread."""
     told: list[Warning] = []
     token = _collecting.set(told)

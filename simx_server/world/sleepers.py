@@ -7,7 +7,7 @@ and what is static: so what is moved, or loses its ground, has to be woken, and 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -30,7 +30,7 @@ def kinematics(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 @contextmanager
-def _sleepless(model: mujoco.MjModel) -> Iterator[None]:
+def _sleepless(model: mujoco.MjModel) -> Generator[None]:
     flags = model.opt.enableflags
     model.opt.enableflags = flags & ~_SLEEP
     try:
@@ -74,7 +74,7 @@ class Sleepers:
         self.are_to_wake = True
 
     @contextmanager
-    def woken_if_due(self) -> Iterator[None]:
+    def woken_if_due(self) -> Generator[None]:
         """Around MuJoCo's kinematics, which wakes everything up where sleep is off."""
         if not self.are_to_wake:
             yield
@@ -84,7 +84,7 @@ class Sleepers:
             yield
 
     @contextmanager
-    def watched_awake(self) -> Iterator[None]:
+    def watched_awake(self) -> Generator[None]:
         """Around the steps of a pass: nothing sleeps in them while scripts are called in between."""
         if not (self.contacts_are_asked_about or self._sim.joints.calls_scripts):
             yield
