@@ -83,7 +83,7 @@ class EditedCollection:
 
     def members(self, scene: Scene) -> list[int]:
         """As `Collection.members`."""
-        found = set() if self.origin is None else set(self.origin.members(scene))
+        found: set[int] = set() if self.origin is None else set(self.origin.members(scene))
         for kind, handle, taken_out in self.steps:
             elements = {each: (handle,) if each == kind else () for each in _ELEMENTS}
             if kind == "above":

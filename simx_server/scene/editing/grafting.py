@@ -41,7 +41,9 @@ class Graft:
     """The name of each object it carries, as it was."""
     annotations: Mapping[str, dict[str, Annotation]]
     """By these names."""
-    registered: Mapping[str, Mapping[str, Annotation]] = field(default_factory=dict)
+    registered: Mapping[str, Mapping[str, Annotation]] = field(
+        default_factory=dict[str, Mapping[str, Annotation]]
+    )
     """Collections, collision and distance objects and IK groups it brings: per kind, by name."""
     copies: bool = False
     """Whether each element is named as one of the scene, whose state it takes over."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def undone_on_failure(sim: LiveScene) -> Iterator[None]:
+def undone_on_failure(sim: LiveScene) -> Generator[None]:
     """Within the block the model's arrays and the state are changed, or an edit replaces the model.
 
     On failure all is as before. What MuJoCo says of it becomes a CommandError.

@@ -234,7 +234,8 @@ class _Successor(Builder):
     def _bodies_of(model: mujoco.MjModel, element: str) -> np.ndarray:
         """Id of an element to that of its body."""
         if element == "body":
-            return np.arange(model.nbody)
+            count: int = model.nbody
+            return np.arange(count)
         found: np.ndarray = getattr(model, f"{_KINDS[element]}_bodyid")
         return found
 
