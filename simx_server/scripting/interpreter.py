@@ -74,6 +74,9 @@ class Function(Protocol):
         ...
 
 
+Plain = None | bool | int | float | bytes | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | Function
+"""A value that crosses the border; the server may also give a str for a string and a tuple for a list."""
+
 _LAST_SECONDS = 0.02
 """For the turns of loops in a thread's last resumption, where one that waits for something would wait in vain."""
 

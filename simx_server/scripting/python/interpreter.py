@@ -19,7 +19,7 @@ import logging
 import re
 import textwrap
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from simx_server.scripting.interpreter import (
     NOT_IN_A_THREAD,
     TIME_LIMIT,
     Api,
+    Plain,
     ScriptError,
     Waiting,
     no_such_plugin,
@@ -198,6 +199,8 @@ class PythonInterpreter:
                 self._process.finish()
 
     def _serve(self) -> list[Any]:
+        kind: Plain
+        rest: list[Plain]
         while True:
             kind, *rest = self._process.receive()
             match kind, rest:
@@ -245,7 +248,7 @@ class PythonInterpreter:
         plugin = _PLUGIN.search(text)
         return f"{text}: {no_such_plugin(plugin[1], self._api)}" if plugin else text
 
-    def _learn(self, names: Any) -> None:
+    def _learn(self, names: Plain) -> None:
         if isinstance(names, list):
             self._names = {name for name in names if isinstance(name, str)}
 
@@ -300,20 +303,20 @@ class PythonInterpreter:
             raise TypeError("a function of one script cannot be given to another")
         raise TypeError(f"a {type(value).__name__} cannot enter a script in Python")
 
-    def _function_of(self, number: int) -> PythonFunction:
+    def _function_of(self, number: Any) -> PythonFunction:
         if not isinstance(number, int):
             raise TypeError
         return PythonFunction(self, number)
 
 
-def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
+def _from_script(value: Plain, depth: int = MAX_DEPTH + 2) -> Any:
     """Every string as bytes, in place. Raises WireError for what is nested deeper than a correct side sends."""
     if type(value) is str:
         return _encoded(value)
     if type(value) is list:
         if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
             return value
-        places: Any = enumerate(value)
+        places: Iterable[tuple[Any, Any]] = enumerate(value)
     elif type(value) is dict:
         places = value.items()
     else:
@@ -338,7 +341,7 @@ def _encoded(text: str) -> bytes:
         return text.encode("utf-8", "replace")
 
 
-def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
+def _to_script(value: Plain, *, as_bytes: bool = False) -> Any:
     """Text as str, other strings as bytes; see the module's text."""
     if isinstance(value, bytes):
         if as_bytes:
