@@ -13,6 +13,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.matrices import as_numbers, as_pose
 from simx_server.scripting.api.values.packing import pack_table, unpack_table
+from simx_server.scripting.interpreter import Plain
 
 _NEAR = 1e-9
 """Metres, or parts of a quaternion: what has not moved by more is not placed."""
@@ -37,6 +38,7 @@ class ConfigurationFunctions(ApiPart):
 
     def setConfigurationTree(self, configuration: bytes) -> None:
         """Bring it back; objects that are gone meanwhile are left out. What has to be moved for it is at rest then."""
+        entry: Plain
         for entry in unpack_table(configuration):
             if not isinstance(entry, dict) or "handle" not in entry:
                 raise CommandError("these bytes are no configuration; take one with sim.getConfigurationTree")

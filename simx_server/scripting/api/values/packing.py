@@ -12,6 +12,7 @@ import msgpack
 
 from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Plain
 
 _TABLE_MARK = b"simx:table:1\n"
 """Begins what `packTable` makes; the digit is the version of the form."""
@@ -71,7 +72,7 @@ def _float32(value: float) -> bytes:
         return struct.pack("<f", float("inf") if value > 0 else float("-inf"))
 
 
-def pack_table(table: Any) -> bytes:
+def pack_table(table: Plain) -> bytes:
     """Raises CommandError for what is no table, and for functions in it."""
     if not isinstance(table, (list, dict)):
         raise CommandError("only a table can be packed")
@@ -184,7 +185,7 @@ class PackingFunctions(ApiPart):
         return unpack_table(data)
 
 
-def _sorted(value: Any) -> Any:
+def _sorted(value: Plain) -> Any:
     """Tables with their names in order, so that equal ones are packed alike. Functions cannot be packed."""
     if isinstance(value, dict):
         pairs = sorted(value.items(), key=lambda pair: (isinstance(pair[0], str), pair[0]))

@@ -19,8 +19,9 @@ from simx_server.handlers import vision
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.callbacks.images import wait_for
+from simx_server.scripting.interpreter import Constant
 
-_T = TypeVar("_T")
+_T = TypeVar("_T", bound=np.generic)
 
 _FLAG_GREY = _FLAG_STRING = 0x400000
 """sim.handleflag_greyscale of images, sim.handleflag_codedstring of depth."""
@@ -35,7 +36,7 @@ _GREY = _METRES = 1
 class VisionFunctions(ApiPart):
     """Rows come bottom first. Regions: x and y of the lower left pixel, width and height; 0, 0 is the whole picture."""
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_greyscale": _FLAG_GREY,
         "handleflag_codedstring": _FLAG_STRING,
         "handleflag_depthbuffer": _FLAG_METRES,
@@ -226,10 +227,10 @@ def _has(sensor: int, flag: int) -> bool:
 
 
 def _region(
-    picture: NDArray[_T],  # type: ignore[type-var]
+    picture: NDArray[_T],
     position: list[int] | None,
     size: list[int] | None,
-) -> NDArray[_T]:  # type: ignore[type-var]
+) -> NDArray[_T]:
     """Raises CommandError when it is not within the picture."""
     height, width = picture.shape[:2]
     x, y, *_ = [*(position or ()), 0, 0]
