@@ -81,7 +81,8 @@ def bundled(centres: Array, radii: Array) -> tuple[NDArray[np.intp], NDArray[np.
 def _side_by_side(corners: Array) -> Array:
     """The same triangles in an order in which neighbours in space follow each other: halved along the longest side."""
     centres = corners.mean(axis=1)
-    pending, ordered = [np.arange(len(corners))], []
+    pending = [np.arange(len(corners))]
+    ordered: list[NDArray[np.intp]] = []
     while pending:
         some = pending.pop()
         if len(some) <= TOGETHER:
@@ -202,6 +203,8 @@ def _height_field(model: mujoco.MjModel, field: int) -> Array:
     """The upper surface alone. Each cell is cut from its lower left to its upper right corner, as MuJoCo cuts it."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     start = int(model.hfield_adr[field])
+    size_x: float
+    size_y: float
     size_x, size_y, size_z, _ = model.hfield_size[field]
     heights = model.hfield_data[start : start + rows * columns].reshape(rows, columns) * size_z
     x, y = np.meshgrid(np.linspace(-size_x, size_x, columns), np.linspace(-size_y, size_y, rows))
