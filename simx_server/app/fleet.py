@@ -281,7 +281,7 @@ def _signals() -> Generator[int]:
     os.set_blocking(writer, False)
     before = signal.set_wakeup_fd(writer)
     numbers = (signal.SIGINT, signal.SIGTERM)
-    handlers = {number: signal.signal(number, lambda *_: None) for number in numbers}
+    handlers = {number: signal.signal(number, lambda _number, _frame: None) for number in numbers}
     try:
         yield reader
     finally:

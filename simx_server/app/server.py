@@ -10,7 +10,7 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
@@ -334,7 +334,7 @@ class _QuitAfterStop(Part):
 
 
 @contextmanager
-def _ending_by_signal(loop: ServerLoop) -> Iterator[None]:
+def _ending_by_signal(loop: ServerLoop) -> Generator[None]:
     """End the loop cleanly on SIGINT and SIGTERM; a second one ends the process at once."""
     has_come = False
 

@@ -86,7 +86,11 @@ def _recording(settings: Settings) -> Conflicts:
 
 def _pictures(settings: Settings) -> Conflicts:
     """Yield conflicts of outputs: a snapshot does not serve, and a film belongs to one server."""
-    others = {"snapshot": ("video", "state_log", "record"), "video": (), "state_log": ()}
+    others: dict[str, tuple[str, ...]] = {
+        "snapshot": ("video", "state_log", "record"),
+        "video": (),
+        "state_log": (),
+    }
     others["save_mjcf"] = (*others, "record", "replay")
     for name, more in others.items():
         for other in (*more, "count"):

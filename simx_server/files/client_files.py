@@ -15,7 +15,7 @@ import hashlib
 import logging
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
@@ -210,7 +210,7 @@ class ClientFiles:
 
 
 @contextmanager
-def _open_locked(path: Path) -> Iterator[IO[bytes]]:
+def _open_locked(path: Path) -> Generator[IO[bytes]]:
     """Open a file for appending, locked against other servers.
 
     While this process waits for the lock, another one may replace the file; the new file is opened then.

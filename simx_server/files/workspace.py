@@ -6,7 +6,7 @@ import logging
 import os
 import random
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
@@ -130,7 +130,7 @@ def is_lent(path: Path) -> bool:
 
 
 @contextmanager
-def lent(folder: Path, name: str, data: bytes) -> Iterator[Path]:
+def lent(folder: Path, name: str, data: bytes) -> Generator[Path]:
     """Keep a file under a unique name inside the context.
 
     Raises:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, TypeVar
@@ -213,7 +213,7 @@ def _sources_of(sim: Simulation, found: Path) -> Sources:
 @contextmanager
 def file_to_load(
     world: World, client: ClientSession, path: str, options: int, find: Callable[[str], Path]
-) -> Iterator[tuple[Path, str]]:
+) -> Generator[tuple[Path, str]]:
     """Yield a file that may be loaded, and its own name; a client's file exists only inside the context.
 
     Args:

@@ -165,7 +165,7 @@ class Machine:
 
     def ask(self, asked: Mapping[int, Ask]) -> None:
         """Let these functions alone control the motors of their joints (by handle) from the next step on."""
-        if asked.keys() == self._asked.keys() == set():
+        if not asked and not self._asked:
             return
         freed = self._asked.keys() - asked.keys()
         self._asked = dict(asked)

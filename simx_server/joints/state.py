@@ -8,7 +8,7 @@ torque motor or none its motor is off until a target drives it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -333,7 +333,9 @@ def _velocity_gain(
     first = int(model.body_jntadr[root])
     if first >= 0 and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE:
         start = int(model.body_geomadr[item.body])
-        radii = model.geom_rbound[start : start + int(model.body_geomnum[item.body])] if start >= 0 else []
+        radii: Iterable[float] = (
+            model.geom_rbound[start : start + int(model.body_geomnum[item.body])] if start >= 0 else []
+        )
         radius = (
             max([float(r) for r in radii], default=0.0)
             if model.jnt_type[item.id] == mujoco.mjtJoint.mjJNT_HINGE

@@ -48,7 +48,8 @@ def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> np.n
     """Return the ids of the bodies that only such joints move, or none."""
     moves = np.zeros(model.nbody, dtype=bool)
     if model.njnt:
-        moves[model.jnt_bodyid[~np.isin(np.arange(model.njnt), list(kinematic))]] = True
+        count: int = model.njnt
+        moves[model.jnt_bodyid[~np.isin(np.arange(count), list(kinematic))]] = True
     above = model.body_parentid
     while above.any():  # each round looks twice as far up the tree
         moves |= moves[above]

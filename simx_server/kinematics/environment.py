@@ -41,7 +41,7 @@ class EnvironmentGroup:
 
     name: str
     how: Calculation = _START
-    elements: dict[int, Element] = field(default_factory=dict)
+    elements: dict[int, Element] = field(default_factory=dict[int, Element])
     solution: Solution | None = None
     """The result of the last handling."""
 

@@ -64,15 +64,15 @@ class Task:
     """One task. States are lists of the coordinates of all its spaces, one after the other."""
 
     name: str
-    spaces: list[StateSpace] = field(default_factory=list)
-    pairs: Pairs = field(default_factory=list)
-    start: list[float] = field(default_factory=list)
-    goals: list[list[float]] = field(default_factory=list)
+    spaces: list[StateSpace] = field(default_factory=list[StateSpace])
+    pairs: Pairs = field(default_factory=Pairs)
+    start: list[float] = field(default_factory=list[float])
+    goals: list[list[float]] = field(default_factory=list[list[float]])
     judge: Callable[[list[float]], bool] | None = None
     """A further condition for a state."""
     resolution: float = 0.01
     """Distance between two checks of a path as a share of the space's extent, as in OMPL."""
-    path: list[list[float]] = field(default_factory=list)
+    path: list[list[float]] = field(default_factory=list[list[float]])
     problem: str = ""
     """The reason why the last solving found nothing."""
 

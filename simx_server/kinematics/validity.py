@@ -85,7 +85,7 @@ class Validity:
         # Planes come second; they are infinite and have the radius 0.
         flipped = model.geom_type[self._first] == _PLANE
         self._first[flipped], self._second[flipped] = self._second[flipped], self._first[flipped]
-        self._on_plane = model.geom_type[self._second] == _PLANE
+        self._on_plane: NDArray[np.bool_] = model.geom_type[self._second] == _PLANE
         self._reach = model.geom_rbound[self._first] + model.geom_rbound[self._second]
 
     def at(self, place: Callable[[mujoco.MjData], None], margin: float = 0.0) -> bool:
@@ -104,9 +104,9 @@ class Validity:
         places = data.geom_xpos
         away = places[self._first] - places[self._second]
         normals = data.geom_xmat[self._second, 2::3]
-        distance = np.where(
-            self._on_plane, np.einsum("ni,ni->n", away, normals), np.sqrt(np.einsum("ni,ni->n", away, away))
-        )
+        above: Array = np.einsum("ni,ni->n", away, normals)
+        between: Array = np.sqrt(np.einsum("ni,ni->n", away, away))
+        distance = np.where(self._on_plane, above, between)
         near = np.flatnonzero(distance <= self._reach + margin)
         if len(near) == 0:
             return True

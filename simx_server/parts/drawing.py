@@ -101,7 +101,7 @@ class DrawingObject:
     color: Color
     specular: Color
     emission: Color
-    items: list[tuple[float, ...]] = field(default_factory=list)
+    items: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     oldest: int = 0
     """Index of the item that a cyclic object overwrites next."""
 

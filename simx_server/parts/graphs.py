@@ -66,6 +66,8 @@ class Stream:
                 values = list(zip([t for t, _ in values], accumulate(areas, initial=0.0), strict=False))
             case _ if self.transformation == CUMULATIVE:
                 values = list(zip([t for t, _ in values], accumulate(v for _, v in values), strict=True))
+            case _:  # raw
+                pass
         values = [(t, v * self.factor + self.offset) for t, v in values]
         if self.window > 1:
             recent = [[v for _, v in values[max(0, i + 1 - self.window) : i + 1]] for i in range(len(values))]
@@ -92,8 +94,8 @@ class Curve:
 class Graph:
     """Streams and curves by id; ids are unique over both."""
 
-    streams: dict[int, Stream] = field(default_factory=dict)
-    curves: dict[int, Curve] = field(default_factory=dict)
+    streams: dict[int, Stream] = field(default_factory=dict[int, Stream])
+    curves: dict[int, Curve] = field(default_factory=dict[int, Curve])
     next_id: int = 0
 
     def add(self, item: Stream | Curve) -> int:
@@ -134,7 +136,7 @@ class Graph:
             return curve.fixed
         series = [dict(self.stream(n).data()) if n >= 0 else None for n in curve.streams]
         known = [each for each in series if each is not None]
-        times = sorted(set.intersection(*(set(each) for each in known))) if known else []
+        times: list[float] = sorted(set[float].intersection(*(set(each) for each in known))) if known else []
         return tuple(
             tuple(constant if each is None else each[t] for t in times)
             for each, constant in zip(series, curve.defaults, strict=True)

@@ -23,7 +23,7 @@ class _End:
     handle: int
     name: tuple[int, str]
     arrived: deque[bytes]
-    waiting: deque[bytes] = field(default_factory=deque)
+    waiting: deque[bytes] = field(default_factory=deque[bytes])
     """Packets written before the other end was opened."""
     other: _End | None = None
 

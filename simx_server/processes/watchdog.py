@@ -25,7 +25,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -136,7 +136,7 @@ class Watchdog:
 
 
 @contextmanager
-def _room_for(descriptors: int) -> Iterator[None]:
+def _room_for(descriptors: int) -> Generator[None]:
     """Raise the limit of open descriptors within the block: a large fleet needs many for a moment."""
     import resource  # POSIX only
 
@@ -155,7 +155,9 @@ def _room_for(descriptors: int) -> Iterator[None]:
 
 
 @contextmanager
-def watched(members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> Iterator[Watchdog | None]:
+def watched(
+    members: int = 0, lifeline: int | None = None, grace: float = GRACE
+) -> Generator[Watchdog | None]:
     """Watch this process within the block, see `Watchdog`; yield None where another thread handles signals."""
     if threading.current_thread() is not threading.main_thread():
         if lifeline is not None:

@@ -130,6 +130,8 @@ class Opened:
                 own.write_bytes(content)
             case [_, text, is_model, path]:
                 self._found[text, is_model] = self._own(path)
+            case _:  # callers give these two kinds alone
+                pass
 
     def _own(self, path: str) -> Path:
         """Return the path of a recorded file in this folder. Raises LogError for one that leads out of the folder."""

@@ -12,7 +12,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -84,7 +84,7 @@ class BusyDesk:
         self._is_closing = threading.Event()
 
     @contextmanager
-    def open(self) -> Iterator[None]:
+    def open(self) -> Generator[None]:
         """Run the answering thread within the block."""
         self._is_closing.clear()
         thread = threading.Thread(target=self._attend, name="busy-desk", daemon=True)

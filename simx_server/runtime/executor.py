@@ -105,7 +105,8 @@ class Executor:
         """Return the answer to a call with a later result. Raises what the handler or `at_step` raises."""
         if isinstance(result, GeneratorType):
             try:
-                call = Unfinished(command, result, next(result))
+                # A handler may return steps, or a future, of anything.
+                call = Unfinished(command, result, next(result))  # pyright: ignore[reportUnknownArgumentType]
             except StopIteration as end:
                 result = end.value
             else:
@@ -113,7 +114,8 @@ class Executor:
                 if result is call:
                     return call
         if isinstance(result, Future):
-            return self._later(client, command, result)
+            # As with steps.
+            return self._later(client, command, result)  # pyright: ignore[reportUnknownArgumentType]
         return answer_of(command, result)
 
     def _later(self, client: ClientSession, command: Command, result: Future[Any]) -> Future[Answer]:

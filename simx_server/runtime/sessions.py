@@ -94,7 +94,7 @@ class ClientSession:
     errors: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_ERRORS))
     streams: Streams = field(default_factory=Streams)
     is_stepping: bool = False
-    lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict)
+    lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict[str, tuple[str, bytes]])
     """Files of the client's machine that a loading call will read: given path to name and content."""
     called: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
     """How often it has called each command."""
@@ -108,11 +108,11 @@ class ClientSession:
     is_onlooker: bool = False
     """Only shows the simulation, as the web viewer does; the end of the server does not wait for it."""
 
-    before_trigger: list[Reply] = field(default_factory=list)
+    before_trigger: list[Reply] = field(default_factory=list[Reply])
     """Replies to the calls before the last trigger, sent with its answer or before those to the next batch."""
 
-    _triggers: list[Future[None]] = field(default_factory=list)
-    _logged: set[str] = field(default_factory=set)
+    _triggers: list[Future[None]] = field(default_factory=list[Future[None]])
+    _logged: set[str] = field(default_factory=set[str])
 
     @cached_property
     def may_only_read(self) -> bool:

@@ -83,11 +83,11 @@ class Stream:
 class Streams:
     """The streams of one client, in the order they were armed."""
 
-    by_id: dict[int, Stream] = field(default_factory=dict)
-    shared: dict[int, Stream] = field(default_factory=dict)
+    by_id: dict[int, Stream] = field(default_factory=dict[int, Stream])
+    shared: dict[int, Stream] = field(default_factory=dict[int, Stream])
     """Those of them that share their answers."""
 
-    single: dict[int, Stream] = field(default_factory=dict)
+    single: dict[int, Stream] = field(default_factory=dict[int, Stream])
     """The others."""
 
     last_sent: bytes | None = None
@@ -101,7 +101,7 @@ class Streams:
     _shares: list[Shared] | None = None
     """The shared parts of the streams of `shared`, in their order; None after a change of these streams."""
 
-    _parts: list[bytes] = field(default_factory=list)
+    _parts: list[bytes] = field(default_factory=list[bytes])
     """Their heads and newest answers, alternating."""
 
     def shares(self) -> list[Shared]:

@@ -84,7 +84,7 @@ class EditedCollection:
 
     def members(self, scene: Scene) -> list[int]:
         """Return the handles of the objects that it contains now, in scene order."""
-        found = set() if self.origin is None else set(self.origin.members(scene))
+        found: set[int] = set() if self.origin is None else set(self.origin.members(scene))
         for kind, handle, taken_out in self.steps:
             elements = {each: (handle,) if each == kind else () for each in _ELEMENTS}
             if kind == "above":

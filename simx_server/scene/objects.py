@@ -59,7 +59,7 @@ class SceneObject:
     body: int
     """MuJoCo id of the body the element belongs to (for a body: itself; for a tendon: that of its first site)."""
     alias: str = ""
-    annotations: Mapping[str, Annotation] = field(default_factory=dict)
+    annotations: Mapping[str, Annotation] = field(default_factory=dict[str, Annotation])
     """Annotations of the object in `<custom>`: per kind, checked values, e.g. `annotations["vision"]["near"]` -> 0.01.
     """
     sensors: tuple[int, ...] = ()

@@ -82,6 +82,9 @@ class Function(Protocol):
         ...
 
 
+Plain = None | bool | int | float | bytes | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | Function
+"""A value that crosses the border; the server may also give a str for a string and a tuple for a list."""
+
 _LAST_SECONDS = 0.02
 """Seconds for loops in a thread's last resumption, where a loop that waits for an event would wait in vain."""
 

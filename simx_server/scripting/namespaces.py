@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from functools import cache
 from inspect import isgenerator
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from simx_client.protocol.nearest import did_you_mean
 
 from ..errors import CommandError
 from . import api
-from .interpreter import Constant, Waiting
+from .interpreter import Constant, Plain, Waiting
 from .signature import Signature
 
 if TYPE_CHECKING:
@@ -71,11 +71,12 @@ class Namespaces:
 
 
 def _waiting(steps: Any) -> Waiting:
-    result = yield from steps
+    taken: Generator[None, None, Any] = steps
+    result = yield from taken
     return _as_tuple(result)
 
 
-def _as_tuple(result: Any) -> tuple[Any, ...]:
+def _as_tuple(result: Plain) -> tuple[Any, ...]:
     if result is None:
         return ()
     return result if isinstance(result, tuple) else (result,)

@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
 
+    from .interpreter import Plain
+
 logger = logging.getLogger(__name__)
 
 _JOINT_CALLBACK = "sysCall_jointCallback"
@@ -183,7 +185,7 @@ class Phases:
     def _asking(self, script: Script) -> Ask:
         def ask(known: dict[str, Any]) -> dict[str, Any] | None:
             with self._sim.physics_calls.calling(_JOINT_CALLBACK):
-                results = self._lives.call(script, _JOINT_CALLBACK, known)
+                results: list[Plain] | None = self._lives.call(script, _JOINT_CALLBACK, known)
             return results[0] if results and isinstance(results[0], dict) else None
 
         return ask

@@ -19,7 +19,7 @@ from typing import Any
 from simx_client.protocol.kinds import to_int32
 
 from ..errors import CommandError
-from .interpreter import Function
+from .interpreter import Function, Plain
 
 _NO_TEXT = 10**4000
 """Python converts no integer above 4300 digits to text."""
@@ -69,7 +69,7 @@ def to_text(value: Any) -> str:
     return to_bytes(value).split(b"\0", 1)[0].decode("utf-8", "surrogateescape")
 
 
-def to_dict(value: Any) -> dict[Any, Any]:
+def to_dict(value: Plain) -> dict[Any, Any]:
     """Return a table with names; an empty one may have arrived as an empty list. Names are text."""
     if isinstance(value, list) and not value:
         return {}
@@ -101,7 +101,7 @@ _SCALARS: dict[Any, Callable[[Any], Any]] = {
 
 
 def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
-    def convert(value: Any) -> list[Any]:
+    def convert(value: Plain) -> list[Any]:
         if not isinstance(value, list):
             value = _list_part(value)
         items: list[Any] = []
@@ -115,7 +115,7 @@ def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
     return convert
 
 
-def _list_part(value: Any) -> list[Any]:
+def _list_part(value: Plain) -> list[Any]:
     """Return the list part of a table that also has names, which V-REP ignored."""
     if isinstance(value, dict) and (numbered := [key for key in value if isinstance(key, int)]):
         if sorted(numbered) != list(range(1, len(numbered) + 1)):
@@ -217,7 +217,7 @@ def _convert(index: int, parameter: Parameter, value: Any, got: str) -> Any:
         raise CommandError(f"argument {index} ({parameter.name}) must be {problem}, got {got}") from None
 
 
-def describe(value: Any) -> str:
+def describe(value: Plain) -> str:
     """Return a plain value in a script author's words."""
     if value is None:
         return "nil"

@@ -77,7 +77,7 @@ class Instant:
         """Return (ngeom,) what proximity sensors detect: all that cameras see, unless declared not detectable."""
         model = self.model
         material = model.geom_matid
-        alpha = model.geom_rgba[:, 3].copy()
+        alpha: NDArray[np.float32] = model.geom_rgba[:, 3].copy()
         if model.nmat:
             # As MuJoCo's rays: a geom with a material hides only when both are transparent.
             alpha = np.where(material >= 0, np.maximum(alpha, model.mat_rgba[material, 3]), alpha)

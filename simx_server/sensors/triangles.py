@@ -84,7 +84,8 @@ def _side_by_side(corners: Array) -> Array:
     The set is halved along its longest side.
     """
     centres = corners.mean(axis=1)
-    pending, ordered = [np.arange(len(corners))], []
+    pending = [np.arange(len(corners))]
+    ordered: list[NDArray[np.intp]] = []
     while pending:
         some = pending.pop()
         if len(some) <= TOGETHER:
@@ -206,6 +207,8 @@ def _height_field(model: mujoco.MjModel, field: int) -> Array:
     """Return the upper surface. Each cell is cut from its lower left to its upper right corner, as MuJoCo cuts it."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     start = int(model.hfield_adr[field])
+    size_x: float
+    size_y: float
     size_x, size_y, size_z, _ = model.hfield_size[field]
     heights = model.hfield_data[start : start + rows * columns].reshape(rows, columns) * size_z
     x, y = np.meshgrid(np.linspace(-size_x, size_x, columns), np.linspace(-size_y, size_y, rows))

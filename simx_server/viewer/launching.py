@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 
 from simx_client.protocol.cli.installing import extra_line
@@ -57,7 +57,7 @@ def listen(address: str, flag: str) -> socket.socket:
 
 
 @contextmanager
-def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> Iterator[None]:
+def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> Generator[None]:
     """Run the web viewer within the block. It prints its address on stdout; a failure is logged.
 
     Args:

@@ -35,6 +35,9 @@ MOST_EVENTS = 256
 _JPEG = b"\xff\xd8\xff"
 _INT32 = range(-(1 << 31), 1 << 31)
 
+_Told = None | bool | int | float | str | bytes | list[Any] | dict[Any, Any]
+"""A value of a MessagePack message."""
+
 
 @dataclass
 class Shown:
@@ -51,7 +54,7 @@ class Shown:
 class Owner:
     """A script."""
 
-    windows: dict[int, Shown] = field(default_factory=dict)
+    windows: dict[int, Shown] = field(default_factory=dict[int, Shown])
     events: deque[list[Any]] = field(default_factory=lambda: deque(maxlen=MOST_EVENTS))
     heard: float = 0.0
 
@@ -84,7 +87,7 @@ class Windows:
         """Call a function of the add-on. Raises CommandError: unknown function, or a buffer that cannot be used."""
         act = self._functions.find(function, ints, floats)
         try:
-            told = msgpack.unpackb(buffer, strict_map_key=False)
+            told: _Told = msgpack.unpackb(buffer, strict_map_key=False)
         except Exception as error:  # msgpack raises many kinds, ValueError and StackError among them
             raise CommandError(f"{function} takes a map of MessagePack: {error}") from None
         if not isinstance(told, dict):
@@ -100,7 +103,7 @@ class Windows:
 
     def _exchange(self, told: dict[str, Any]) -> dict[str, Any]:
         name = _text(told.get(w.OWNER), w.OWNER)
-        windows = told.get(w.WINDOWS)
+        windows: _Told = told.get(w.WINDOWS)
         if not isinstance(windows, list) or len(windows) > MOST_WINDOWS:
             raise CommandError(f"{w.WINDOWS} must be a list of at most {MOST_WINDOWS}")
         checked = [_checked(each) for each in windows]
@@ -139,8 +142,8 @@ class Windows:
 
     def _shown(self, told: dict[str, Any]) -> dict[str, Any]:
         self._watched = self._clock()
-        known = told.get(w.KNOWN)
-        known = known if isinstance(known, dict) else {}
+        given: _Told = told.get(w.KNOWN)
+        known: dict[Any, Any] = given if isinstance(given, dict) else {}
         left = MOST_SENT
         windows: list[dict[str, Any]] = []
         for name, owner in self._owners.items():
@@ -170,13 +173,13 @@ class Windows:
         owner.events.append(_event(told.get(w.EVENT)))
 
 
-def _checked(told: Any) -> tuple[int, Shown]:
+def _checked(told: _Told) -> tuple[int, Shown]:
     if not isinstance(told, dict):
         raise CommandError("a window must be a map")
-    bars = told.get(w.TRACKBARS)
+    bars: _Told = told.get(w.TRACKBARS)
     if not isinstance(bars, list) or len(bars) > MOST_TRACKBARS:
         raise CommandError(f"{w.TRACKBARS} must be a list of at most {MOST_TRACKBARS}")
-    image = told.get(w.IMAGE)
+    image: _Told = told.get(w.IMAGE)
     if image is not None and not (
         isinstance(image, bytes) and image.startswith(_JPEG) and len(image) <= w.LARGEST_IMAGE
     ):
@@ -189,7 +192,7 @@ def _checked(told: Any) -> tuple[int, Shown]:
     )
 
 
-def _trackbar(told: Any) -> list[Any]:
+def _trackbar(told: _Told) -> list[Any]:
     if not isinstance(told, list) or len(told) != 4:
         raise CommandError("a trackbar must be a list of label, value, minimum and maximum")
     label, *numbers = told
@@ -199,7 +202,7 @@ def _trackbar(told: Any) -> list[Any]:
     return [_text(label, "a trackbar's label"), min(max(value, minimum), maximum), minimum, maximum]
 
 
-def _event(told: Any) -> list[Any]:
+def _event(told: _Told) -> list[Any]:
     kinds: dict[str, tuple[Callable[[Any, str], Any], ...]] = {
         w.KEY: (_int,),
         w.DRAGGED: (_int, _text, _int),

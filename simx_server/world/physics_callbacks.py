@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 from simx_server.errors import CommandError
@@ -18,7 +18,7 @@ class PhysicsCalls:
         """The call-back runs within a physics step of MuJoCo, whose state cannot be copied then."""
 
     @contextmanager
-    def calling(self, call_back: str, *, in_step: bool = False) -> Iterator[None]:
+    def calling(self, call_back: str, *, in_step: bool = False) -> Generator[None]:
         """Mark a call into a script during the physics of a simulation step."""
         outer = self.name, self.is_in_step
         self.name, self.is_in_step = call_back, in_step

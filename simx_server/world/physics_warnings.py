@@ -10,7 +10,7 @@ import logging
 import re
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -30,7 +30,7 @@ def listen() -> None:
 
 
 @contextmanager
-def once_a_kind() -> Iterator[None]:
+def once_a_kind() -> Generator[None]:
     """Log only the first warning of each kind within the block.
 
     Warnings that differ only in numbers are of one kind.
@@ -82,7 +82,7 @@ _catching = _Catching()
 
 
 @contextmanager
-def collected() -> Iterator[list[Warning]]:
+def collected() -> Generator[list[Warning]]:
     """Collect the warnings of MuJoCo's compiler in this thread within the block. Any thread."""
     told: list[Warning] = []
     token = _collecting.set(told)

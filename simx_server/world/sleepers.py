@@ -8,7 +8,7 @@ this module.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -31,7 +31,7 @@ def kinematics(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 @contextmanager
-def _sleepless(model: mujoco.MjModel) -> Iterator[None]:
+def _sleepless(model: mujoco.MjModel) -> Generator[None]:
     flags = model.opt.enableflags
     model.opt.enableflags = flags & ~_SLEEP
     try:
@@ -75,7 +75,7 @@ class Sleepers:
         self.are_to_wake = True
 
     @contextmanager
-    def woken_if_due(self) -> Iterator[None]:
+    def woken_if_due(self) -> Generator[None]:
         """Switch sleep off around MuJoCo's kinematics if something is due to wake: this wakes everything."""
         if not self.are_to_wake:
             yield
@@ -85,7 +85,7 @@ class Sleepers:
             yield
 
     @contextmanager
-    def watched_awake(self) -> Iterator[None]:
+    def watched_awake(self) -> Generator[None]:
         """Keep everything awake in the physics steps of a simulation step while scripts are called in between."""
         if not (self.contacts_are_asked_about or self._sim.joints.calls_scripts):
             yield

@@ -25,8 +25,12 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
         return
     names = candidates()
     give_up = threading.Event()
+
+    def ask(name: str) -> str | None:
+        return probe(name, give_up)
+
     with ThreadPoolExecutor(len(names), thread_name_prefix="simx-doctor") as pool:
-        wrongs = dict(zip(names, pool.map(lambda name: probe(name, give_up), names), strict=True))
+        wrongs = dict(zip(names, pool.map(ask, names), strict=True))
     working = [name for name, wrong in wrongs.items() if wrong is None]
     for name, wrong in wrongs.items():
         if wrong is None:

@@ -58,8 +58,12 @@ def print_findings(settings: Settings, *, as_json: bool) -> int:
 def run(wanted: Iterable[Check]) -> Iterator[Finding]:
     """Yield the findings in order. Two checks run at a time: most of them wait for a child process."""
     with ThreadPoolExecutor(2, thread_name_prefix="simx-doctor") as pool:
-        for findings in pool.map(lambda check: list(check()), list(wanted)):
+        for findings in pool.map(_all_of, list(wanted)):
             yield from findings
+
+
+def _all_of(check: Check) -> list[Finding]:
+    return list(check())
 
 
 def as_lines(finding: Finding, paint: Paint) -> list[str]:

@@ -31,7 +31,7 @@ def main() -> int:
             zenoh.open(link.configure(zenoh.Config(), {**link.COMMON, **ends[0]})) as answering,
             zenoh.open(link.configure(zenoh.Config(), {**link.COMMON, **ends[1]})) as asking,
         ):
-            queryable = answering.declare_queryable(KEY, lambda query: query.reply(KEY, b"here"))
+            queryable = answering.declare_queryable(KEY, _answer)
             times = [_ask(asking) for _ in range(QUESTIONS)]
             queryable.undeclare()
     except (zenoh.ZError, TimeoutError) as error:
@@ -39,6 +39,10 @@ def main() -> int:
         return 1
     sys.stdout.write(json.dumps({"milliseconds": 1000 * min(times)}) + "\n")
     return 0
+
+
+def _answer(query: Any) -> None:
+    query.reply(KEY, b"here")
 
 
 def _ask(session: Any) -> float:

@@ -23,6 +23,7 @@ import logging
 import os
 import tomllib
 from collections.abc import Callable
+from datetime import date, time
 from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,9 @@ MAX_ELEMENTS = 1000
 
 _UI_KEYS = ("name", "title", "element")
 _ELEMENT_KEYS = ("id", "kind", "label", "down_label", "position", "enabled", "flags", "place")
+
+_Value = None | bool | int | float | str | date | time | list[Any] | dict[str, Any]
+"""A value of a JSON or TOML file."""
 
 
 class UIFileError(CommandError):
@@ -147,7 +151,7 @@ def _element(entry: Any, where: str) -> Element:
     )
 
 
-def _table(value: Any, where: str, keys: tuple[str, ...]) -> dict[str, Any]:
+def _table(value: _Value, where: str, keys: tuple[str, ...]) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise UIFileError(f"{where} must be a table with the keys {', '.join(keys)}")
     for key in value:
@@ -157,7 +161,7 @@ def _table(value: Any, where: str, keys: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _list(table: dict[str, Any], key: str, where: str) -> list[Any]:
-    value = table.get(key, [])
+    value: _Value = table.get(key, [])
     if not isinstance(value, list):
         raise UIFileError(f"{where}: {key} must be a list")
     return value
@@ -202,13 +206,13 @@ def _kind(value: Any) -> int:
     return KINDS[value]
 
 
-def _flags(value: Any) -> list[int]:
+def _flags(value: _Value) -> list[int]:
     if not isinstance(value, list) or not all(isinstance(flag, str) and flag in FLAGS for flag in value):
         raise ValueError(f"a list of {', '.join(FLAGS)}")
     return [FLAGS[flag] for flag in value]
 
 
-def _place(value: Any) -> list[int]:
+def _place(value: _Value) -> list[int]:
     if not isinstance(value, list) or len(value) != 4 or not all(type(cell) is int for cell in value):
         raise ValueError("four whole numbers: column, row, columns, rows")
     return value

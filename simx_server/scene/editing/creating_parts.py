@@ -95,6 +95,8 @@ def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequen
             note |= {"angle_deg": math.degrees(angle), "height": y, "radius": radius, "inside_gap": gap}
         case "cone":
             note |= {"angle_deg": math.degrees(angle), "radius": radius, "inside_gap": gap}
+        case _:  # a ray has a range alone
+            pass
     if any(number < 0 for number in sizes[:12]) or reach <= 0:
         raise CommandError("a proximity sensor's sizes are not below 0, and its range is above 0 m")
     if options & 8 or options & 16:

@@ -127,7 +127,7 @@ def remove_object(sim: LiveScene, handle: int) -> None:
         if item.element == "joint" and sim.model.body_jntnum[item.body] == 1:
             spec.body(body).pos[:], spec.body(body).quat[:] = start
 
-    moved = {("body_", body)} if item.element == "joint" else set()
+    moved: set[tuple[str, str]] = {("body_", body)} if item.element == "joint" else set()
     parents = dict.fromkeys(children, item.parent)
     edit(sim, surgery, moved, removed={handle}, parents=parents, hidden=body if hollow else None)
 

@@ -98,7 +98,8 @@ class Copier:
         """Copy the attributes of one element. Raises CommandError for plugins."""
         if getattr(getattr(old, "plugin", None), "active", False):
             raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
-        for name in _attributes(type(old)):
+        # mujoco has no types.
+        for name in _attributes(type(old)):  # pyright: ignore[reportUnknownArgumentType]
             value = getattr(old, name)
             if name == "userdata" and not len(value) and not len(getattr(new, name)):
                 continue  # the usual case; writing it takes as long as all others together

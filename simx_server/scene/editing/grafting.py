@@ -41,7 +41,9 @@ class Graft:
     """The original name of each object that it carries."""
     annotations: Mapping[str, dict[str, Annotation]]
     """Annotations by these names."""
-    registered: Mapping[str, Mapping[str, Annotation]] = field(default_factory=dict)
+    registered: Mapping[str, Mapping[str, Annotation]] = field(
+        default_factory=dict[str, Mapping[str, Annotation]]
+    )
     """Collections, collision and distance objects and IK groups in the spec: per kind, by name."""
     copies: bool = False
     """Whether each element has the name of one in the scene, whose state it takes over."""

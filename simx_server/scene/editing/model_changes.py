@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def undone_on_failure(sim: LiveScene) -> Iterator[None]:
+def undone_on_failure(sim: LiveScene) -> Generator[None]:
     """Undo the block's changes of the model's arrays, the state, or the model itself when it fails.
 
     MuJoCo's error message becomes a CommandError.

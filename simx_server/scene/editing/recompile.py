@@ -61,7 +61,7 @@ def edit(
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
     # A body that only replaces a copy's missing link keeps its given weight.
-    reweighed = (old.weightless_bodies ^ weights) | (added.hidden if added is not None else set())
+    reweighed = (old.weightless_bodies ^ weights) | (added.hidden if added is not None else set[str]())
     differs = carry_over(sim.model, sim.data, model, data, twins, moved, reweighed, copies)
     differs |= _take_weight(model, weights)
     if differs:
@@ -70,7 +70,7 @@ def edit(
             mujoco.mj_setConst(model, mujoco.MjData(model))
         except mujoco.FatalError as error:  # a client may have set weights to 0
             raise _refusal(error) from error
-    hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
+    hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set[str]())
     annotations, names = old.annotations, None
     if added is not None:
         hidden_bodies |= added.hidden
@@ -80,7 +80,7 @@ def edit(
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
     scene.names = twins.new
     scene.made_static = set(old.made_static)
-    geoms = set(twins.new.of("geom")) if old.withheld else set()
+    geoms: set[str] = set(twins.new.of("geom")) if old.withheld else set()
     scene.withheld = {key: value for key, value in old.withheld.items() if key[0] in geoms}
     scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
     scene.weightless_bodies = set(weights)

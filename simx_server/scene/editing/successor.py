@@ -235,7 +235,8 @@ class _Successor(Builder):
     def _bodies_of(model: mujoco.MjModel, element: str) -> np.ndarray:
         """Return the body id of each element, by element id."""
         if element == "body":
-            return np.arange(model.nbody)
+            count: int = model.nbody
+            return np.arange(count)
         found: np.ndarray = getattr(model, f"{_KINDS[element]}_bodyid")
         return found
 

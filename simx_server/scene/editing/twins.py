@@ -27,7 +27,7 @@ class Names:
     def of(self, kind: str) -> list[str]:
         """Return the names of a kind ("body", "jnt", "geom", ...), by id; empty for an element without one."""
         if kind not in self._lists:
-            addresses = getattr(self._model, f"name_{kind}adr")
+            addresses: np.ndarray = getattr(self._model, f"name_{kind}adr")
             if not len(addresses):
                 return self._lists.setdefault(kind, [])
             starts, names = self._all

@@ -96,7 +96,7 @@ def _weld(
     local = compose(inverse(body_pose(sim, target)), start_pose(sim, body))
     free = False if free_joint(model, body) >= 0 else None
     whole = rigid_bodies(sim, body)
-    weights = sim.scene.weightless_bodies - whole | (whole if weightless else set())
+    weights = sim.scene.weightless_bodies - whole | (whole if weightless else set[str]())
     edit(
         sim,
         lambda spec: move_body(spec, name, target_name, local, free=free),

@@ -30,8 +30,8 @@ class SceneError(CommandError):
 class Annotations:
     """All annotations of a scene: per object name, per kind, checked values; and those of the scene itself."""
 
-    objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
-    registered: dict[str, dict[str, Annotation]] = field(default_factory=dict)
+    objects: dict[str, dict[str, Annotation]] = field(default_factory=dict[str, dict[str, Annotation]])
+    registered: dict[str, dict[str, Annotation]] = field(default_factory=dict[str, dict[str, Annotation]])
     """Registered entries by kind of REGISTERED and name; these names are not names of objects."""
     main_script: Annotation | None = None
     time_step: float | None = None

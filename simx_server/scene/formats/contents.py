@@ -9,7 +9,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,7 +31,7 @@ class Contents:
     """Meshes, textures and the like."""
 
     @contextmanager
-    def as_files(self, others: Mapping[str, bytes] | None = None) -> Iterator[mujoco.MjVfs]:
+    def as_files(self, others: Mapping[str, bytes] | None = None) -> Generator[mujoco.MjVfs]:
         """Show the texts to MuJoCo as files. `others`: relative names to more texts, which lie beside each of these."""
         texts = dict(self.texts)
         for folder in {os.path.dirname(path) for path in self.texts}:

@@ -176,7 +176,7 @@ class Sources:
             return
         if name in self.packages:
             yield self.packages[name]
-        for folder in [] if file is None else file.resolve().parents:
+        for folder in () if file is None else file.resolve().parents:
             if folder.name == name or self._package_name(folder) == name:
                 yield folder
             yield folder / name

@@ -53,7 +53,7 @@ def triangles(world: World, handle: int) -> tuple[NDArray[np.float64], NDArray[n
     instant = world.instants.now()
     position, quat = frames.get_pose(sim, handle)
     axes = np.array(matrix(quat))
-    found = []
+    found: list[NDArray[np.float64]] = []
     for geom in instant.geoms_of([handle]).tolist():
         if sim.model.geom_type[geom] == _GEOM.mjGEOM_PLANE:
             raise CommandError(f"'{sim.scene.get(handle).name}' is a plane, which has no triangles")
@@ -85,6 +85,8 @@ def pure_type(world: World, handle: int) -> tuple[int, list[float]]:
         case _GEOM.mjGEOM_HFIELD:
             size = sim.model.hfield_size[sim.model.geom_dataid[geoms[0]]].tolist()
             size = [size[0], size[1], size[2] / 2]
+        case _:  # their sizes are those that V-REP has
+            pass
     number = _PURE.get(kind, 0)
     return number, [2 * half for half in size[:3]] if number else [0.0] * 3
 

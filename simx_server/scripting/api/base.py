@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
@@ -59,7 +59,7 @@ class ApiPart:
         return partial(interpreter.call, callback)
 
     @contextmanager
-    def _at_no_cost(self) -> Iterator[None]:
+    def _at_no_cost(self) -> Generator[None]:
         """Work within a separate time limit: the time does not count against the script's limit."""
         before = time.thread_time()
         try:

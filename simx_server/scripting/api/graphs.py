@@ -9,6 +9,7 @@ from simx_client.protocol import constants as c
 from simx_server.parts.graphs import CUMULATIVE, Color, Curve, Graph, Stream, span
 
 from ...errors import CommandError
+from ..interpreter import Constant
 from .base import ApiPart
 
 _TIME_CURVE, _XYZ_CURVE = 0, 2
@@ -19,7 +20,7 @@ class GraphFunctions(ApiPart):
     is enough.
     """
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "stream_transf_raw": 0,
         "stream_transf_derivative": 1,
         "stream_transf_integral": 2,

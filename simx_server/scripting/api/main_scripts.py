@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 from ...errors import CommandError
 from ..bodies import CALL_TYPES
+from ..interpreter import Constant
 from ..script import ScriptKind
 from .base import ApiPart
 
@@ -22,7 +23,7 @@ _CALLED = {_ACTUATION: "sysCall_actuation", CALL_TYPES["syscb_sensing"]: "sysCal
 class MainScriptFunctions(ApiPart):
     """Functions for main scripts; they return a number where V-REP returned a count."""
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "scriptthreadresume_launch": -2,
         "scriptthreadresume_allnotyetresumed": -1,
         "scriptthreadresume_default": 0,

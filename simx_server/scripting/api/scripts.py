@@ -11,7 +11,7 @@ from simx_server.parts.add_ons import AddOn
 
 from ...errors import CommandError
 from ..exchange import check_results
-from ..interpreter import ScriptError
+from ..interpreter import Constant, ScriptError
 from ..script import LUA, Script, ScriptKind
 from ..signature import to_text
 from ..targets import find_target, split_target
@@ -33,7 +33,7 @@ class ScriptFunctions(ApiPart):
     the caller.
     """
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "customizationscriptattribute_activeduringsimulation": 0,
         "scriptattribute_executionorder": _ORDER,
         "scriptattribute_executioncount": 2,
@@ -58,7 +58,8 @@ class ScriptFunctions(ApiPart):
         target = self._target(script, described)
         if isinstance(target, Script):
             return tuple(self._world.scripts.run(target, name, *values))
-        ints, floats, texts, buffer = [*values, *([], [], [], b"")[len(values) :]][:4]
+        missing: list[Any] = [[], [], [], b""]
+        ints, floats, texts, buffer = [*values, *missing[len(values) :]][:4]
         return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
 
     def setScriptVariable(self, variable: str, script: int, value: Any) -> int:

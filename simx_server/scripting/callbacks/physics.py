@@ -17,6 +17,7 @@ from simx_server.scripting.lives import Lives
 from simx_server.world.contact_filter import ask_about_contacts, ask_no_more
 
 if TYPE_CHECKING:
+    from simx_server.scripting.interpreter import Plain
     from simx_server.scripting.script import Script
     from simx_server.world.simulation import Simulation
 
@@ -93,5 +94,5 @@ def _having(scripts: list[Script], functions: tuple[str, ...]) -> list[tuple[Scr
     return [(one, name) for one in scripts for name in functions if one.has(name)]
 
 
-def _table(results: list[Any] | None) -> dict[Any, Any] | None:
+def _table(results: list[Plain] | None) -> dict[Any, Any] | None:
     return results[0] if results and isinstance(results[0], dict) else None

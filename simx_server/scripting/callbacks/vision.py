@@ -21,6 +21,7 @@ from .images import wait_for
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
+    from simx_server.scripting.interpreter import Plain
     from simx_server.scripting.script import Script
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
@@ -90,8 +91,8 @@ class VisionCallBacks:
         if handle not in self._judged:
             return Verdict(None)
         answer = _table(self._notify(handle, VISION, self._known(handle)))
-        packets = answer.get("packedPackets")
-        found = packets if isinstance(packets, list) else []
+        packets: Plain = answer.get("packedPackets")
+        found: list[Any] = packets if isinstance(packets, list) else []
         detects = answer.get("trigger")
         return Verdict(
             None if detects is None else bool(detects),
@@ -138,7 +139,7 @@ class VisionCallBacks:
             self._notify(handle, TRIGGER, known)
 
 
-def _table(results: list[Any] | None) -> dict[Any, Any]:
+def _table(results: list[Plain] | None) -> dict[Any, Any]:
     """Return the first result if it is a table with names."""
     return results[0] if results and isinstance(results[0], dict) else {}
 

@@ -27,6 +27,7 @@ from simx_server.scripting.interpreter import (
     PATIENCE,
     TIME_LIMIT,
     Api,
+    Plain,
     ScriptError,
     Waiting,
     no_such_plugin,
@@ -192,7 +193,7 @@ class LuaInterpreter:
             self._end_by = time.monotonic() + ENDING_LIMIT
         self._depth += 1
         try:
-            answer = self._face[action](*arguments)
+            answer: tuple[Any, ...] | bool = self._face[action](*arguments)
         except self._memory_error:
             raise ScriptError(f"{self.name}: used more than {MEMORY_LIMIT >> 20} MiB of memory") from None
         finally:
@@ -305,12 +306,13 @@ class LuaInterpreter:
             self._raised = interruption
             return _FAILED
 
-    def _to_lua(self, value: Any) -> Any:
+    def _to_lua(self, value: Plain | Integral | Real | bytearray | memoryview) -> Any:
         """Convert a value so that lupa passes a value of Lua: other values would reach the script as Python objects."""
         kind = type(value)
         if kind is float or kind is bytes or kind is bool or value is None:
             return value
-        if kind is int and -(1 << 63) <= value < 1 << 63:
+        # That its type is int says nothing to pyright.
+        if kind is int and -(1 << 63) <= value < 1 << 63:  # pyright: ignore[reportOperatorIssue]
             return value
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")

@@ -20,7 +20,7 @@ import logging
 import re
 import textwrap
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from simx_server.scripting.interpreter import (
     NOT_IN_A_THREAD,
     TIME_LIMIT,
     Api,
+    Plain,
     ScriptError,
     Waiting,
     no_such_plugin,
@@ -204,6 +205,8 @@ class PythonInterpreter:
                 self._process.finish()
 
     def _serve(self) -> list[Any]:
+        kind: Plain
+        rest: list[Plain]
         while True:
             kind, *rest = self._process.receive()
             match kind, rest:
@@ -251,7 +254,7 @@ class PythonInterpreter:
         plugin = _PLUGIN.search(text)
         return f"{text}: {no_such_plugin(plugin[1], self._api)}" if plugin else text
 
-    def _learn(self, names: Any) -> None:
+    def _learn(self, names: Plain) -> None:
         if isinstance(names, list):
             self._names = {name for name in names if isinstance(name, str)}
 
@@ -306,13 +309,13 @@ class PythonInterpreter:
             raise TypeError("a function of one script cannot be given to another")
         raise TypeError(f"a {type(value).__name__} cannot enter a script in Python")
 
-    def _function_of(self, number: int) -> PythonFunction:
+    def _function_of(self, number: Any) -> PythonFunction:
         if not isinstance(number, int):
             raise TypeError
         return PythonFunction(self, number)
 
 
-def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
+def _from_script(value: Plain, depth: int = MAX_DEPTH + 2) -> Any:
     """Convert every string to bytes, in place.
 
     Raises:
@@ -323,7 +326,7 @@ def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
     if type(value) is list:
         if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
             return value
-        places: Any = enumerate(value)
+        places: Iterable[tuple[Any, Any]] = enumerate(value)
     elif type(value) is dict:
         places = value.items()
     else:
@@ -348,7 +351,7 @@ def _encoded(text: str) -> bytes:
         return text.encode("utf-8", "replace")
 
 
-def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
+def _to_script(value: Plain, *, as_bytes: bool = False) -> Any:
     """Convert text to str, other strings to bytes; see the module's docstring."""
     if isinstance(value, bytes):
         if as_bytes:

@@ -84,7 +84,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         self._is_in_thread = False
         self._turns_left = TURNS
         module = types.ModuleType("__main__")
-        self._globals = module.__dict__
+        self._globals: dict[Any, Any] = module.__dict__  # a script may add keys other than names
         sys.modules["__main__"] = module
         sys.stdout = sys.stderr = self._output
         self._globals.update(__file__=name, self=types.SimpleNamespace())
@@ -155,7 +155,8 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
 
     def _find(self, name: str) -> Any:
         first, *rest = name.split(".")
-        value = self._globals.get(first)
+        # A table of the script's: a dict, or a namespace, which stands for all that has attributes.
+        value: dict[Any, Any] | types.SimpleNamespace | None = self._globals.get(first)
         for part in rest:
             value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
         return value
@@ -233,7 +234,8 @@ def _compile(source: bytes, file: str) -> types.CodeType:
 def _results(value: Any) -> list[Any]:
     if value is None:
         return []
-    return list(value) if isinstance(value, tuple) else [value]
+    # A script's values are of no type.
+    return list(value) if isinstance(value, tuple) else [value]  # pyright: ignore[reportUnknownArgumentType]
 
 
 def main() -> None:

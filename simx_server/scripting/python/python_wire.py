@@ -45,6 +45,9 @@ _LARGEST_KEY = (1 << 63) - 1
 build.
 """
 
+Value = None | bool | int | float | str | bytes | list[Any] | tuple[Any, ...] | dict[Any, Any]
+"""A value that travels as it is, or a list or dict of such values."""
+
 _KINDS = {float: "d", int: "q"}
 
 MAX_DEPTH = 16
@@ -101,20 +104,23 @@ class Packer:
 
     def _default(self, value: Any) -> Any:
         if isinstance(value, (bytes, bytearray, memoryview)):
-            return {"b": self._add(bytes(value))}
+            return {"b": self._add(bytes(value))}  # pyright: ignore[reportUnknownArgumentType]  # any items
         if hasattr(value, "tolist"):  # numbers and arrays of numpy, array.array
-            plain = value.tolist()
+            plain: list[Any] | complex | str | bytes | None = value.tolist()
             return (isinstance(plain, list) and plain and self._numbers(plain)) or plain
         return {"f": self._number_of(value)}
 
-    def _marked(self, value: Any, depth: int) -> Any:
+    def _marked(self, value: Value, depth: int) -> Any:
         """Return the value with dicts as lists of their items, and numbers and long texts as bytes."""
         if isinstance(value, (list, tuple)):
             if depth == 0:
                 raise ValueError("a list that is nested too deeply cannot travel")
             return (len(value) >= _MANY and self._numbers(value)) or [
                 item
-                if (kind := type(item)) in _SHORT or (kind is str and len(item) < _LONG_TEXT)
+                if (
+                    (kind := type(item)) in _SHORT  # pyright: ignore[reportUnknownVariableType]  # any item
+                    or (kind is str and len(item) < _LONG_TEXT)
+                )
                 else self._marked(item, depth - 1)
                 for item in value
             ]
@@ -200,7 +206,7 @@ class Unpacker:
         self._numbers_left = self._max_numbers
         self._bytes_left = len(body) - text_length
         try:
-            message = self._decode(body[:text_length].decode())
+            message: Value = self._decode(body[:text_length].decode())
         except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as problem:
             raise WireError(f"an unreadable message: {type(problem).__name__}") from problem
         finally:

@@ -237,7 +237,9 @@ class OpenGLRenderer:
 
     def _write_codes(self, codes: tuple[int, ...]) -> None:
         for geom in self._scene.geoms[: self._scene.ngeom]:
-            code = codes[geom.objid] if geom.objtype == _GEOM else NO_CODE
+            code = (  # pyright: ignore[reportUnknownVariableType]  # the index is of no type
+                codes[geom.objid] if geom.objtype == _GEOM else NO_CODE
+            )
             geom.segid = code - 1  # MuJoCo draws the number after it
 
 

@@ -3,6 +3,7 @@
 import copy
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -30,7 +31,7 @@ class Rays:
     """(3,) the view axis, unit length."""
 
     @classmethod
-    def through_pixels(cls, data: mujoco.MjData, view: CameraView, rows: slice) -> "Rays":
+    def through_pixels(cls, data: mujoco.MjData, view: CameraView, rows: "slice[int, int, Any]") -> "Rays":
         """Make rays through the centres of the pixels of some rows, bottom row first, each left to right."""
         eye, turn = view.pose(data)
         right, up, backward = turn.T

@@ -125,6 +125,8 @@ class Surfaces:
             per_metre /= 1.0 if model.mat_texuniform[matid] else size
             offset = 0.5 * per_metre * size
         texels = self._textures[texid]
+        rows: int
+        columns: int
         rows, columns = texels.shape[:2]
         column = _repeated(0.5 * per_metre[0] * local[:, 0] + offset[0], columns)
         row = _repeated(-0.5 * per_metre[1] * local[:, 1] + offset[1], rows)

@@ -45,7 +45,8 @@ def intensity_scaled(image: Image, start: float, end: float, grey: bool) -> Imag
     if grey:
         return as_grey(level)
     marks = np.linspace(0.0, 1.0, len(_SCALE))
-    return np.stack([np.interp(level, marks, colour) for colour in _SCALE.T], axis=2)
+    colours: list[Image] = [np.interp(level, marks, colour) for colour in _SCALE.T]
+    return np.stack(colours, axis=2)
 
 
 def hsl_from_rgb(image: Image) -> Image:

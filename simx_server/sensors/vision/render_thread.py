@@ -78,7 +78,7 @@ class _Job:
     snapshot: Snapshot | None
     """None once the image is done."""
     asker: str = ""
-    future: "Future[Picture]" = field(default_factory=Future)
+    future: "Future[Picture]" = field(default_factory=Future[Picture])
     is_given_up: bool = False
     """It has failed although it is in progress."""
 
@@ -94,7 +94,7 @@ class _Preparation:
     model: mujoco.MjModel
     views: Sequence[CameraView]
     snapshot: Snapshot | None
-    done: "Future[None]" = field(default_factory=Future)
+    done: "Future[None]" = field(default_factory=Future[None])
 
 
 def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 
 import mujoco
@@ -87,7 +87,7 @@ def _rgba(model: mujoco.MjModel, geom: int) -> np.ndarray:
 
 
 @contextmanager
-def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Iterator[None]:
+def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Generator[None]:
     """Remove the material of geoms with their own colour within the block: the converter prefers the material."""
     kept = model.geom_matid.copy()
     for geom in geoms:
@@ -134,7 +134,8 @@ def _papered_plane(model: mujoco.MjModel, geom: int, texture: int) -> trimesh.Tr
     turn = np.zeros(9)
     mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
     pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), model.geom_pos[geom]
-    return mesh.apply_transform(pose)
+    mesh.apply_transform(pose)  # pyright: ignore[reportUnknownMemberType]  # trimesh declares no result
+    return mesh
 
 
 class Body:

@@ -42,7 +42,7 @@ def set_title(browser: viser.ViserServer, title: str) -> None:
     """Set the title of the browser's tab, here and in every browser that comes later."""
     # viser has no call for it. A text in JSON is also a text in JavaScript.
     script = RunJavascriptMessage(f"document.title = {json.dumps(title)};")
-    browser.gui._websock_interface.queue_message(script)
+    browser.gui._websock_interface.queue_message(script)  # pyright: ignore[reportPrivateUsage]
 
 
 def renumber(browser: viser.ViserServer) -> None:
@@ -51,7 +51,7 @@ def renumber(browser: viser.ViserServer) -> None:
     For each new browser viser looks up every number that it ever used, and the others wait: days of motion take
     seconds.
     """
-    buffer = browser._websock_server._broadcast_buffer
+    buffer = browser._websock_server._broadcast_buffer  # pyright: ignore[reportPrivateUsage]  # no other way
     with contextlib.suppress(RuntimeError):  # it has stopped
         browser.get_event_loop().call_soon_threadsafe(_renumber, buffer)
 

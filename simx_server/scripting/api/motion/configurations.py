@@ -13,6 +13,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.matrices import as_numbers, as_pose
 from simx_server.scripting.api.values.packing import pack_table, unpack_table
+from simx_server.scripting.interpreter import Plain
 
 _NEAR = 1e-9
 """Tolerance in metres or quaternion components: objects that moved by no more are not placed again."""
@@ -41,6 +42,7 @@ class ConfigurationFunctions(ApiPart):
         """Restore a configuration. Removed objects are skipped; objects that have to be moved are at rest
         afterwards.
         """
+        entry: Plain
         for entry in unpack_table(configuration):
             if not isinstance(entry, dict) or "handle" not in entry:
                 raise CommandError("these bytes are no configuration; take one with sim.getConfigurationTree")

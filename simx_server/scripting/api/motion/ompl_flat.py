@@ -34,7 +34,7 @@ class FlatOmplFunctions(ApiPart):
 def _flat(member: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(member)
     def function(self: FlatOmplFunctions, *arguments: Any) -> Any:
-        return member(self._ompl, *arguments)
+        return member(self._ompl, *arguments)  # pyright: ignore[reportPrivateUsage]  # this is a method of it
 
     return function
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -28,7 +28,7 @@ class OmplTasks(ApiPart):
         self._prepared: tuple[tuple[Any, ...], Solving] | None = None
 
     @contextmanager
-    def _planning(self, task: int) -> Iterator[Solving]:
+    def _planning(self, task: int) -> Generator[Solving]:
         solving = self._solving(task)
         with self._at_no_cost():
             yield solving

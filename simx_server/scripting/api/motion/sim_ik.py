@@ -215,7 +215,7 @@ class IkEnvironmentFunctions(ApiPart):
             )
         return groups[handle]
 
-    def _groups(self, environment: int, wanted: Any) -> list[EnvironmentGroup]:
+    def _groups(self, environment: int, wanted: list[Any] | float) -> list[EnvironmentGroup]:
         handles = wanted if isinstance(wanted, list) else [wanted]
         if handles == [_ALL]:
             return list(self._environment(environment).groups.values())

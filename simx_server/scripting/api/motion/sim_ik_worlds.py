@@ -20,7 +20,7 @@ from simx_server.scene.geometry.frames import (
     xyzw_from_wxyz,
 )
 from simx_server.scene.geometry.poses import Pose
-from simx_server.scripting.interpreter import Function
+from simx_server.scripting.interpreter import Function, Plain
 
 from .ik import joint_order
 from .sim_ik import IkEnvironmentFunctions
@@ -94,7 +94,7 @@ class SimIk(IkEnvironmentFunctions):
         """Set the pose of a target. Arguments 3 and 4: reference and pose in either order; without a reference: the
         world.
         """
-        reference, values = (pose, relative_to) if isinstance(relative_to, list) else (relative_to, pose)
+        reference, values = _in_order(relative_to, pose)
         x, y, z, *turn = _numbers(values, 7, "a pose is {x, y, z, qx, qy, qz, qw}")
         new = ((x, y, z), wxyz_from_xyzw(turn))
         self._place(environment, handle, _WORLD if reference is None else int(reference), new)
@@ -105,7 +105,7 @@ class SimIk(IkEnvironmentFunctions):
 
     def setObjectMatrix(self, environment: int, handle: int, relative_to: Any, matrix: Any = None) -> None:
         """Set the matrix of 12 numbers of a target; arguments as for setObjectPose."""
-        reference, values = (matrix, relative_to) if isinstance(relative_to, list) else (relative_to, matrix)
+        reference, values = _in_order(relative_to, matrix)
         new = pose_from_matrix12(_numbers(values, 12, "a matrix is a table of 12 numbers"))
         self._place(environment, handle, _WORLD if reference is None else int(reference), new)
 
@@ -301,7 +301,12 @@ def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], b
     return None if judge is None else lambda values: judge(values[order].tolist())
 
 
-def _numbers(values: Any, count: int, what: str) -> list[float]:
+def _in_order(first: Plain, second: Plain) -> tuple[Any, Plain]:
+    """Return the reference, then the numbers; a script may give the numbers first."""
+    return (second, first) if isinstance(first, list) else (first, second)
+
+
+def _numbers(values: Plain, count: int, what: str) -> list[float]:
     """Return `count` finite numbers of a value of any type.
 
     Raises:

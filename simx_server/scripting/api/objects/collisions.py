@@ -10,6 +10,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers import collisions
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Constant
 from simx_server.sensors.contacts import contacts
 from simx_server.sensors.distance.measuring import colliding_pair, nearest
 from simx_server.sensors.distance.meters import Meter
@@ -32,7 +33,7 @@ _EXTENDED = 0x400000
 class CollisionFunctions(ApiPart):
     """Functions for measurements between objects, collections, and registered pairs."""
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_extended": _EXTENDED,
     }
 

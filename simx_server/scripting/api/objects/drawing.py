@@ -9,6 +9,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.parts.drawing import Color
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Constant
 
 _ADD_MULTIPLE, _SET_MULTIPLE = 0x1000000, 0x400000
 """sim.handleflag_addmultiple and sim.handleflag_setmultiple."""
@@ -20,7 +21,7 @@ _WHITE: Color = (1.0, 1.0, 1.0)
 class DrawingFunctions(ApiPart):
     """Functions for drawings: metres in the world frame, colours 0..1. All drawings end with the run."""
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_addmultiple": _ADD_MULTIPLE,
         "handleflag_setmultiple": _SET_MULTIPLE,
         "drawing_linestrip": 8,

@@ -9,6 +9,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.joints import JointMode
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Constant
 
 _HYBRID = 1
 """Bit 0 of the options of sim.setJointMode."""
@@ -17,7 +18,7 @@ _HYBRID = 1
 class JointFunctions(ApiPart):
     """Functions for joints: radians or metres, their rates per second, N m or N. Setters return 1, as in V-REP 3."""
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "jointmode_kinematic": 0,
         "jointmode_dynamic": 5,
         "jointdynctrl_free": 0,

@@ -15,6 +15,7 @@ from simx_server.scene.editing.creating import Body
 from simx_server.scene.geometry import lights, shape_looks
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Constant
 
 _PURE = ("cuboid", "spheroid", "cylinder", "cone")
 """Types of sim.createPureShape, from 0."""
@@ -35,7 +36,7 @@ _MANY = "@compound"
 class ShapeFunctions(ApiPart):
     """Functions for shapes: metres, kilograms, colours 0..1. Objects created during a run are removed at its stop."""
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "colorcomponent_ambient": 0,
         "colorcomponent_ambient_diffuse": 0,
         "colorcomponent_diffuse": 1,

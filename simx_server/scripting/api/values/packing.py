@@ -12,6 +12,7 @@ import msgpack
 
 from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Plain
 
 _TABLE_MARK = b"simx:table:1\n"
 """Prefix of the bytes that `packTable` returns; the digit is the version of the format."""
@@ -73,7 +74,7 @@ def _float32(value: float) -> bytes:
         return struct.pack("<f", float("inf") if value > 0 else float("-inf"))
 
 
-def pack_table(table: Any) -> bytes:
+def pack_table(table: Plain) -> bytes:
     """Return a table as bytes.
 
     Raises:
@@ -195,7 +196,7 @@ class PackingFunctions(ApiPart):
         return unpack_table(data)
 
 
-def _sorted(value: Any) -> Any:
+def _sorted(value: Plain) -> Any:
     """Return tables with their names in order, so that equal ones are packed alike. Functions cannot be packed."""
     if isinstance(value, dict):
         pairs = sorted(value.items(), key=lambda pair: (isinstance(pair[0], str), pair[0]))

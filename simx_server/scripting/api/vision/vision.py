@@ -19,8 +19,9 @@ from simx_server.handlers import vision
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.callbacks.images import wait_for
+from simx_server.scripting.interpreter import Constant
 
-_T = TypeVar("_T")
+_T = TypeVar("_T", bound=np.generic)
 
 _FLAG_GREY = _FLAG_STRING = 0x400000
 """sim.handleflag_greyscale of images, sim.handleflag_codedstring of depth."""
@@ -37,7 +38,7 @@ class VisionFunctions(ApiPart):
     height; 0, 0 is the whole image.
     """
 
-    CONSTANTS: ClassVar[Mapping[str, int]] = {
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_greyscale": _FLAG_GREY,
         "handleflag_codedstring": _FLAG_STRING,
         "handleflag_depthbuffer": _FLAG_METRES,
@@ -239,10 +240,10 @@ def _has(sensor: int, flag: int) -> bool:
 
 
 def _region(
-    picture: NDArray[_T],  # type: ignore[type-var]
+    picture: NDArray[_T],
     position: list[int] | None,
     size: list[int] | None,
-) -> NDArray[_T]:  # type: ignore[type-var]
+) -> NDArray[_T]:
     """Return a region of an image.
 
     Raises:
