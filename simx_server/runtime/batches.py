@@ -179,9 +179,7 @@ class Batches:
                 call_id, operation, delay_ms, name, arguments = call
                 if now() >= until and position > 1:
                     if self._inbox.others_wait() and self._loop.may_cut_batches:
-                        if replies.made:  # one message for all at the end would take long as well
-                            self._outbox.put(session, replies.made)
-                        self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
+                        self._cut(session, replies, calls[position - 1 :])
                         return
                     until = now() + SLICE
                 if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
@@ -194,11 +192,12 @@ class Batches:
                 if name != bound:
                     bound, (command, work) = name, self._dispatch.find(session, name)
                     self.command = command.name if command else ""
-                if command is None or work is None:
-                    answer = self._refuse_unknown(session, name)
-                else:
-                    may_step = at_step if operation == _EXECUTE else refuse_steps
-                    answer = execute(session, tally, command, work, arguments, may_step)
+                may_step = at_step if operation == _EXECUTE else refuse_steps
+                answer = (
+                    self._refuse_unknown(session, name)
+                    if command is None or work is None
+                    else execute(session, tally, command, work, arguments, may_step)
+                )
                 if isinstance(answer, Unfinished):
                     self._await_step(
                         session, answer, call, Interrupted(replies.made, calls[position:], False)
@@ -210,29 +209,51 @@ class Batches:
                     continue
                 if operation == _STREAM and command is not None:
                     self._publisher.arm(session, call, command, answer)
-                if not isinstance(answer, Future):
+                if isinstance(answer, Future):
+                    batch = self._batch_behind(session, name, replies.made, calls[position:])
+                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
+                    if name == TRIGGER:
+                        return
+                else:
                     status, values = answer
                     replies.add(call_id, status, time_ms, values)
-                elif name != TRIGGER:
-                    batch = Interrupted([], [])
-                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
-                else:
-                    # All replies to a client that steps leave in one message after the simulation step. The calls
-                    # behind the trigger are executed then, or when the client's next batch comes before that.
-                    batch = Interrupted(replies.made, calls[position:])
-                    if batch.rest:
-                        session.interrupted = batch
-                    else:
-                        session.before_trigger = batch.replies
-                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
-                    return
-            if replies.made:
-                self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
+            self._send(session, replies)
         finally:
             tally.end()
             self.executing, self.command = outer
-            if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
-                self._in_slices.pop(session.client, None)
+            self._forget_slice(session)
+
+    def _send(self, session: ClientSession, replies: Replies) -> None:
+        if replies.made:
+            self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
+
+    def _forget_slice(self, session: ClientSession) -> None:
+        """Note that no slice of this client's batch waits any more, if that is so."""
+        if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
+            self._in_slices.pop(session.client, None)
+
+    def _cut(self, session: ClientSession, replies: Replies, rest: list[Call]) -> None:
+        """Execute the rest of a long batch later: other clients wait."""
+        if replies.made:  # one message for all at the end would take long as well
+            self._outbox.put(session, replies.made)
+        self._interrupt(session, Interrupted([], rest, False, True))
+
+    def _batch_behind(
+        self, session: ClientSession, name: str, made: list[Reply], rest: list[Call]
+    ) -> Interrupted:
+        """Return the batch that a call continues whose answer comes later.
+
+        All replies to a client that steps leave in one message after the simulation step. The calls behind the trigger
+        are executed then, or when the client's next batch comes before that.
+        """
+        if name != TRIGGER:
+            return Interrupted([], [])
+        batch = Interrupted(made, rest)
+        if rest:
+            session.interrupted = batch
+        else:
+            session.before_trigger = made
+        return batch
 
     def _refuse_unknown(self, session: ClientSession, name: str) -> Answer:
         """Refuse a call with a name that is not in the table of commands."""

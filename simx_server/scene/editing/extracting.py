@@ -91,6 +91,11 @@ class _Acting:
         self._present["tendon"], self._present["actuator"] = set(), set()
 
     def take(self) -> None:
+        """Add the tendons, actuators, sensors, equalities, pairs and excludes of the part."""
+        self._take_actuation()
+        self._take_constraints()
+
+    def _take_actuation(self) -> None:
         spec, part = self._spec, self._part
         for tendon in spec.tendons:
             if ("tendon", tendon.name) not in self._without and all(map(self._wraps, tendon.path)):
@@ -107,6 +112,9 @@ class _Acting:
                 not sensor.refname or self._has(_KIND_OF.get(sensor.reftype), sensor.refname)
             ):
                 _AS_IT_IS.element(sensor, part.add_sensor())
+
+    def _take_constraints(self) -> None:
+        spec, part = self._spec, self._part
         for equality in spec.equalities:
             kind = equality_kind(equality) if equality.type in _HOLDING else None
             if self._has(kind, equality.name1) and (not equality.name2 or self._has(kind, equality.name2)):

@@ -211,16 +211,8 @@ class PythonInterpreter:
             kind, *rest = self._process.receive()
             match kind, rest:
                 case "invoke", [str(name), list(arguments)]:
-                    _from_script(arguments)
-                    self._process.serve_when_due()
-                    answer = self._invoke(name[:_LONGEST_NAME], arguments)
-                    if answer is None:
+                    if not self._serve_call(name[:_LONGEST_NAME], arguments):
                         return []
-                    self._process.serve_when_due()
-                    try:
-                        self._process.send(*answer)
-                    except (TypeError, ValueError) as problem:  # the result cannot be sent
-                        self._process.send("refused", f"{name[:_LONGEST_NAME]}: {problem}")
                 case "turns", [int(turns)] if 0 < turns <= _MOST_TURNS:
                     self._turns += turns
                     if self._in_thread and self._api.switching.is_tired(self._turns * _TURN_TIME):
@@ -228,15 +220,7 @@ class PythonInterpreter:
                         return []
                     self._process.send("ok", [])
                 case "ready", [list(told)]:
-                    missing = [wall for wall in _WALLS if wall in told]
-                    if missing and not self._is_warned:
-                        self._is_warned = True
-                        logger.warning(
-                            "%s runs without the kernel's %s: nothing but Python itself confines it, so run only "
-                            "scripts whose author you trust",
-                            self.name,
-                            " and ".join(missing),
-                        )
+                    self._warn_of_missing([wall for wall in _WALLS if wall in told])
                 case "print", [str(text)]:
                     self._api.output(_clean(text))
                 case "module", [str(name)]:
@@ -249,6 +233,31 @@ class PythonInterpreter:
                     raise ScriptError(self._explain(_clean(text)))
                 case _:
                     raise self._process.kill(f"{self.name}: its process sent an unknown message")
+
+    def _serve_call(self, name: str, arguments: list[Any]) -> bool:
+        """Answer a call of the API; return False when the thread must wait for the answer."""
+        _from_script(arguments)
+        self._process.serve_when_due()
+        answer = self._invoke(name, arguments)
+        if answer is None:
+            return False
+        self._process.serve_when_due()
+        try:
+            self._process.send(*answer)
+        except (TypeError, ValueError) as problem:  # the result cannot be sent
+            self._process.send("refused", f"{name}: {problem}")
+        return True
+
+    def _warn_of_missing(self, walls: list[str]) -> None:
+        """Log once which protection of the kernel is missing."""
+        if walls and not self._is_warned:
+            self._is_warned = True
+            logger.warning(
+                "%s runs without the kernel's %s: nothing but Python itself confines it, so run only "
+                "scripts whose author you trust",
+                self.name,
+                " and ".join(walls),
+            )
 
     def _explain(self, text: str) -> str:
         plugin = _PLUGIN.search(text)

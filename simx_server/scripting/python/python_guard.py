@@ -107,7 +107,9 @@ def refuse(folders: Sequence[str], libraries: Sequence[str]) -> None:
     sys.addaudithook(make_hook(folders, libraries))
 
 
-def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str, tuple[Any, ...]], None]:
+def make_hook(  # noqa: C901 - one function, see its docstring
+    folders: Sequence[str], libraries: Sequence[str]
+) -> Callable[[str, tuple[Any, ...]], None]:
     """Return the audit hook.
 
     It raises to refuse an action, and a traceback shows its frame to the script. So it uses only its parameters,
@@ -115,7 +117,7 @@ def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str
     and no method of the script's objects is called.
     """
 
-    def hook(
+    def hook(  # noqa: C901 - one function: a script could change what it calls
         event: str,
         arguments: tuple[Any, ...],
         *,
