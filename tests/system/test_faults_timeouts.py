@@ -119,15 +119,16 @@ def test_of_many_threads_with_one_client(record_property: Record) -> None:
         client = start(port)
         freeze(process)
         late: list[float] = []
-        threads = [
-            threading.Thread(target=lambda: late.append(overshoot(lambda: v.simxGetPingTime(client))))
-            for _ in range(8)
-        ]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join(20)
-        assert len(late) == len(threads)
+        for _ in range(TRIES):  # all eight end at one time, when this machine may be busy
+            threads = [
+                threading.Thread(target=lambda: late.append(overshoot(lambda: v.simxGetPingTime(client))))
+                for _ in range(8)
+            ]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join(20)
+        assert len(late) == 8 * TRIES
         held(record_property, "of eight threads with one frozen server", late)
 
 
