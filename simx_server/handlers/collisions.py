@@ -48,13 +48,12 @@ def read_collision(world: World, collision_object: int) -> bool:
 
     The same error occurs when collision handling is switched off.
     """
-    sim = world.simulation
     found = world.meters.collisions.read(collision_object)
     if found is None:
         raise NotHandledYet(
             f"collision object {collision_object} has not been handled yet; it is in each pass of a running "
             "simulation, or by its script when it is handled explicitly",
-            is_coming=sim.is_before_first_pass,
+            is_coming=world.simulation.is_before_first_pass,
         )
     return found
 

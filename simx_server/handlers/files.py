@@ -108,9 +108,10 @@ def load_model(world: World, client: ClientSession, path: str, options: int) -> 
 
     Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
     """
-    sim = world.simulation
     world.selection.handles = []
-    with file_to_load(world, client, path, options, lambda text: _find(sim, text, model=True)) as (
+    with file_to_load(
+        world, client, path, options, lambda text: _find(world.simulation, text, model=True)
+    ) as (
         found,
         name,
     ):
@@ -126,16 +127,14 @@ def load_model_of_server(world: World, text: str) -> int:
     Raises:
         CommandError, SceneError: as for simxLoadModel.
     """
-    sim = world.simulation
     world.selection.handles = []
-    found = _find(sim, _checked(text), model=True)
+    found = _find(world.simulation, _checked(text), model=True)
     return world.trials.finish(_add(world, found, found.name))
 
 
 def read_mesh(world: World, text: str) -> Model:
     """Return a model with a mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
-    sim = world.simulation
-    found = sim.files.find(workspace.check_name(text), True)
+    found = world.simulation.files.find(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
     return world.trials.finish(
@@ -166,8 +165,7 @@ def _load(world: World, found: Path, name: str) -> Steps[None]:
 
 
 def _add(world: World, found: Path, name: str) -> Steps[int]:
-    sim = world.simulation
-    is_of_client = sim.files.client_files.made(found)
+    is_of_client = world.simulation.files.client_files.made(found)
     model = yield from _read(world, MODEL, found, name, lambda sources: read_model(found, name, sources))
     handle = add_model(world, model, found.resolve().parent, is_of_client=is_of_client)
     world.selection.handles = [handle]

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 @handler("simxGetJointPosition")
 def get_joint_position(world: World, joint: int) -> float:
     """Return code 8 for spherical joints."""
-    sim = world.simulation
-    return sim.joints.position(joint)
+    return world.simulation.joints.position(joint)
 
 
 @handler("simxSetJointPosition")
@@ -23,22 +22,19 @@ def set_joint_position(world: World, joint: int, position: float) -> None:
 
     Differs: a joint on a tendon in force mode cannot be set (code 8); give it a target.
     """
-    sim = world.simulation
-    sim.joints.set_position(joint, position)
+    world.simulation.joints.set_position(joint, position)
 
 
 @handler("simxGetJointMatrix")
 def get_joint_matrix(world: World, joint: int) -> list[float]:
     """Accept spherical joints too; the 12 numbers are the rotation or translation of the joint value."""
-    sim = world.simulation
-    return sim.joints.matrix(joint)
+    return world.simulation.joints.matrix(joint)
 
 
 @handler("simxSetSphericalJointMatrix")
 def set_spherical_joint_matrix(world: World, joint: int, matrix: list[float]) -> None:
     """Ignore the translation; return code 8 for other joints."""
-    sim = world.simulation
-    sim.joints.set_spherical_matrix(joint, matrix)
+    world.simulation.joints.set_spherical_matrix(joint, matrix)
 
 
 @handler("simxSetJointTargetVelocity")
@@ -47,8 +43,7 @@ def set_joint_target_velocity(world: World, joint: int, velocity: float) -> None
 
     Differs: a joint without annotation is switched to velocity control; V-REP's files define how joints are driven.
     """
-    sim = world.simulation
-    sim.joints.set_target_velocity(joint, velocity)
+    world.simulation.joints.set_target_velocity(joint, velocity)
 
 
 @handler("simxSetJointTargetPosition")
@@ -57,8 +52,7 @@ def set_joint_target_position(world: World, joint: int, position: float) -> None
 
     Differs: a joint without annotation is switched to position control, and its motor on.
     """
-    sim = world.simulation
-    sim.joints.set_target_position(joint, position)
+    world.simulation.joints.set_target_position(joint, position)
 
 
 @handler("simxGetJointForce")
@@ -67,19 +61,16 @@ def get_joint_force(world: World, joint: int) -> float:
 
     Differs: in a scene without position controllers the first call of a run returns the value of the last physics step.
     """
-    sim = world.simulation
-    return sim.joints.force(joint)
+    return world.simulation.joints.force(joint)
 
 
 @handler("simxGetJointMaxForce")
 def get_joint_max_force(world: World, joint: int) -> float:
     """Return 1e9 for a joint without a limit."""
-    sim = world.simulation
-    return sim.joints.max_force(joint)
+    return world.simulation.joints.max_force(joint)
 
 
 @handler("simxSetJointForce")
 def set_joint_force(world: World, joint: int, force: float) -> None:
     """Use the magnitude, also of a negative number; the target velocity gives the direction."""
-    sim = world.simulation
-    sim.joints.set_max_force(joint, force)
+    world.simulation.joints.set_max_force(joint, force)

@@ -23,8 +23,7 @@ def synchronous(world: World, client: ClientSession, enable: bool) -> None:
 @handler("simxSynchronousTrigger", with_client=True)
 def synchronous_trigger(world: World, client: ClientSession) -> Future[None]:
     """Return after the simulation step; the original returned before it, and reading needed a ping first."""
-    sim = world.simulation
-    return client.trigger(is_running=sim.state is SimulationState.RUNNING)
+    return client.trigger(is_running=world.simulation.state is SimulationState.RUNNING)
 
 
 @handler("simxGetLastErrors", with_client=True)

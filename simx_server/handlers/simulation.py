@@ -13,14 +13,12 @@ if TYPE_CHECKING:
 @handler("simxStartSimulation")
 def start_simulation(world: World) -> None:
     """Keep a running simulation as it is."""
-    sim = world.simulation
-    sim.start()
+    world.simulation.start()
 
 
 @handler("simxPauseSimulation")
 def pause_simulation(world: World) -> None:
-    sim = world.simulation
-    sim.pause()
+    world.simulation.pause()
 
 
 @handler("simxStopSimulation")
@@ -29,8 +27,7 @@ def stop_simulation(world: World) -> None:
 
     Differs: V-REP needs a few simulation steps to stop; here it has stopped when the call returns.
     """
-    sim = world.simulation
-    sim.stop()
+    world.simulation.stop()
 
 
 @handler("simxCloseScene")
@@ -40,8 +37,7 @@ def close_scene(world: World) -> None:
     Differs: the result is an empty scene, since one is loaded at a time; V-REP showed another open one, or its default
     scene.
     """
-    sim = world.simulation
-    sim.close()
+    world.simulation.close()
 
 
 @handler("simxAddStatusbarMessage")

@@ -16,8 +16,7 @@ COMMAND_SERVER = "remoteApiCommandServer"
 
 def add_command_server(world: World) -> None:
     """Add it to the scene unless the scene has one. Call this after a scene was loaded."""
-    sim = world.simulation
-    if sim.scene.by_name(COMMAND_SERVER) is None:
+    if world.simulation.scene.by_name(COMMAND_SERVER) is None:
         load_model(world, shipped_models() / "remote_api_command_server.xml")
 
 

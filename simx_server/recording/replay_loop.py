@@ -13,8 +13,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.commands import TABLE
+from simx_server.runtime.box import Arrival
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.inbox import Arrival
 from simx_server.runtime.server_loop import ServerLoop
 
 from ..errors import CommandError

@@ -19,7 +19,8 @@ from typing import NamedTuple
 from simx_client.protocol.codec import decode_batch
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
 
-from .inbox import Arrival, Inbox
+from .box import Arrival
+from .inbox import Inbox
 from .replies import Messages
 from .sessions import ClientSession
 

@@ -19,7 +19,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from simx_client.protocol.codec import MAX_MESSAGE, CodecError, decode_batch
 from simx_client.protocol.commands import ANSWERED
@@ -27,8 +27,7 @@ from simx_client.protocol.messages import Call
 from simx_server.limits import Limits
 
 from .awaited import divide
-
-Event = Callable[[], object]
+from .box import Arrival, Box, Event, Item
 
 CREDIT = 0.001
 """Seconds of the physics thread that a client may use at once before it has to take turns. Within this time, calls are
@@ -68,95 +67,6 @@ _COST = 1000
 
 MOST_QUESTIONS = 100
 """Waiting questions of one kind; further ones get no answer, and their senders may ask again."""
-
-
-class Arrival(NamedTuple):
-    """A batch of calls as it came."""
-
-    client: str
-    payload: bytes
-
-
-class _Item(NamedTuple):
-    """An entry in a queue."""
-
-    what: Event | Arrival
-    virtual: float
-    """The virtual time of the service when it arrived."""
-
-    number: int
-    arrived: float
-    """On the monotonic clock, seconds."""
-
-    waits_for_scripts: bool | None
-    """None: it depends on the calls."""
-
-
-class Box:
-    """One queue: of a client, of the server's own events, or of questions of a kind."""
-
-    __slots__ = (
-        "aftermath", "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving", "is_parked",
-        "is_suspended",
-        "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
-    )  # fmt: skip
-
-    def __init__(self, client: str = "") -> None:
-        self.client = client
-        self.items: deque[_Item] = deque()
-        self.lock = threading.RLock()
-        """Lock of the threads that put something in; a signal handler may do so while its own thread does. The physics
-        thread takes without it, because the holder of the lock may be waiting for the interpreter.
-        """
-
-        self.size_put = 0
-        """Bytes that were put in, under the lock, less those that were dropped."""
-
-        self.size_taken = 0
-        """Bytes of them that the physics thread took out."""
-
-        self.is_in_line = False
-        """For the physics thread: the queue waits for its turn."""
-
-        self.is_known = False
-        """The physics thread has been notified that something waits here."""
-
-        self.is_leaving = False
-        """The queue accepts nothing any more: the last item makes the client leave."""
-
-        self.aftermath = 0.0
-        """Seconds of service since then."""
-
-        self.is_suspended = False
-        """The queue is not served until its client has read its answers."""
-
-        self.is_kept_back = False
-        """The queue is not served until a step of its client's call is done."""
-
-        self.is_parked = False
-        """Its turn has come while it was not to be served."""
-
-        self.finish = 0.0
-        """The virtual time of the service at which this queue has had its share."""
-
-        self.tick = 0
-        """The moment of its newest message, as `Inbox.put` counts them."""
-
-        self.recent = 0
-        """Messages of that moment."""
-
-        self.waits: tuple[int, bool] | None = None
-        """Number of an item, and whether it has to wait for scripts."""
-
-    @property
-    def is_waiting(self) -> bool:
-        """Return whether nothing may be taken out."""
-        return self.is_suspended or self.is_kept_back
-
-    @property
-    def size(self) -> int:
-        """Return the number of waiting bytes."""
-        return self.size_put - self.size_taken
 
 
 class Inbox:
@@ -284,7 +194,7 @@ class Inbox:
         return ""
 
     def _add(self, box: Box, what: Event | Arrival, waits_for_scripts: bool | None) -> None:
-        box.items.append(_Item(what, self._virtual, next(self._numbers), time.monotonic(), waits_for_scripts))
+        box.items.append(Item(what, self._virtual, next(self._numbers), time.monotonic(), waits_for_scripts))
         self._announce(box)
 
     def _announce(self, box: Box) -> None:
@@ -344,7 +254,7 @@ class Inbox:
             box.is_parked = False
             self._ready.put(box)
 
-    def _forget(self, box: Box, item: _Item) -> None:
+    def _forget(self, box: Box, item: Item) -> None:
         """Subtract the bytes of an item that was removed from a queue, under its lock."""
         if isinstance(item.what, Arrival):
             box.size_put -= len(item.what.payload)
@@ -359,7 +269,7 @@ class Inbox:
         if (box := self._boxes.get(client)) is None:
             return
         with box.lock:
-            box.items.appendleft(_Item(event, self._virtual, next(self._numbers), time.monotonic(), True))
+            box.items.appendleft(Item(event, self._virtual, next(self._numbers), time.monotonic(), True))
             self._announce(box)
 
     def take_overdue(
@@ -399,7 +309,7 @@ class Inbox:
                     if is_taken and awaited is not None:
                         yield Arrival(client, awaited)
 
-    def _replace(self, box: Box, item: _Item, batch: Arrival, rest: bytes | None) -> bool:
+    def _replace(self, box: Box, item: Item, batch: Arrival, rest: bytes | None) -> bool:
         """Replace a batch by the calls that no client waits for, which are not checked again.
 
         Returns False if the batch is not there any more.
@@ -548,7 +458,7 @@ class Inbox:
         box.is_in_line = True
         heapq.heappush(self._turns, (self._start(box, first), first.number, box))
 
-    def _start(self, box: Box, item: _Item) -> float:
+    def _start(self, box: Box, item: Item) -> float:
         """Return the virtual time at which an item is served.
 
         An item that had to wait, for a script or until its client had read, gets no earlier start for it: otherwise the

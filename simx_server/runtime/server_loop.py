@@ -22,11 +22,12 @@ from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
 from .batches import Batches
+from .box import Arrival, Event
 from .busy import BusyDesk, Doing
 from .clock import Pacer
 from .dispatch import Dispatch
 from .executor import Executor
-from .inbox import Arrival, Event, Inbox, interfere
+from .inbox import Inbox, interfere
 from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher

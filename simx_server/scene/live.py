@@ -35,7 +35,7 @@ class JointValues(Protocol):
 
 
 class LiveScene(Protocol):
-    """A scene with its compiled model and its state. `world.LiveScene` implements and documents the members.
+    """A scene with its compiled model and its state. `world.Simulation` implements and documents the members.
 
     This is a protocol, because the simulation consists of the parts that work on it.
     """

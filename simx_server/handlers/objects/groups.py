@@ -32,8 +32,7 @@ _HYBRID = 65536
 
 def _pose(relative_to: int, *parts: Callable[[Simulation, int, int], list[float]]) -> Callable[..., Row]:
     def row(world: World, handle: int) -> Row:
-        sim = world.simulation
-        return [], [value for part in parts for value in part(sim, handle, relative_to)], []
+        return [], [value for part in parts for value in part(world.simulation, handle, relative_to)], []
 
     return row
 
@@ -51,8 +50,7 @@ def _is(sim: Simulation, handle: int, kind: ObjectKind) -> bool:
 
 
 def _proximity(world: World, handle: int) -> Row:
-    sim = world.simulation
-    if not _is(sim, handle, ObjectKind.PROXIMITY_SENSOR):
+    if not _is(world.simulation, handle, ObjectKind.PROXIMITY_SENSOR):
         return [-1, -1], [0.0] * 6, []
     try:
         detected, point, other, normal = read_proximity_sensor(world, handle)
@@ -63,8 +61,7 @@ def _proximity(world: World, handle: int) -> Row:
 
 
 def _force(world: World, handle: int) -> Row:
-    sim = world.simulation
-    if not _is(sim, handle, ObjectKind.FORCE_SENSOR):
+    if not _is(world.simulation, handle, ObjectKind.FORCE_SENSOR):
         return [-1], [0.0] * 6, []
     state, force, torque = read_force_sensor(world, handle)
     return [state], force + torque, []
@@ -75,8 +72,7 @@ def _has_one_value(sim: Simulation, handle: int) -> bool:
 
 
 def _joint_state(world: World, handle: int) -> Row:
-    sim = world.simulation
-    if not _has_one_value(sim, handle):
+    if not _has_one_value(world.simulation, handle):
         return [], [0.0, 0.0], []
     return [], [get_joint_position(world, handle), get_joint_force(world, handle)], []
 

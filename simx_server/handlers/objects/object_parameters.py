@@ -49,31 +49,27 @@ def _kind(integer: bool) -> str:
 
 @handler("simxGetObjectFloatParameter")
 def get_object_float_parameter(world: World, handle: int, number: int) -> float:
-    sim = world.simulation
-    get = _find(sim, handle, number, integer=False, setting=False).get
+    get = _find(world.simulation, handle, number, integer=False, setting=False).get
     assert get is not None
     return float(get(world, handle))
 
 
 @handler("simxSetObjectFloatParameter")
 def set_object_float_parameter(world: World, handle: int, number: int, value: float) -> None:
-    sim = world.simulation
-    put = _find(sim, handle, number, integer=False, setting=True).set
+    put = _find(world.simulation, handle, number, integer=False, setting=True).set
     assert put is not None
     put(world, handle, value)
 
 
 @handler("simxGetObjectIntParameter")
 def get_object_int_parameter(world: World, handle: int, number: int) -> int:
-    sim = world.simulation
-    get = _find(sim, handle, number, integer=True, setting=False).get
+    get = _find(world.simulation, handle, number, integer=True, setting=False).get
     assert get is not None
     return int(get(world, handle))
 
 
 @handler("simxSetObjectIntParameter")
 def set_object_int_parameter(world: World, handle: int, number: int, value: int) -> None:
-    sim = world.simulation
-    put = _find(sim, handle, number, integer=True, setting=True).set
+    put = _find(world.simulation, handle, number, integer=True, setting=True).set
     assert put is not None
     put(world, handle, value)

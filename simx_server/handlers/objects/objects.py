@@ -25,8 +25,7 @@ _LEAST_DUMMY, _LARGEST_DUMMY = 1e-4, 999.0
 @handler("simxGetObjectHandle")
 def get_object_handle(world: World, name: str) -> int:
     """Raises UnknownName, which lists the nearest names."""
-    sim = world.simulation
-    return sim.scene.resolve(name)
+    return world.simulation.scene.resolve(name)
 
 
 @handler("simxGetObjects")
@@ -41,9 +40,8 @@ def get_objects(world: World, object_type: int) -> list[int]:
 @handler("simxGetObjectParent", with_client=True)
 def get_object_parent(world: World, client: ClientSession, child: int) -> int:
     """Return -1 for an unknown handle too; only the error texts distinguish it from a top-level object."""
-    sim = world.simulation
     try:
-        return sim.scene.get(child).parent
+        return world.simulation.scene.get(child).parent
     except UnknownHandle as problem:
         _tell(world, client, f"simxGetObjectParent: {problem}")
         return -1
@@ -74,14 +72,13 @@ def set_object_parent(world: World, handle: int, parent: int, keep_in_place: boo
 
     Differs: predefined assembly is not supported; V-REP assembles when 0x400000 is added and the place is not kept.
     """
-    sim = world.simulation
     if handle > 0 and handle & _ASSEMBLY_FLAG:
         if not keep_in_place:
             raise CommandError(
                 "predefined assembly (handle + 0x400000) is not available; place the object, then set its parent"
             )
         handle &= ~_ASSEMBLY_FLAG
-    editing.set_parent(sim, handle, parent, keep_in_place)
+    editing.set_parent(world.simulation, handle, parent, keep_in_place)
     world.object_settings.apply_masks()
 
 
@@ -91,9 +88,8 @@ def remove_object(world: World, handle: int) -> None:
 
     Differs: objects removed while running return after the stop, as everything else does.
     """
-    sim = world.simulation
     if handle == HANDLE_ALL:
-        editing.remove_all(sim)
+        editing.remove_all(world.simulation)
     else:
         editing.remove_object(world.simulation, handle)
         world.object_settings.apply_masks()
@@ -123,8 +119,7 @@ def create_dummy(world: World, size: float, color: list[int] | None) -> int:
 @handler("simxGetModelProperty")
 def get_model_property(world: World, handle: int) -> int:
     """Return 0xF000 for an object that is not a model base."""
-    sim = world.simulation
-    return sim.scene.model_property(handle)
+    return world.simulation.scene.model_property(handle)
 
 
 @handler("simxSetModelProperty")
@@ -136,13 +131,11 @@ def set_model_property(world: World, handle: int, bits: int) -> None:
 @handler("simxGetObjectSelection")
 def get_object_selection(world: World) -> list[int]:
     """Return handles in order of selection, without objects removed since."""
-    sim = world.simulation
-    return [handle for handle in world.selection.handles if handle in sim.scene.objects]
+    return [handle for handle in world.selection.handles if handle in world.simulation.scene.objects]
 
 
 @handler("simxSetObjectSelection")
 def set_object_selection(world: World, handles: list[int]) -> None:
     """Ignore unknown handles, as V-REP does."""
-    sim = world.simulation
-    known = dict.fromkeys(handle for handle in handles if handle in sim.scene.objects)
+    known = dict.fromkeys(handle for handle in handles if handle in world.simulation.scene.objects)
     world.selection.handles = list(known)

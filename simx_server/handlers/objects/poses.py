@@ -17,8 +17,7 @@ AXIS_FLAG = 0x400000
 
 @handler("simxGetObjectPosition")
 def get_object_position(world: World, handle: int, relative_to: int) -> list[float]:
-    sim = world.simulation
-    return frames.get_position(sim, handle, relative_to)
+    return frames.get_position(world.simulation, handle, relative_to)
 
 
 @handler("simxSetObjectPosition")
@@ -28,50 +27,43 @@ def set_object_position(world: World, handle: int, relative_to: int, position: l
     Dynamic shapes lose their velocity, or get the first velocity that was set since. A link moves relative to its
     joint, which stays; a joint moves with everything below it.
     """
-    sim = world.simulation
-    frames.set_position(sim, handle, relative_to, position)
+    frames.set_position(world.simulation, handle, relative_to, position)
     _launch(world, handle)
 
 
 @handler("simxGetObjectOrientation")
 def get_object_orientation(world: World, handle: int, relative_to: int) -> list[float]:
-    sim = world.simulation
-    return frames.get_orientation(sim, handle, relative_to)
+    return frames.get_orientation(world.simulation, handle, relative_to)
 
 
 @handler("simxSetObjectOrientation")
 def set_object_orientation(world: World, handle: int, relative_to: int, euler: list[float]) -> None:
     """Turn the object about its own origin, with the same rules as simxSetObjectPosition."""
-    sim = world.simulation
-    frames.set_orientation(sim, handle, relative_to, euler)
+    frames.set_orientation(world.simulation, handle, relative_to, euler)
     _launch(world, handle)
 
 
 @handler("simxGetObjectQuaternion")
 def get_object_quaternion(world: World, handle: int, relative_to: int) -> list[float]:
-    sim = world.simulation
-    return frames.get_quaternion(sim, handle, relative_to)
+    return frames.get_quaternion(world.simulation, handle, relative_to)
 
 
 @handler("simxSetObjectQuaternion")
 def set_object_quaternion(world: World, handle: int, relative_to: int, quaternion: list[float]) -> None:
     """Turn the object about its own origin, with the same rules as simxSetObjectPosition."""
-    sim = world.simulation
-    frames.set_quaternion(sim, handle, relative_to, quaternion)
+    frames.set_quaternion(world.simulation, handle, relative_to, quaternion)
     _launch(world, handle)
 
 
 def set_object_pose(world: World, handle: int, relative_to: int, pose: Pose) -> None:
     """Set position and rotation at once, for scripts; the remote API has no such command."""
-    sim = world.simulation
-    frames.set_pose(sim, handle, relative_to, pose)
+    frames.set_pose(world.simulation, handle, relative_to, pose)
     _launch(world, handle)
 
 
 def reset_dynamic_object(world: World, handle: int) -> None:
     """Reset the object and all below it as at the start of physics: at rest, or with the first velocity."""
-    sim = world.simulation
-    set_object_pose(world, handle, frames.WORLD, frames.get_pose(sim, handle))
+    set_object_pose(world, handle, frames.WORLD, frames.get_pose(world.simulation, handle))
 
 
 def _launch(world: World, handle: int) -> None:

@@ -65,10 +65,12 @@ def load_ui(world: World, client: ClientSession, path: str, options: int) -> Ste
 
     Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
     """
-    sim = world.simulation
     if not options & FILE_IS_ON_CLIENT:
         return (yield from world.user_interface.load(path))
-    with file_to_load(world, client, path, options, lambda text: find_ui_file(sim, text)) as (found, _):
+    with file_to_load(world, client, path, options, lambda text: find_ui_file(world.simulation, text)) as (
+        found,
+        _,
+    ):
         return (yield from world.user_interface.load(str(found)))
 
 

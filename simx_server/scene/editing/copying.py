@@ -212,14 +212,13 @@ def _let_fall(body: Any) -> None:
 
 def _concerning(world: World, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
     """Return the registered entries that concern objects with these names and are alive, as `concerned`."""
-    sim = world.simulation
     alive = {
         "collection": world.collections.names(),
         "collision": world.meters.collisions.names(),
         "distance": world.meters.distances.names(),
         "ik": world.ik_groups.names(),
     }
-    present = sim.scene.annotations.registered
+    present = world.simulation.scene.annotations.registered
     return concerned(
         {kind: {name: present[kind][name] for name in names} for kind, names in alive.items()}, objects
     )

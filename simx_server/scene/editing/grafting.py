@@ -116,9 +116,8 @@ def graft(world: World, addition: Graft) -> dict[Element, int]:
 
 def _names(world: World, addition: Graft) -> dict[str, str]:
     """Return the new name of each added object: all copy numbers rise alike, as in V-REP."""
-    sim = world.simulation
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
-    taken: Collection[str] = sim.scene.by_names().keys()
+    taken: Collection[str] = world.simulation.scene.by_names().keys()
     if addition.registered:
         meters = world.meters.collisions, world.meters.distances, world.ik_groups
         taken = taken | {name for each in (world.collections, *meters) for name in each.names()}

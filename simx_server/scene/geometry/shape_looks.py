@@ -38,8 +38,7 @@ _PURE: dict[int, int] = {
 
 def geoms_of(world: World, handle: int) -> list[int]:
     """Return the ids of a shape's geoms. Raises UnknownHandle, WrongKind."""
-    sim = world.simulation
-    sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    world.simulation.scene.get_kind(handle, ObjectKind.SHAPE)
     return world.instants.now().geoms_of([handle]).tolist()
 
 
@@ -102,9 +101,8 @@ def color(world: World, handle: int, component: int) -> list[float]:
 
     Raises UnknownHandle, WrongKind, CommandError: another component.
     """
-    sim = world.simulation
     _check(component)
-    geom, model = geoms_of(world, handle)[0], sim.model
+    geom, model = geoms_of(world, handle)[0], world.simulation.model
     rgba, material = model.geom_rgba[geom], int(model.geom_matid[geom])
     if material >= 0 and np.allclose(rgba, _UNSET):
         rgba = model.mat_rgba[material]

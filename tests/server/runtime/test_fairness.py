@@ -18,7 +18,8 @@ from simx_server.gateways.posting import MUCH_UNSENT, Care, Postman
 from simx_server.gateways.throttle import KEPT_FREE, LONGEST, PAUSE, Throttle
 from simx_server.limits import Limits
 from simx_server.runtime import batches, inbox
-from simx_server.runtime.inbox import CREDIT, GREEDY, MOST_QUESTIONS, MUCH, RESERVED, Arrival, Inbox
+from simx_server.runtime.box import Arrival
+from simx_server.runtime.inbox import CREDIT, GREEDY, MOST_QUESTIONS, MUCH, RESERVED, Inbox
 from simx_server.runtime.monitoring import metrics
 
 TIMEOUT = 20.0

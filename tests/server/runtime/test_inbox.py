@@ -11,7 +11,8 @@ import simx_client as v
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
 from simx_server.limits import Limits
-from simx_server.runtime.inbox import AFTERMATH, Arrival, Inbox
+from simx_server.runtime.box import Arrival
+from simx_server.runtime.inbox import AFTERMATH, Inbox
 from simx_server.world.simulation import SimulationState
 
 COME = [Arrival(client, b"\xc1") for client in ("one", "two", "one", "two")]

@@ -125,7 +125,10 @@ def test_nothing_is_left_of_a_client_that_goes_during_a_trial(
     before = sorted((tmp_path / "server").iterdir())
     connection = CLIENTS.get(loader)
     assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
-    lent = lambda: v.simxGetPingTime(other)[0] == 0 and sorted((tmp_path / "server").iterdir()) != before  # noqa: E731
+
+    def lent() -> bool:
+        return v.simxGetPingTime(other)[0] == 0 and sorted((tmp_path / "server").iterdir()) != before
+
     assert wait_until(lent, 20), "else nothing was lent"
     assert connection is not None
     cast(LoopbackTransport, connection._transport).lose()

@@ -88,8 +88,8 @@ def test_one_long_step_call_equals_many_short_ones() -> None:
     """A scene without position controllers is stepped in one call; asking for forces must not change its course."""
     scene = ARM.replace("control=position", "control=velocity")
     plain, asked = world_of(scene), world_of(scene)
-    for sim in (plain, asked):
-        sim.simulation.joints.set_target_velocity(sim.simulation.scene.resolve("shoulder"), 0.7)
+    for world in (plain, asked):
+        world.simulation.joints.set_target_velocity(world.simulation.scene.resolve("shoulder"), 0.7)
     run(plain, 1)
     asked.simulation.start()
     asked.simulation.joints.force(asked.simulation.scene.resolve("shoulder"))

@@ -56,16 +56,16 @@ def test_not_keeping_the_place_keeps_the_local_numbers() -> None:
 
 
 def test_running_state_is_carried_over_an_edit() -> None:
-    sim, twin = arm(), arm()
-    for each in (sim, twin):
+    world, twin = arm(), arm()
+    for each in (world, twin):
         turn(each, 4)
-    attach(sim.simulation, "tip", "upper")
-    for each in (sim, twin):
+    attach(world.simulation, "tip", "upper")
+    for each in (world, twin):
         each.simulation.joints.set_target_position(each.simulation.scene.resolve("elbow"), 0.4)
         run(each, 4)
-    assert np.array_equal(sim.simulation.data.qpos, twin.simulation.data.qpos)
-    assert np.array_equal(sim.simulation.data.qvel, twin.simulation.data.qvel)
-    assert sim.velocities.measure(sim.simulation.scene.resolve("hand")) == twin.velocities.measure(
+    assert np.array_equal(world.simulation.data.qpos, twin.simulation.data.qpos)
+    assert np.array_equal(world.simulation.data.qvel, twin.simulation.data.qvel)
+    assert world.velocities.measure(world.simulation.scene.resolve("hand")) == twin.velocities.measure(
         twin.simulation.scene.resolve("hand")
     )
 
