@@ -211,6 +211,7 @@ class Collections(Part):
         self._edited = self._before_run
 
     def _forget(self) -> None:
+        self._registry.forget()
         self._edited = self._before_run = {}
         self._made = 0
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 from handler_calls import World
-from scenes_for_tests import ARM
+from scenes_for_tests import ARM, world_of
 
 from simx_server.errors import CommandError
+from simx_server.scene.formats.loader import load_text
 
 TOOL = """
 <mujoco model="tool">
@@ -145,3 +146,13 @@ def test_what_masks_keep_apart_in_copies_may_meet_again(world: World) -> None:
     for handle in (hand, hand_copy):
         world.call("simxSetObjectIntParameter", handle, 3019, 0xFFFF)
     assert not world.sim.scene.spec.excludes
+
+
+def test_another_scene_counts_the_handles_of_what_it_registers_from_the_first_again() -> None:
+    scene = """<mujoco><worldbody><body name="a"><geom size="0.1"/></body></worldbody><custom>
+      <text name="simx:collection:pair" data="objects=a"/>
+      <text name="simx:collision:touch" data="entity1=a"/></custom></mujoco>"""
+    world = world_of(scene)
+    first = world.collections.find("pair"), world.meters.collisions.find("touch")
+    world.simulation.use(*load_text(scene))
+    assert (world.collections.find("pair"), world.meters.collisions.find("touch")) == first
