@@ -9,6 +9,8 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 SCENE  ?= ur5_rg2_kinect
 TESTS  ?=
+# One more than there are cores: many tests wait for another process.
+WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 4 ? cores + 1 : 4)))
 SECONDS ?= 600
 ROLES   ?=
 
@@ -44,10 +46,10 @@ demo: $(READY) ## drive the tutorial's robot: with keys in a window, or automati
 	@$(BIN)/simx-run --server $(SCENE) examples/keyboard_control.py
 
 test: $(READY) ## all tests; TESTS=tests/server/app/test_cli.py for some
-	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile $(TESTS)
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $(TESTS)
 
 test-fast: $(READY) ## the tests that need under a minute together
-	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile -m "not slow" $(TESTS)
+	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not slow" $(TESTS)
 
 soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server must stay up and return to where it began
 	@PYTHONPATH=tests:tests/support:tests/support/worlds $(BIN)/python tests/system/load/soak.py $(SECONDS)

@@ -34,12 +34,15 @@ MEASUREMENTS = {
     "sizes": "bench.images.sizes",
     "servers": "bench.load.servers",
     "batch": "bench.calls.batch",
+    "original": "bench.calls.original",
     "scenes": "bench.world.scenes",
     "sensors": "bench.world.sensors",
     "view": "bench.load.view",
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",
     "edits": "bench.world.edits",
+    "vrep": "bench.world.vrep_files",
+    "zmq": "bench.zmq.calls",
 }
 """By name the module whose function ``measure`` makes it, in the order of the report."""
 

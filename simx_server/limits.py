@@ -76,6 +76,8 @@ class Limits:
     custom_data: int = _size(256 << 20, "of custom data", 16 << 30)
     """Custom data of scripts, with all objects, the scene and the server."""
     drawings: int = _count(1000, "drawing objects")
+    points: int = _count(1_000_000, "points of point clouds and voxels of octrees that scripts use")
+    """Images and sensors regard 20,000 of each object."""
     tubes: int = _count(1000, "open ends of tubes")
     collections: int = _count(1000, "collections that scripts made")
     substeps: int = _count(10_000, "physics steps in a simulation step")

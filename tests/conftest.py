@@ -55,6 +55,7 @@ SLOW = (
     "test_frames_properties", "test_gl_backend", "test_help_examples", "test_hostile", "test_idioms",
     "test_imported_meshes", "test_installing", "test_keyboard", "test_kinematics", "test_legacy", "test_log_",
     "test_many_clients", "test_modern_client", "test_modes_property", "test_namespaces",
+    "test_original_hostile", "test_original_library", "test_original_server",
     "test_over_zenoh", "test_pace", "test_packaging", "test_parameter_functions", "test_path_planning",
     "test_reach", "test_readers_change", "test_readme", "test_reconnection", "test_recording",
     "test_render_thread", "test_rendering", "test_replay", "test_rg2", "test_run_", "test_scenes_of",

@@ -44,6 +44,9 @@ class Running:
     started_in: float
     """Seconds from spawning it to its ready line."""
 
+    ports: tuple[int, ...] = ()
+    """All ports of the ready line, the first of them again."""
+
 
 @contextmanager
 def server(*arguments: str, command: Sequence[str] = SERVER) -> Iterator[Running]:
@@ -92,15 +95,15 @@ def _running(command: Sequence[str]) -> Iterator[Running]:
     try:
         line = output.ready_line(READY_WITHIN_S)
         took = time.perf_counter() - began
-        port = re.search(r"/127\.0\.0\.1:(\d+)", line)
-        if port is None:
+        ports = tuple(map(int, re.findall(r"/127\.0\.0\.1:(\d+)", line)))
+        if not ports:
             _end(process)
             output.finish()
             raise NotReady(
                 f"'{' '.join(command[1:])}' ended or kept silent for {took:.0f} s instead of getting ready: "
                 f"{output.last_words()}"
             )
-        yield Running(int(port[1]), process.pid, took)
+        yield Running(ports[0], process.pid, took, ports)
     finally:
         _end(process)
         output.finish()

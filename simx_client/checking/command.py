@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -15,6 +16,7 @@ from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.cli.terminal import Paint, print_what_can_be, while_read
 
 from ..protocol.commands import BY_NAME
+from ..protocol.files import scene_for, scenes_beside
 from .elsewhere import NAMES, TWINS, functions
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of
@@ -27,7 +29,7 @@ PROGRAM = "simx-check"
 EXAMPLES = """\
 examples:
   simx-check robotControl.py                          what it calls and names
-  simx-check robotControl.py --scene my_robot.xml     and what that scene lacks
+  simx-check robotControl.py --scene my_robot.ttt     and what that scene lacks
   simx-check robotControl.py --scene ur5_rg2_kinect --json
 Nothing of the script is run. A name that is put together of parts shows * for what is known only at run time.
 exit codes: 0 nothing is missing, 1 something is, 2 wrong usage, the file is no Python, or it calls no remote API
@@ -65,7 +67,7 @@ def _check(options: argparse.Namespace) -> int:
         names = names_of(program)
         wants = wants_of(program, names)
         flags = ["--command-server"] if options.command_server else []
-        scene = None if options.scene is None else look_at(options.scene, *flags)
+        scene = None if options.scene is None else look_at(scene_for(options.script, options.scene), *flags)
     except (CannotRead, NoScene) as error:
         sys.stderr.write(f"{PROGRAM}: {error}\n")
         return USAGE
@@ -172,7 +174,10 @@ def as_lines(
     elif problems:
         yield paint(f"{problems} {'problem' if problems == 1 else 'problems'}", "red")
     elif scene is None:
-        yield paint("no problem found; --scene SCENE compares the names with a scene's", "green")
+        named = [each.name for each in wants.of_kind("scene file")]
+        there = scenes_beside(program.script.path, named)
+        meant = shlex.quote(there[0]) if len(there) == 1 else "SCENE"
+        yield paint(f"no problem found; --scene {meant} compares the names with a scene's", "green")
     else:
         yield paint(f"nothing is missing in {scene.name}", "green")
 

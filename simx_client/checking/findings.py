@@ -157,7 +157,7 @@ def _registered(wants: Wants, scene: SceneView) -> Iterator[Finding]:
                 there = ", ".join(names) or "none"
                 text = (
                     f"no {kind} '{each.name}' in {scene.name}; there are: {there}; "
-                    f"a custom text simx:{kind}:{each.name} in the scene's file makes it"
+                    f"a custom text simx:{kind}:{each.name} {scene.how_to_add} makes it"
                 )
                 yield Finding(PROBLEM, each.place, text)
 
@@ -176,7 +176,7 @@ def _scripts(wants: Wants, scene: SceneView) -> Iterator[Finding]:
         if not any(each["scripts"] for each in found):
             text = (
                 f"'{owner}' has no script in {scene.name}, and {function} is called there; a custom text "
-                f"simx:script:{owner} in the scene's file names one (docs/scripts.md)"
+                f"simx:script:{owner} {scene.how_to_add} names one (docs/scripts.md)"
             )
             yield Finding(PROBLEM, place, text)
         elif ANY not in function and function not in offered:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ..errors import SimxError
 from ..protocol.cli.installing import missing_server
+from ..protocol.files import is_vrep_name
 from ..protocol.nearest import nearest
 from .texts import ANY, matches
 
@@ -33,6 +36,14 @@ class SceneView:
     @property
     def name(self) -> str:
         return self.record["scene"]
+
+    @property
+    def how_to_add(self) -> str:
+        """Return where a custom text is added to it: a V-REP file is converted first."""
+        file = str(self.record.get("file") or "")
+        if not is_vrep_name(file):
+            return "in the scene's file"
+        return f"in the MJCF that `simx-server {shlex.quote(Path(file).name)} --convert FOLDER` writes"
 
     @property
     def objects(self) -> list[dict[str, Any]]:

@@ -33,6 +33,7 @@ from simx_client.launch.server import OwnServer, ServerNotReady
 from simx_client.launch.windows.patch import patch_cv2
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.files import scene_for
 from simx_client.protocol.nearest import file_like
 
 PROGRAM = "simx-run"
@@ -48,7 +49,7 @@ what a script gets, in this process only:
 
 examples:
   simx-run robotControl.py                      a simx-server is running already
-  simx-run --server scene.xml robotControl.py   with a server of its own
+  simx-run --server scene.ttt robotControl.py   with a server of its own
   simx-run --plain script.py --episodes 10      what follows SCRIPT is the script's
 """
 
@@ -181,7 +182,8 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
 
 
 def _start_server(options: argparse.Namespace) -> None:
-    server = OwnServer(options.server, shlex.split(options.server_args))
+    scene = scene_for(Path(options.script), options.server)
+    server = OwnServer(scene, shlex.split(options.server_args))
     # Registered before the script registers anything, so it runs last: after the script's threads and its
     # exit functions, which may still call the server.
     atexit.register(server.stop)

@@ -43,7 +43,8 @@ class OwnServer:
 
     def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
         has_port = any(re.match(r"-p|--port\b", argument) for argument in arguments)
-        free = [] if has_port else ["--port", "0"]
+        # Its ports, and those that the scene's scripts would open, belong to other servers.
+        free = [] if has_port else ["--port", "0", "--no-script-ports"]
         # -P: the working folder is the server's workspace, in which clients may put modules.
         self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments, "--until-eof"]
         self._has_config = any(re.match(r"-c|--config\b", argument) for argument in arguments)

@@ -15,7 +15,7 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME, CARRIED
-from simx_client.protocol.files import MAX_FILE, twins
+from simx_client.protocol.files import MAX_FILE, is_vrep_name, twins
 from simx_client.protocol.kinds import to_int32, to_text
 
 from .marshalling import Shape
@@ -90,11 +90,17 @@ def _lend(connection: Connection, name: str, path: str) -> int:
 
 
 def _twin(path: Path) -> Path:
-    """Return the file beside a V-REP file that MuJoCo can read, if there is one; else the path unchanged."""
+    """Return the file that is sent for a path: the file itself where the server reads it, else one of the same stem.
+
+    V-REP's custom UIs and CoppeliaSim's XML files cannot be read; a missing file may have a replacement too.
+    """
+    if is_vrep_name(path.name) and path.is_file():
+        return path
     for name in twins(path.name):
         twin = path.with_name(name)
         if twin.is_file():
-            logger.info("'%s' is a V-REP file, '%s' beside it is sent in its place", path, name)
+            why = "cannot be read" if path.is_file() else "is not there"
+            logger.info("'%s' %s, '%s' beside it is sent in its place", path, why, name)
             return twin
     return path
 

@@ -49,16 +49,15 @@ _ZENOH = "tests/server/gateways/test_zenoh.py::"
 DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Stop is immediate.",
-        "When a blocking `simxStopSimulation` returns, the simulation is stopped and the state it was started from is "
-        "back. V-REP needed a few more simulation steps.",
+        "When a blocking `simxStopSimulation` returns, the simulation is stopped and its start state "
+        "is restored. V-REP needed a few more simulation steps.",
         _SURPRISES + "test_08_stop_has_happened_when_it_returns",
         "simxStopSimulation",
         when=NEVER,
     ),
     Difference(
         "A trigger answers after its step.",
-        "What you read after `simxSynchronousTrigger` is the new state. Trigger and ping, as V-REP needed it, still "
-        "works.",
+        "What you read after `simxSynchronousTrigger` is the new state. Trigger and ping still works.",
         _SURPRISES + "test_06_a_trigger_answers_after_its_pass_and_trigger_with_ping_still_works",
         "simxSynchronousTrigger",
         when="a trigger without a ping",
@@ -95,7 +94,8 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "Port 19999 is always there.",
-        "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one.",
+        "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one. The same holds "
+        "for a port that a script of the scene names, as in `simRemoteApi.start(20000)`.",
         "tests/server/runtime/test_server_loop.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
         "simxStart",
         when="port 19999",
@@ -109,14 +109,14 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "MuJoCo does the physics.",
-        "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's, and heavy contact "
-        "differs in detail.",
+        "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's and differ in "
+        "detail.",
         "tests/server/handlers/test_handlers_simulation.py::test_version_engine_and_platform_are_told",
         when="joints are driven",
     ),
     Difference(
-        "Scenes are MJCF or URDF.",
-        "A `.ttt` file cannot be read; a script that asks for `robot.ttt` gets `robot.xml` if there is one.",
+        "Scenes are V-REP's own files, MJCF or URDF.",
+        "A script that asks for `robot.ttt` where there is none gets `robot.xml`.",
         "tests/conformance/test_simulation_functions.py::test_a_name_of_the_originals_format_means_the_same_stem_in_ours",
         "simxLoadScene simxLoadModel",
     ),
@@ -278,8 +278,8 @@ DIFFERENCES: tuple[Difference, ...] = (
         when="changes and a stop",
     ),
     Difference(
-        "Models are MJCF, URDF, STL or OBJ files;",
-        "a `.ttm` name means the same stem with such an ending.",
+        "Models are V-REP's own files, MJCF, URDF, STL or OBJ;",
+        "the name of a missing `.ttm` file means the same stem with such an ending.",
         "tests/server/scene/editing/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
         "simxLoadModel simxLoadScene",
     ),
@@ -305,7 +305,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "A proximity sensor does not detect the shape that carries it.",
-        "V-REP's models declare that shape undetectable instead.",
+        "V-REP's models declare that shape undetectable instead; sensors of V-REP's own files do detect it.",
         "tests/server/sensors/test_sensors_proximity_force.py::test_sensor_sees_the_nearest_thing_in_its_own_frame",
         "simxReadProximitySensor",
         when=NEVER,
@@ -445,7 +445,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "What cameras do not see, proximity sensors do not detect",
         "(MuJoCo's geom groups from 3 on, what is wholly transparent), nor what is annotated as not detectable. "
-        "V-REP's shapes say both separately.",
+        "V-REP's shapes say both separately, and so do those of its own files.",
         "tests/server/sensors/test_sensors_proximity_force.py::test_what_cameras_do_not_see_is_not_detected",
         "simxReadProximitySensor",
     ),

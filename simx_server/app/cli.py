@@ -32,13 +32,13 @@ logger = logging.getLogger(__name__)
 PROGRAM = "simx-server"
 
 LISTS = ("commands", "script_functions")
-PAGES = ("tree", "doctor", *LISTS)
+PAGES = ("tree", "import_report", "doctor", *LISTS)
 """Flags that print something instead of serving."""
 
 EXAMPLES = """\
 examples:
   simx-server                          the tutorial's scene on 19997 and 19999
-  simx-server my_robot.xml --start     any MJCF or URDF, running at once
+  simx-server my_robot.ttt --start     any V-REP scene, MJCF or URDF, running at once
   simx-server --speed max --port 0     as fast as it goes, on a free port
   simx-server --count 8 --port 0       eight of them, listed as JSON when ready
 every flag is also a variable: --time-step is SIMX_TIME_STEP; the flag wins
@@ -109,6 +109,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_version(group)
     group.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
     group.add_argument("--tree", action="store_true", help="print the scene's objects (--json)")
+    group.add_argument(
+        "--import-report", action="store_true", help="print what a V-REP file loses here (--json)"
+    )
     group.add_argument("--doctor", action="store_true", help="test what it needs of this machine (--json)")
     group.add_argument(
         "--commands",
@@ -159,14 +162,14 @@ def _run(argv: Sequence[str] | None) -> int:
     form = {name for name in ("json", "markdown") if given.pop(name, False)}
     if len(pages) > 1 or len(form) > 1 or (form and not pages):
         parser.error(
-            "--json and --markdown say how to print a page; valid: --tree, --doctor, --commands or "
+            "--json and --markdown say how to print a page; valid: --tree, --import-report, --doctor, --commands or "
             "--script-functions, with one of them or none"
         )
     page = pages[0] if pages else None
     if page in LISTS:
         return _print_list(page, form)
     if page is not None and "markdown" in form:
-        parser.error(f"--markdown is for lists; valid: --{page} with --json or nothing")
+        parser.error(f"--markdown is for lists; valid: --{page.replace('_', '-')} with --json or nothing")
     try:
         settings = Settings.gather(given, os.environ)
     except SettingError as error:
@@ -244,6 +247,10 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
             return print_findings(settings, as_json=as_json)
         with watched():
             import_mujoco()
+            if page == "import_report":
+                from simx_server.app.import_report import print_report
+
+                return print_report(settings, as_json=as_json)
             from simx_server.app.scene_listing import print_tree
 
             return print_tree(settings, as_json=as_json)

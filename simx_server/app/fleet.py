@@ -263,7 +263,7 @@ def _tell_parent(writer: int, gateway: ZenohGateway, world: World) -> None:
     place = {
         "realm": gateway.realm,
         "ports": list(gateway.ports),
-        "endpoints": list(gateway.endpoints),
+        "endpoints": [*gateway.endpoints, *gateway.more_endpoints],
         "scene": world.simulation.scene.name,
         "pid": os.getpid(),
     }

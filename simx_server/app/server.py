@@ -10,23 +10,28 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
 
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
+from simx_client.protocol.messages import Pace
 from simx_client.protocol.roster import noted
 from simx_client.protocol.windows import ADD_ON as WINDOWS
 from simx_server.errors import CommandError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import DescriptorWatch, raise_limit
-from simx_server.gateways.zenoh import GatewayError, ZenohGateway
+from simx_server.gateways.errors import GatewayError
+from simx_server.gateways.legacy.listener import LegacyGateway
+from simx_server.gateways.script_doors import ScriptDoors
+from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zmq.gateway import ZmqGateway
 from simx_server.handlers import HANDLERS
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.packages import OutputError
 from simx_server.outputs.state_log import StateLog
-from simx_server.parts.command_server import CommandServer
+from simx_server.parts.communication.command_server import CommandServer
 from simx_server.processes import heap
 from simx_server.recording import LogError, Recorder
 from simx_server.recording.log_file import LogReader
@@ -35,6 +40,7 @@ from simx_server.recording.replay_loop import Divergence
 from simx_server.recording.replaying import replay
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import ServerLoop
+from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.saving import save_mjcf
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
@@ -121,6 +127,8 @@ def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None 
             exit_code = _replay(settings.replay, settings, rendering)
         elif settings.save_mjcf is not None:
             exit_code = _save(settings.save_mjcf, settings)
+        elif settings.convert is not None:
+            exit_code = _convert(settings.convert, settings)
         elif settings.snapshot is not None:
             exit_code = _picture(settings.snapshot, settings, rendering)
         else:
@@ -178,6 +186,15 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
 def _save(path: Path, settings: Settings) -> int:
     try:
         save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, Sources.of(settings.package))
+    except CommandError as error:
+        logger.error("%s", error)
+        return FAILURE
+    return DONE
+
+
+def _convert(folder: Path, settings: Settings) -> int:
+    try:
+        write_folder(find_scene(settings.scene or DEFAULT_SCENE), folder, Sources.of(settings.package))
     except CommandError as error:
         logger.error("%s", error)
         return FAILURE
@@ -256,15 +273,7 @@ def run_server(
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
-        gateway = ZenohGateway(
-            loop,
-            ports=settings.ports,
-            listen=settings.listen,
-            connect=settings.connect,
-            realm=settings.realm,
-            config=settings.config,
-            multicast_scouting=settings.multicast_scouting,
-        )
+        gateway, others, legacy_ports = _open_gateways(settings, loop)
     except GatewayError as error:
         logger.error("%s", error)
         return FAILURE
@@ -283,6 +292,9 @@ def run_server(
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
         beside.callback(gateway.close)
+        beside.callback(loop.close_sockets)
+        beside.callback(others.close)
+        _open_script_ports(world, settings, loop, [*gateway.ports, *legacy_ports], beside)
         beside.callback(loop.close)
         world.scripts.add_ons[ADD_ON] = Feed(loop, gateway.realm, gateway.ports)
         world.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
@@ -316,9 +328,56 @@ def run_server(
     return DONE
 
 
+def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, ExitStack, Sequence[int]]:
+    """Open the ways in.
+
+    Returns:
+        The gateway at the server's ports, a stack that closes the others, and the ports for original clients.
+
+    Raises:
+        GatewayError: one of them cannot listen; then none does.
+    """
+    with ExitStack() as stack:
+        gateway = ZenohGateway(
+            loop,
+            ports=settings.ports,
+            listen=settings.listen,
+            connect=settings.connect,
+            realm=settings.realm,
+            config=settings.config,
+            multicast_scouting=settings.multicast_scouting,
+        )
+        stack.callback(gateway.close)
+        others = stack.enter_context(ExitStack())
+        legacy = LegacyGateway(loop, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
+        others.callback(legacy.close)
+        gateway.more_endpoints += [f"legacy/{address}" for address in legacy.endpoints]
+        if settings.zmq is not None:
+            further = ZmqGateway(loop, settings.zmq)
+            others.callback(further.close)
+            gateway.more_endpoints.append(further.endpoint)
+        kept = others.pop_all()
+        stack.pop_all()
+    return gateway, kept, legacy.ports
+
+
+def _open_script_ports(
+    world: World, settings: Settings, loop: ServerLoop, own: Sequence[int], stack: ExitStack
+) -> None:
+    """Open the ports at which the scene's scripts start the remote API; ``stack`` closes them."""
+    if settings.auto_start:
+        loop.more_starting_ports = world.script_ports.named
+    if settings.script_ports:
+        pace = Pace[settings.legacy_pace.upper()] if settings.legacy_ports else None
+        doors = ScriptDoors(loop, own, settings.config, legacy_pace=pace)
+        stack.callback(doors.close_all)
+        loop.watches.append(doors.look)
+        world.script_ports.serve(doors)
+
+
 def _say_ready(gateway: ZenohGateway, world: World) -> None:
     """Write one line to stdout for people, supervisors and tests."""
-    endpoints = " ".join(gateway.endpoints)
+    endpoints = " ".join((*gateway.endpoints, *gateway.more_endpoints))
     sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={world.simulation.scene.name}\n")
     sys.stdout.flush()
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     """Fields, and what is wrong with them."""
 
 _OF_SERVERS = (
-    "ports", "start", "auto_start", "temporary_port", "speed", "quit_after_stop", "listen", "connect", "config",
-    "multicast_scouting", "realm", "view",
+    "ports", "start", "auto_start", "temporary_port", "script_ports", "speed", "quit_after_stop", "listen", "connect",
+    "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq",
 )  # fmt: skip
 """Fields without a meaning when no client is served."""
 
@@ -40,6 +40,17 @@ def _ports(settings: Settings) -> Conflicts:
     chosen = [port for port in settings.ports if port]
     for port in sorted(port for port in chosen if chosen.count(port) > 1):
         yield "ports", f"{port} is given twice; valid: each port once, 0 as often as you like"
+    legacy = [port for port in (int(each.rpartition(":")[2]) for each in settings.legacy_ports) if port]
+    for port in sorted(port for port in legacy if legacy.count(port) > 1):
+        yield "legacy_ports", f"{port} is given twice; valid: each port once, 0 as often as you like"
+    for port in sorted({*chosen} & {*legacy}):
+        yield (
+            "legacy_ports",
+            (
+                f"{port} is given with --port too, which is for clients of this project; "
+                f"valid: another number for one of both"
+            ),
+        )
 
 
 def _count(settings: Settings) -> Conflicts:
@@ -61,7 +72,9 @@ def _count(settings: Settings) -> Conflicts:
                 "valid: one of both, and for one of many: python -m simx_server.viewer 127.0.0.1:PORT"
             ),
         )
-    if max(settings.member(settings.count - 1).ports) > 65535:
+    last = settings.member(settings.count - 1)
+    others = [*last.legacy_ports, *([last.zmq] if last.zmq else [])]
+    if max(*last.ports, 0, *(int(each.rpartition(":")[2]) for each in others)) > 65535:
         yield (
             "count",
             (
@@ -74,6 +87,8 @@ def _count(settings: Settings) -> Conflicts:
 def _recording(settings: Settings) -> Conflicts:
     if settings.record and settings.count is not None:
         yield "record", "with --count all servers would write the same file; valid: one of both"
+    if settings.record and settings.zmq:
+        yield "record", "calls of the ZeroMQ remote API are not recorded; valid: --record or --zmq"
     if settings.replay and (settings.record or settings.scene or settings.count is not None):
         yield (
             "replay",
@@ -92,6 +107,7 @@ def _pictures(settings: Settings) -> Conflicts:
         "state_log": (),
     }
     others["save_mjcf"] = (*others, "record", "replay")
+    others["convert"] = (*others, "record", "replay")
     for name, more in others.items():
         for other in (*more, "count"):
             if getattr(settings, name) is not None and getattr(settings, other) is not None:
@@ -113,8 +129,8 @@ def _without_clients(settings: Settings) -> Conflicts:
         meaningless -= {"duration"} if settings.snapshot else set()
     elif settings.snapshot:
         beside, meaningless = "--snapshot", set(_OF_SERVERS)
-    elif settings.save_mjcf:
-        beside, meaningless = "--save-mjcf", of_replay
+    elif settings.save_mjcf or settings.convert:
+        beside, meaningless = "--save-mjcf" if settings.save_mjcf else "--convert", of_replay
     else:
         return
     for name in (*_OF_SERVERS, *DECISIVE, "workspace", "package", "duration"):

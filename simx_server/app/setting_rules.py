@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from ipaddress import IPv4Address
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -177,6 +178,19 @@ def web_address(text: str) -> str:
     return f"{host or '127.0.0.1'}:{PORT.parse(number)}"
 
 
+def legacy_address(text: str) -> str:
+    """Return ``HOST:PORT`` for clients of the original, which know IPv4 only; a port alone means this host."""
+    address = web_address(text)
+    IPv4Address(address.rpartition(":")[0])
+    return address
+
+
+def next_address(address: str, number: int) -> str:
+    """Return ``HOST:PORT`` with a port that is higher by a number; 0, a free one, stays."""
+    host, _, port = address.rpartition(":")
+    return f"{host}:{int(port) and int(port) + number}"
+
+
 def _picture_size(text: str) -> tuple[int, int]:
     width, height = map(_side, text.lower().split("x"))
     return width, height
@@ -200,6 +214,16 @@ SPEED = Rule(
     ("max",),
 )
 FOLDER = Rule("an existing folder", _folder, "FOLDER")
+NEW_FOLDER = Rule(
+    "a folder, or a new one in an existing folder",
+    _path(lambda path: path.is_dir() or (path.parent.is_dir() and not path.exists())),
+    "FOLDER",
+)
 PACKAGE = Rule("NAME=DIR with an existing folder", _package, "NAME=DIR")
 WEB_ADDRESS = Rule("a port, 0 for a free one, or HOST:PORT; SCENE stands before it", web_address, "PORT")
+LEGACY_ADDRESS = Rule(
+    "a port, 0 for a free one, or HOST:PORT with an IPv4 address of this machine, such as 0.0.0.0:19997",
+    legacy_address,
+    "PORT",
+)
 PICTURE_SIZE = Rule(f"WIDTHxHEIGHT, each from 16 to {LARGEST_SIDE}, such as 1280x720", _picture_size, "WxH")

@@ -51,7 +51,7 @@ class Settings:
 
     scene: str | None = _setting(
         None,
-        "MJCF or URDF file, or the name of a shipped scene",
+        "V-REP (.ttt, .ttm), MJCF or URDF file, or the name of a shipped scene",
         Rule("a path or a name", str),
         flag="SCENE",
         unset="ur5_rg2_kinect, the tutorial's",
@@ -97,6 +97,19 @@ class Settings:
         heading="connections",
     )
     temporary_port: int = _setting(19999, "the port that is there only while running (19999)", rules.PORT)
+    script_ports: bool = _setting(True, "scripts of the scene open no ports of their own")
+    legacy_ports: tuple[str, ...] = _setting(
+        (),
+        "port for unmodified programs with V-REP's own library, repeatable",
+        rules.LEGACY_ADDRESS,
+        flag="--legacy-port",
+        many=True,
+    )
+    legacy_pace: str = _setting(
+        "repeat",
+        "when their blocking calls are answered: free, repeat (as in V-REP), every",
+        rules.one_of("PACE", "free", "repeat", "every"),
+    )
     listen: tuple[str, ...] = _setting(
         (),
         "further Zenoh endpoint, repeatable; opens it to others",
@@ -113,6 +126,13 @@ class Settings:
         rules.file("an existing JSON5 file of Zenoh settings"),
         letter="-c",
         unset="none",
+    )
+    zmq: str | None = _setting(
+        None,
+        "also serve clients of CoppeliaSim's ZeroMQ remote API (23000)",
+        rules.WEB_ADDRESS,
+        unset="they are not served",
+        lone="23000",
     )
     multicast_scouting: bool = _setting(False, "let others on the network discover it")
     realm: str | None = _setting(
@@ -150,6 +170,9 @@ class Settings:
     )
     save_mjcf: Path | None = _setting(
         None, "write SCENE as MJCF and leave, for example a URDF", rules.new_file(".xml"), unset="nothing"
+    )
+    convert: Path | None = _setting(
+        None, "write a V-REP file as MJCF, with all its parts, and leave", rules.NEW_FOLDER, unset="nothing"
     )
     video: Path | None = _setting(
         None, "film what runs (--camera NAME, --size WxH, --fps N)", rules.new_file(".mp4"), unset="nothing"
@@ -233,6 +256,8 @@ class Settings:
                 values[name] = tuple(setting.read(text, origin) for text in given)
             else:
                 values[name] = setting.read(given, origin)
+        if "ports" not in values and (legacy := values.get("legacy_ports")):
+            values["ports"] = _give_way(legacy)
         settings = cls(**values, origins=MappingProxyType(origins))
         refuse_conflicts(settings)
         return settings
@@ -242,13 +267,15 @@ class Settings:
 
         With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``.
         """
-        fixed = [port for port in self.ports if port]
+        fixed = [port for port in (*self.ports, *map(port_of, self.legacy_ports)) if port]
         offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0
         return dataclasses.replace(
             self,
             ports=tuple(port and port + offset for port in self.ports),
+            legacy_ports=tuple(_moved(address, offset) for address in self.legacy_ports),
             temporary_port=self.temporary_port + (offset if self.temporary_port in fixed else 0),
             realm=self.realm and f"{self.realm}-{number}",
+            zmq=self.zmq and rules.next_address(self.zmq, number),
             count=None,
         )
 
@@ -262,6 +289,23 @@ class Settings:
             )
             for name, setting in SETTINGS.items()
         ]
+
+
+def port_of(address: str) -> int:
+    """Return the port of ``HOST:PORT``."""
+    return int(address.rpartition(":")[2])
+
+
+def _moved(address: str, offset: int) -> str:
+    host, _, port = address.rpartition(":")
+    return f"{host}:{int(port) and int(port) + offset}"
+
+
+def _give_way(legacy: tuple[str, ...]) -> tuple[int, ...]:
+    """Return the default ports without those that original clients are to find, or a free one if none is left."""
+    taken = {port_of(address) for address in legacy}
+    default: tuple[int, ...] = Settings.ports
+    return tuple(port for port in default if port not in taken) or (0,)
 
 
 def _shown(value: object) -> str:

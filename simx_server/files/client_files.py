@@ -22,7 +22,7 @@ from typing import IO
 from urllib.parse import quote, unquote_to_bytes
 from xml.etree import ElementTree
 
-from simx_client.protocol.files import MESH_SUFFIXES
+from simx_client.protocol.files import MESH_SUFFIXES, VREP_FILES
 from simx_server.errors import CommandError
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.gathering import files_named
@@ -269,8 +269,8 @@ def _parts(file: Path) -> Iterator[Path]:
 
 
 def _named(file: Path) -> Iterator[str]:
-    """Yield the names of included files; none for a file that is not XML (a zip, a mesh)."""
-    if file.suffix.lower() in (*MESH_SUFFIXES, ".zip"):
+    """Yield the names of included files; none for a file that is not XML (a zip, a mesh, a V-REP file)."""
+    if file.suffix.lower() in (*MESH_SUFFIXES, *VREP_FILES, ".zip"):
         return
     try:
         data = file.read_bytes()

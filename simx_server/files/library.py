@@ -6,7 +6,14 @@ import logging
 import re
 from pathlib import Path
 
-from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
+from simx_client.protocol.files import (
+    MESH_SUFFIXES,
+    OPENED_SUFFIXES,
+    SCENE_SUFFIXES,
+    VREP_MODEL_SUFFIX,
+    is_vrep_name,
+    vrep_stem,
+)
 from simx_client.protocol.nearest import did_you_mean, file_like
 from simx_server.errors import CommandError
 
@@ -15,8 +22,6 @@ DEFAULT_SCENE = "ur5_rg2_kinect"
 
 MODELS = "models"
 """Name of the folder beside a scene that may hold its models and their scripts."""
-
-MODEL_SUFFIX = ".ttm"
 
 logger = logging.getLogger(__name__)
 
@@ -52,7 +57,8 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
     """Return the file meant by `text`.
 
     Args:
-        text: an existing path, the name of a shipped scene or model, or a V-REP file that has a shipped equivalent.
+        text: an existing path, the name of a shipped scene or model, or a missing V-REP file that has a shipped
+            equivalent.
         folder: where a relative path is searched (default: the working directory) before the shipped files.
         model: search for a model; a mesh file is accepted too.
 
@@ -61,12 +67,13 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
     """
     given = Path(text) if folder is None else folder / text
     stem = vrep_stem(given.name)
-    suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if model else ())
+    suffixes = OPENED_SUFFIXES + (MESH_SUFFIXES if model else ())
     if stem is None:
         own, names = [given, *_with_suffixes(given, suffixes)], [given.name]
     else:
-        own, names = _with_suffixes(given.with_name(stem), suffixes), [stem, plain(stem)]
-        model = given.name.lower().endswith(MODEL_SUFFIX)
+        twins = _with_suffixes(given.with_name(stem), SCENE_SUFFIXES + (MESH_SUFFIXES if model else ()))
+        own, names = in_order(given, twins), [stem, plain(stem)]
+        model = given.name.lower().endswith(VREP_MODEL_SUFFIX)
     # A shipped robot has its own scene, often with the same name.
     folders = (shipped_models(), shipped_scenes()) if model else (shipped_scenes(), shipped_models())
     shipped = [
@@ -78,13 +85,24 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
     candidates = [*own, *shipped]
     for candidate in candidates:
         if candidate.is_file():
-            if stem is not None:
-                logger.info("'%s' is a V-REP file, '%s' is loaded in its place", given, candidate)
+            if stem is not None and candidate != given:
+                tell_of_twin(given, candidate)
             return candidate
     what, listed = ("model", list_models()) if model else ("scene", list_scenes())
-    advice = "convert it to MJCF or URDF" if stem is not None else "give the path of an MJCF or URDF file"
+    advice = "give the path of a V-REP (.ttt, .ttm), MJCF or URDF file"
     meant = _like(given, listed, beside=folder is None) or ";"
     raise CommandError(f"no {what} '{text}'{meant} shipped {what}s: {', '.join(listed) or 'none'}; {advice}")
+
+
+def in_order(given: Path, twins: list[Path]) -> list[Path]:
+    """Return a V-REP file and its replacements, the best first: a file that cannot be read comes last."""
+    return [given, *twins] if is_vrep_name(given.name) else [*twins, given]
+
+
+def tell_of_twin(given: str | Path, found: Path) -> None:
+    """Log that a file is loaded in place of a V-REP file."""
+    why = "is not there" if is_vrep_name(str(given)) else "cannot be read"
+    logger.info("'%s' %s, '%s' is loaded in its place", given, why, found)
 
 
 def _like(given: Path, shipped: list[str], *, beside: bool) -> str:
@@ -93,7 +111,7 @@ def _like(given: Path, shipped: list[str], *, beside: bool) -> str:
     With `beside`, for the operator only, similar files in the same folder come before shipped ones. Clients must
     not learn which files exist.
     """
-    return (file_like(given, SCENE_SUFFIXES) if beside else "") or did_you_mean(given.stem, shipped)
+    return (file_like(given, OPENED_SUFFIXES) if beside else "") or did_you_mean(given.stem, shipped)
 
 
 def _with_suffixes(path: Path, suffixes: tuple[str, ...]) -> list[Path]:

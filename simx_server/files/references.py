@@ -18,7 +18,8 @@ from xml.etree import ElementTree
 from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
 from simx_server.errors import CommandError
 from simx_server.scene.formats.contents import Contents
-from simx_server.scene.formats.urdf import is_urdf
+from simx_server.scene.formats.urdf.reading import is_urdf
+from simx_server.scene.formats.vrep.recognising import is_vrep
 
 from .library import shipped_scenes
 from .regular_files import no_regular_file, read_of_client
@@ -61,6 +62,8 @@ def check_references(file: Path, folders: Collection[Path], contents: Contents |
     read = partial(_read, contents=contents)
     seen: set[Path] = set()
     content = read(file)
+    if is_vrep(content, file.name):
+        return  # it contains everything, and names no files
     if file.suffix.lower() == ".zip":
         _check_size(content, file.name)
         for name, member in _members(content, file.name):

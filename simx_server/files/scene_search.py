@@ -1,8 +1,9 @@
 """Find the scene or model file that a client means by a path or a name.
 
 A program may use the path that the file had in V-REP, `C:\\Users\\me\\robot.ttt`. The path is tried first, then the
-name alone: the open scene, beside that scene, in the workspace, among the shipped files. Files outside these
-folders are not found, and the error does not reveal whether they exist.
+name alone: the open scene, beside that scene, in the workspace, among the shipped files. A V-REP file that is in none
+of these places may have a replacement there: the open scene of the same stem, `robot.xml`, a shipped scene. Files
+outside these folders are not found, and the error does not reveal whether they exist.
 """
 
 from __future__ import annotations
@@ -11,10 +12,24 @@ import logging
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 
-from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
+from simx_client.protocol.files import (
+    MESH_SUFFIXES,
+    OPENED_SUFFIXES,
+    SCENE_SUFFIXES,
+    VREP_MODEL_SUFFIX,
+    is_vrep_name,
+    vrep_stem,
+)
 from simx_server.errors import CommandError
 
-from .library import MODEL_SUFFIX, list_models, list_scenes, plain, shipped_models, shipped_scenes
+from .library import (
+    list_models,
+    list_scenes,
+    plain,
+    shipped_models,
+    shipped_scenes,
+    tell_of_twin,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +58,7 @@ def find_for_client(
         raise CommandError(f"{text[:80]!r} names no file; give the name or path of a scene or model")
     stem = vrep_stem(name)
     if stem is not None:
-        model = name.lower().endswith(MODEL_SUFFIX)
+        model = name.lower().endswith(VREP_MODEL_SUFFIX)
     beside = [] if scene is None else [scene.resolve().parent]
     open_folders = [workspace.resolve(), *beside, shipped_scenes().resolve(), *more_folders]
     if model:  # a shipped robot has its own scene, often with the same name
@@ -52,10 +67,13 @@ def find_for_client(
     names = _stand_ins(name, stem, model=model)
     as_given = [workspace / given.parent, *(folder / given.parent for folder in beside)]
     by_name = [*beside, workspace]
+    # The file itself, wherever it is, before a replacement that is nearer; the other way round if it cannot be read.
+    itself = [] if stem is None else [folder / name for folder in (*as_given, *by_name)]
     candidates = [folder / each for folder in as_given for each in names]
     if scene is not None and not model and _stem(name) == _stem(scene.name):
         candidates.append(scene)
     candidates += [folder / each for folder in by_name for each in names]
+    candidates = [*itself, *candidates] if is_vrep_name(name) else [*candidates, *itself]
     candidates += [folder / each for folder in shipped for each in _plain_too(names, stem)]
     for path in candidates:
         found = _within(path, open_folders)
@@ -69,12 +87,14 @@ def find_for_client(
 
 def _stand_ins(name: str, stem: str | None, *, model: bool) -> list[str]:
     """Return the names of the files that may be meant, the best first."""
-    suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if model else ())
-    return [name, *(name + suffix for suffix in suffixes)] if stem is None else [stem + s for s in suffixes]
+    meshes = MESH_SUFFIXES if model else ()
+    if stem is None:
+        return [name, *(name + suffix for suffix in OPENED_SUFFIXES + meshes)]
+    return [stem + suffix for suffix in SCENE_SUFFIXES + meshes]
 
 
 def _plain_too(names: Iterable[str], stem: str | None) -> Iterator[str]:
-    """Yield the names and, for a V-REP file, each one also in our spelling."""
+    """Yield the names and, for a V-REP file, each one also in the spelling of the shipped files."""
     yield from names
     if stem is not None:
         yield from (plain(PurePosixPath(each).stem) + PurePosixPath(each).suffix for each in names)
@@ -84,7 +104,7 @@ def _stem(name: str) -> str:
     stem = vrep_stem(name)
     if stem is None:
         path = PurePosixPath(name)
-        stem = path.stem if path.suffix.lower() in SCENE_SUFFIXES else name
+        stem = path.stem if path.suffix.lower() in OPENED_SUFFIXES else name
     return plain(stem)
 
 
@@ -100,8 +120,8 @@ def _within(path: Path, folders: Iterable[Path]) -> Path | None:
 
 
 def _tell(text: str, stem: str | None, given: PurePosixPath, found: Path) -> None:
-    if stem is not None:
-        logger.info("'%s' is a V-REP file, '%s' is loaded in its place", text, found)
+    if stem is not None and found.name != given.name:
+        tell_of_twin(text, found)
     elif (given.is_absolute() and found != Path(given)) or ".." in given.parts:
         logger.info("'%s' is not among what clients may open, '%s' is loaded in its place", text, found)
 
@@ -117,15 +137,14 @@ def _not_found(
     model: bool,
 ) -> str:
     what, listed = ("model", list_models()) if model else ("scene", list_scenes())
+    names = names if stem is None else [given.name, *names]
     tried = ", ".join(names[:_MOST_NAMED]) + (", ..." if len(names) > _MOST_NAMED else "")
     folders = " and ".join(str(folder) for folder in searched)
     outside = given.is_absolute() and not any(Path(given).is_relative_to(folder) for folder in open_folders)
     why = " lies outside the server's workspace, and its name was not found" if outside else ""
-    advice = (
-        "convert it to MJCF or URDF" if stem is not None else "give the name of an MJCF or URDF file there"
-    )
+    advice = "put it there" if stem is not None else "give the name of a V-REP, MJCF or URDF file there"
     if outside:
-        advice += ", move it there, or start the server with --workspace"
+        advice = "move it there, or start the server with --workspace"
     return (
         f"no {what} '{text}'{':' if why else ''}{why}; shipped {what}s: {', '.join(listed) or 'none'}; "
         f"looked for {tried} in {folders} and among the shipped ones; {advice}"

@@ -37,6 +37,22 @@ def exposure(endpoints: Sequence[str], config: Any) -> str | None:
     )
 
 
+def plain_exposure(addresses: Sequence[str]) -> str | None:
+    """Return the same warning for a protocol that has neither passwords nor certificates.
+
+    Args:
+        addresses: ``HOST:PORT`` each.
+    """
+    open_ones = [address for address in addresses if _is_beyond_loopback(f"tcp/{address}")]
+    if not open_ones:
+        return None
+    return (
+        f"whoever reaches {', '.join(open_ones)} can do everything a client can, unasked: the original's protocol "
+        "has no passwords and no encryption; leave the host away to listen on this machine alone, and reach it "
+        "through an SSH tunnel or a VPN (recipes: docs/security.md)"
+    )
+
+
 def _has_login(config: Any) -> bool:
     """Return whether every endpoint requires a user and password, or a known public key."""
     return any(
@@ -49,10 +65,14 @@ def _is_beyond_loopback(endpoint: str) -> bool:
     protocol, _, address = endpoint.partition("/")
     if protocol not in _NETWORK:
         return False
-    host = re.split(r"[?#]", address)[0].rpartition(":")[0].strip("[]")
+    return not is_loopback(re.split(r"[?#]", address)[0].rpartition(":")[0].strip("[]"))
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a host can be reached from this machine only; names other than localhost count as others."""
     if host == "localhost":
-        return False
+        return True
     try:
-        return not ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(host).is_loopback
     except ValueError:
-        return True  # a host name, or an interface
+        return False  # a host name, or an interface

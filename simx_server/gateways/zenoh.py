@@ -34,6 +34,7 @@ from simx_server.world.simulation import SimulationState
 
 from ..limits import LimitReached
 from .access import has_rules, rules
+from .errors import GatewayError
 from .exposure import exposure
 from .posting import Care, Postman
 from .throttle import Throttle
@@ -53,10 +54,6 @@ that says hello after 10,000 others have come has to connect again.
 
 MOST_SECRET = 64
 """Bytes of a client's secret; ours have 16. A longer one never matches."""
-
-
-class GatewayError(Exception):
-    """The server cannot listen or connect as requested; the text says what to do."""
 
 
 class ZenohGateway(Part):
@@ -91,6 +88,9 @@ class ZenohGateway(Part):
         self._loop = loop
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
+        self.more_endpoints: list[str] = []
+        """Endpoints of the server's other gateways, for the line that says that it is ready."""
+
         self.load = LoadMeter()
         """Needs a call after every simulation step."""
 
@@ -314,8 +314,11 @@ class ZenohGateway(Part):
         """Answer a query without waiting for its sender, which asks again after a loss."""
 
         def reply() -> None:
-            with query:
-                query.reply(key, payload, **options)
+            try:
+                with query:
+                    query.reply(key, payload, **options)
+            except self._zenoh.ZError as error:  # who asked has given up, as on a busy machine
+                logger.debug("a question about %s was dropped by its sender: %s", key, error)
 
         self._answers[key].send(reply, len(payload))
 
@@ -332,6 +335,14 @@ class ZenohGateway(Part):
         closing.join(CLOSE_TIMEOUT)
         if closing.is_alive():
             logger.warning("a client that takes nothing any more is not waited for")
+
+    def leave(self) -> None:
+        """Close this way in while the server goes on: its clients leave. Any thread."""
+        with self._presence:
+            clients = list(self._present)
+        self.close()
+        for client in clients:
+            self._loop.depart(client)
 
     def _close_session(self) -> None:
         try:

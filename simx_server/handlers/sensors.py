@@ -22,7 +22,8 @@ _BROKEN = 2
 def read_proximity_sensor(world: World, sensor: int) -> tuple[bool, list[float], int, list[float]]:
     """Return state, point, object and normal; zeros when nothing is detected.
 
-    Differs: a sensor does not detect the shape that carries it, which V-REP's models declare undetectable instead.
+    Differs: a sensor does not detect the shape that carries it, unless its annotation has `carrier=yes`, as sensors
+    of V-REP's own files have.
     """
     detection = world.proximity.read(sensor)
     if detection is None:

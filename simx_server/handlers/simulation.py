@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_client.protocol import constants as c
+from simx_server.world.simulation import SimulationState
+
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -43,3 +46,21 @@ def close_scene(world: World) -> None:
 @handler("simxAddStatusbarMessage")
 def add_statusbar_message(world: World, message: str) -> None:
     world.status_bar.add(message)
+
+
+def simulation_state(world: World) -> int:
+    """Return `sim.simulation_stopped`, `_paused`, `_advancing_firstafterstop`, `_advancing_running` or
+    `_advancing_abouttostop`, for scripts; the remote API has no such command.
+    """
+    simulation = world.simulation
+    match simulation.state:
+        case SimulationState.STOPPED:
+            return c.sim_simulation_stopped
+        case SimulationState.PAUSED:
+            return c.sim_simulation_paused
+        case SimulationState.RUNNING if simulation.is_stopping:
+            return c.sim_simulation_advancing_abouttostop
+        case SimulationState.RUNNING if simulation.step_count == 0:
+            return c.sim_simulation_advancing_firstafterstop
+        case _:
+            return c.sim_simulation_advancing_running

@@ -6,11 +6,13 @@ import math
 from collections.abc import Sequence
 
 from simx_server.errors import CommandError
+from simx_server.joints import profiles
 from simx_server.joints.intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
 from simx_server.joints.machine import Machine
 from simx_server.joints.parameters import READ, WRITE, describe
-from simx_server.joints.servo import Rule, rule_of, write_force_limit
+from simx_server.joints.servo import UNDRIVEN, Rule, rule_of, write_force_limit
 from simx_server.joints.state import Binding, JointMode, JointState
+from simx_server.motion_profiles import Goal
 from simx_server.scene.geometry.frames import matrix12
 from simx_server.scene.geometry.joint_chain import joint_separation
 from simx_server.scene.geometry.poses import Pose, Quaternion
@@ -47,6 +49,7 @@ class Joints(Machine):
         """
         binding, state = self._single(handle)
         value = _finite(value, "a joint position")
+        self._end_motion(handle)
         cyclic, least, extent = self.interval(handle)
         value = _wrapped(value) if cyclic else min(max(value, least), least + extent)
         rule = rule_of(binding, state)
@@ -81,17 +84,27 @@ class Joints(Machine):
         """Set the position controller's target; a joint without annotation is switched to it (and on).
 
         In hybrid operation the motor goes there until a position is set, as inverse kinematics does in each
-        simulation step.
+        simulation step. A joint outside force mode with a greatest acceleration moves there by a motion profile,
+        a cyclic one the shorter way round.
 
         Raises:
-            CommandError: the joint is neither in force mode nor in hybrid operation.
+            CommandError: the joint is neither in force mode nor in hybrid operation, and has no such acceleration.
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target position")
+        if self._moves_by_profile(binding, state):
+            present = self._raw_position(binding)
+            goal = value
+            if _is_cyclic(binding, state):
+                value = _wrapped(value)
+                goal = present + _wrapped(value - present)
+            self._start_motion(handle, Goal([goal], [0.0]))
+            state.target_position = value
+            return
         if state.mode != JointMode.FORCE and not state.hybrid:
             raise CommandError(
                 f"'{binding.name}' is in {state.mode.name.lower()} mode, which has no target position; "
-                "set its position, or annotate it with mode=force or hybrid=yes"
+                "set its position, or annotate it with mode=force or hybrid=yes, or with upper_acceleration"
             )
         self._retarget(binding, state, _wrapped(value) if _is_cyclic(binding, state) else value)
         if not state.annotated and not (state.motor and state.control_loop):
@@ -105,12 +118,16 @@ class Joints(Machine):
     def set_target_velocity(self, handle: int, value: float) -> None:
         """Set the target velocity, rad/s or m/s.
 
-        It is stored in any mode; it moves the joint in motion mode, and in force mode with motor on and control
-        loop off. A joint without annotation is switched to that. At 0 with the lock on, the present position is
-        held.
+        It is stored in any mode; it moves the joint in motion mode, outside force mode if there is a greatest
+        acceleration, and in force mode with motor on and control loop off. A joint without annotation is switched to
+        that. At 0 with the lock on, the present position is held.
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target velocity")
+        if self._moves_by_profile(binding, state):
+            self._start_motion(handle, Goal(None, [value]))
+            state.target_velocity = value
+            return
         switches = not state.annotated and state.mode == JointMode.FORCE
         is_as_it_was = not switches or (state.motor and not state.control_loop)
         if value == state.target_velocity and is_as_it_was:
@@ -119,7 +136,18 @@ class Joints(Machine):
         state.target_velocity = value
         if switches:
             state.motor, state.control_loop = True, False
-        self._apply(handle, rebuild=before != Rule.VELOCITY or rule_of(binding, state) != Rule.VELOCITY)
+        stays = before == rule_of(binding, state) == Rule.VELOCITY
+        self._apply(handle, rebuild=not stays or state.rigid)
+
+    def limit_motion(self, handle: int, settings: Sequence[float]) -> None:
+        """Set the greatest velocity, acceleration and jerk (rad/s or m/s, ...); those left out or not above 0 stay.
+
+        Raises:
+            CommandError: there are more than three numbers, or one is not finite.
+        """
+        binding, state = self._single(handle)
+        profiles.limit(binding, state, settings)
+        self._apply(handle)
 
     def max_force(self, handle: int) -> float:
         """Return the maximum force, N m or N; 1e9 means no limit."""
@@ -143,11 +171,11 @@ class Joints(Machine):
         """
         binding, state = self._single(handle)
         self._average_force = True
-        if binding.out < 0 or self._stepper is None or self._sim.step_count == 0:
+        if binding.out < 0 or not self._has_run or self._sim.step_count == 0:
             return 0.0
-        if rule_of(binding, state) in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT):
+        if rule_of(binding, state) in UNDRIVEN:
             return 0.0
-        return binding.reported_force(self._sim.model, self._stepper.mean_force)
+        return binding.reported_force(self._sim.model, self._current_stepper().mean_force)
 
     def mode(self, handle: int) -> JointMode:
         """Return the mode of any joint, spherical ones too."""
@@ -156,6 +184,10 @@ class Joints(Machine):
     def rule(self, handle: int) -> Rule:
         """Return the rule by which any joint moves."""
         return rule_of(*self._any(handle))
+
+    def ik_weight(self, handle: int) -> float:
+        """Return the weight of any joint in inverse kinematics, of spherical ones too."""
+        return self._any(handle)[1].ik_weight
 
     def is_hybrid(self, handle: int) -> bool:
         """Return whether a motor drives the joint although its mode is not force."""
@@ -166,7 +198,7 @@ class Joints(Machine):
         """Set the mode. Leaving force mode freezes the joint; entering it activates motor and targets again."""
         state = self._any(handle)[1]
         if mode != state.mode:
-            state.mode = JointMode(mode)
+            state.mode, state.motion = JointMode(mode), None
             self._apply(handle)
             self._sim.changed()
 
@@ -246,11 +278,20 @@ class Joints(Machine):
         Raises:
             CommandError: the joint is not spherical.
         """
+        _, state = self._spherical(handle)
+        self.set_ball(handle, spherical_value(state, quat_wxyz))
+
+    def set_ball(self, handle: int, value: Quaternion) -> None:
+        """Set the value of a spherical joint as MuJoCo counts it, in its body's axes; velocity zero.
+
+        Raises:
+            CommandError: the joint is not spherical.
+        """
         binding, state = self._spherical(handle)
 
         def turn() -> None:
             data = self._sim.data
-            data.qpos[binding.qpos : binding.qpos + 4] = spherical_value(state, quat_wxyz)
+            data.qpos[binding.qpos : binding.qpos + 4] = value
             data.qvel[binding.dof : binding.dof + 3] = 0.0
 
         self._place(handle, turn)
@@ -327,6 +368,25 @@ class Joints(Machine):
             setattr(state, name, value)
         self._apply(handle)
         self._place(handle, self._follow)
+
+    def _moves_by_profile(self, binding: Binding, state: JointState) -> bool:
+        """Return whether a target starts a motion profile."""
+        if state.acceleration <= 0 or binding.element != "joint" or state.mode == JointMode.FORCE:
+            return False
+        return rule_of(binding, state) in (Rule.KINEMATIC, Rule.PROFILE) and not state.inert
+
+    def _start_motion(self, handle: int, goal: Goal) -> None:
+        binding, state = self._single(handle)
+        present = self._raw_position(binding)
+        profiles.start(binding, state, self._sim.model, present, goal)
+        self._apply(handle)
+        self._sim.changed()
+
+    def _end_motion(self, handle: int) -> None:
+        state = self._states[handle]
+        if state.motion is not None:
+            state.motion = None
+            self._apply(handle)
 
 
 def _finite(value: float, what: str) -> float:

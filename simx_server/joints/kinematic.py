@@ -1,4 +1,4 @@
-"""Joints that physics does not move (held, moving at a given speed, following a master), and free joints put back."""
+"""Joints that physics does not move (held, in motion, following a master), and free joints put back."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from simx_server.joints.dependency import Followers
+from simx_server.joints.profiles import Profiles
 from simx_server.joints.servo import Entry, Rule
 
 
@@ -40,7 +41,8 @@ class Kinematic:
         rewound = [b.qpos for b, s, r in entries if s.rewind and r == Rule.FREE and b.kind != "ball"]
         self._rewound = np.array(rewound, dtype=np.intp)
         self._start = model.qpos0[self._rewound]
-        self._exists = bool(still or moving or rewound or self._followers)
+        self._profiles = Profiles(model, data, entries)
+        self._exists = bool(still or moving or rewound or self._followers or self._profiles)
         if moving:
             # Contacts of the first physics step must feel the velocity too.
             data.qvel[self._moving_dof] = self._rate
@@ -58,5 +60,7 @@ class Kinematic:
             self._moving = np.clip(before + self._rate * self._step, self._low, self._high)
             data.qpos[self._moving_qpos] = self._moving
             data.qvel[self._moving_dof] = (self._moving - before) / self._step
+        if self._profiles:
+            self._profiles.advance(data)
         if self._followers:
             self._followers.follow(data)

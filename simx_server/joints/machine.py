@@ -15,7 +15,7 @@ from simx_server.joints.measured import Measured
 from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
-from simx_server.joints.stepping import Accompany, Stepper
+from simx_server.joints.stepping import Accompany, Stepper, Within
 from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
 from simx_server.scene.geometry.placing import carry_followers
@@ -44,8 +44,12 @@ class Machine:
         self._states: dict[int, JointState] = {}
         self._average_force = False
         self._stepper: Stepper | None = None
+        self._earlier: Stepper | None = None
+        """The stepper before a change, whose memory the next one takes over."""
         self._asked: Mapping[int, Ask] = {}
         self._accompany: Accompany | None = None
+        self.within_steps: Within | None = None
+        """Called within each physics step from the next simulation step on."""
         self._measured = Measured(sim)
         self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
@@ -110,12 +114,9 @@ class Machine:
 
     def rebind(self) -> None:
         """Bind the joints again after an edit replaced the model; the controllers keep their memory."""
-        earlier = self._stepper
+        self._rebuild()
         self._measured.keep(self._bindings.values())
         self.bind_all()
-        self._stepper = None
-        if earlier is not None:
-            self._current_stepper().adopt(earlier)
 
     def remember(self) -> Settings:
         """Return a copy of all settings, for `recall`."""
@@ -157,10 +158,17 @@ class Machine:
                 state.inert = handle in handles
                 self._apply(handle)
 
+    def fix(self, handle: int, fixed: bool) -> None:
+        """Let physics leave a joint where it is, in any mode, or move it."""
+        _, state = self._any(handle)
+        if state.fixed != fixed:
+            state.fixed = fixed
+            self._apply(handle)
+
     def forget_run(self) -> None:
         """Reset measured forces and velocities and the controllers' memory: a run starts."""
         self._average_force = False
-        self._stepper = None
+        self._stepper = self._earlier = None
         self._measured.forget()
 
     def ask(self, asked: Mapping[int, Ask]) -> None:
@@ -200,7 +208,7 @@ class Machine:
             mujoco.FatalError: MuJoCo failed.
         """
         self._measured.begin()
-        self._current_stepper().step(count, average_force=self._average_force)
+        self._current_stepper().step(count, average_force=self._average_force, within=self.within_steps)
 
     @property
     def mean_sensed(self) -> np.ndarray:
@@ -308,15 +316,21 @@ class Machine:
     def _rebuild(self) -> None:
         """Request a new stepper before the next physics step, because the arrays' targets are stale.
 
-        It takes over the memory of the old one.
+        It takes over the memory of the old one. Many changes in a row make a single one.
         """
         if self._stepper is not None:
-            earlier, self._stepper = self._stepper, self._make_stepper()
-            self._stepper.adopt(earlier)
+            self._earlier, self._stepper = self._stepper, None
+
+    @property
+    def _has_run(self) -> bool:
+        return self._stepper is not None or self._earlier is not None
 
     def _current_stepper(self) -> Stepper:
         if self._stepper is None:
             self._stepper = self._make_stepper()
+            if self._earlier is not None:
+                self._stepper.adopt(self._earlier)
+                self._earlier = None
         return self._stepper
 
     def _make_stepper(self) -> Stepper:

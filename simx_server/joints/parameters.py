@@ -25,8 +25,11 @@ _CONTROL_MODES = {
     4: {"motor": True, "control_loop": False},
     8: {"motor": True, "control_loop": True, "spring": False},
     12: {"motor": True, "control_loop": True, "spring": True},
+    16: {"motor": True, "control_loop": True, "spring": False},
 }
-"""Settings for free, velocity, position, spring and damper."""
+"""Settings for free, velocity, position, spring and damper, and a script's own controller (which it needs besides)."""
+
+_FORCE = 1
 
 
 def _flag(name: str) -> tuple[Reader, Writer]:
@@ -109,16 +112,21 @@ def _read_control_mode(joints: Joints, handle: int) -> int:
     if not state.motor:
         return 0
     if not state.control_loop:
-        return 4
+        return _FORCE if state.pushes else 4
     return 12 if state.spring else 8
 
 
 def _write_control_mode(joints: Joints, handle: int, value: float) -> None:
+    if value == _FORCE:
+        towards = joints.state(handle).pushes or (-1 if joints.target_velocity(handle) < 0 else 1)
+        joints.change(handle, motor=True, control_loop=False, pushes=towards)
+        return
     if value not in _CONTROL_MODES:
         raise CommandError(
-            f"a joint's control mode is 0 free, 4 velocity, 8 position or 12 spring and damper; not {value:g}"
+            "a joint's control mode is 0 free, 1 force, 4 velocity, 8 position, 12 spring and damper or 16 a script's; "
+            f"not {value:g}"
         )
-    joints.change(handle, **_CONTROL_MODES[int(value)])
+    joints.change(handle, pushes=0, **_CONTROL_MODES[int(value)])
 
 
 _SETTINGS: dict[int, tuple[str, tuple[Reader, Writer]]] = {
@@ -130,10 +138,14 @@ _SETTINGS: dict[int, tuple[str, tuple[Reader, Writer]]] = {
     2017: ("upper_limit", _number("upper_velocity", "the upper velocity")),
     2018: ("kc_k", _number("k", "the spring constant", may_be_negative=True)),
     2019: ("kc_c", _number("c", "the damping", may_be_negative=True)),
+    2021: ("ik_weight", _number("ik_weight", "the weight in inverse kinematics")),
     2030: ("velocity_lock", _flag("lock")),
     2031: ("vortex_dep_handle", _dependency("master", int)),
     2032: ("vortex_dep_multiplication", _dependency("factor", float)),
     2033: ("vortex_dep_offset", _dependency("shift", float)),
+    2036: ("maxvel", _number("upper_velocity", "the upper velocity")),
+    2037: ("maxaccel", _number("acceleration", "the upper acceleration")),
+    2038: ("maxjerk", _number("jerk", "the upper jerk")),
     CONTROL_MODE: ("dynctrlmode", (_read_control_mode, _write_control_mode)),
 }
 

@@ -21,13 +21,21 @@ class Rule(Enum):
     KINEMATIC = "nothing moves it"
     MOTION = "it moves at its target velocity whatever is in the way"
     DEPENDENT = "it follows its master"
+    PROFILE = "it moves by a motion profile, whatever is in the way"
+
+
+UNDRIVEN = (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT, Rule.PROFILE)
+"""Rules under which the motor does nothing."""
+
+_UNREACHED = 1e6
+"""rad/s or m/s. A motor that wants this velocity always acts with its maximum force."""
 
 
 def is_immovable(binding: Binding, rule: Rule) -> bool:
     """Return whether physics must not influence the joint's motion."""
     if rule == Rule.DEPENDENT:
         return binding.equality < 0
-    return rule in (Rule.KINEMATIC, Rule.MOTION)
+    return rule in (Rule.KINEMATIC, Rule.MOTION, Rule.PROFILE)
 
 
 Entry = tuple[Binding, JointState, Rule]
@@ -36,7 +44,8 @@ Entry = tuple[Binding, JointState, Rule]
 
 def rule_of(binding: Binding, state: JointState) -> Rule:
     """Return the rule that follows from the settings."""
-    if state.inert and binding.element == "joint":
+    is_moved = state.motion is not None and state.mode != JointMode.FORCE
+    if (state.inert or (state.fixed and not is_moved)) and binding.element == "joint":
         return Rule.KINEMATIC
     if binding.kind == "ball":
         return Rule.FREE if state.mode == JointMode.FORCE else Rule.KINEMATIC
@@ -46,11 +55,15 @@ def rule_of(binding: Binding, state: JointState) -> Rule:
             return Rule.POSITION
         if state.mode == JointMode.DEPENDENT and state.master >= 0:
             return Rule.DEPENDENT
+        if is_moved:
+            return Rule.PROFILE
         return Rule.MOTION if state.mode == JointMode.MOTION else Rule.KINEMATIC
     if not state.motor or binding.actuator < 0:
         return Rule.FREE
     if state.control_loop:
         return Rule.SPRING if state.spring else Rule.POSITION
+    if state.pushes:
+        return Rule.VELOCITY
     return Rule.HOLD if state.lock and state.target_velocity == 0.0 else Rule.VELOCITY
 
 
@@ -63,7 +76,7 @@ def write_actuator(
         return
     if rule == Rule.SPRING:
         _write_spring(binding, state, model, data)
-    elif rule in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT):
+    elif rule in UNDRIVEN:
         data.ctrl[binding.ctrl] = 0.0
         if binding.native == Native.MOTOR and rule == Rule.FREE:
             # A torque motor at control 0 exerts no force: the file's own actuator may stay.
@@ -86,6 +99,8 @@ def commanded_velocity(binding: Binding, state: JointState) -> float:
 
     A joint's is not limited: scripts command a torque by a huge velocity under a force limit.
     """
+    if state.pushes and binding.element != "tendon":
+        return _UNREACHED if state.pushes > 0 else -_UNREACHED
     if binding.element != "tendon":
         return state.target_velocity
     return float(np.clip(state.target_velocity, -state.upper_velocity, state.upper_velocity))

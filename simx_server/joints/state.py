@@ -15,6 +15,7 @@ from enum import IntEnum
 import mujoco
 import numpy as np
 
+from simx_server.motion_profiles import Profile
 from simx_server.scene.dependencies import EQUALITY
 from simx_server.scene.geometry.poses import Quaternion
 from simx_server.scene.objects import SceneObject
@@ -28,6 +29,12 @@ UNLIMITED = 1e9
 
 UPPER_VELOCITY = {"hinge": 2 * math.pi, "slide": 10.0}
 """V-REP's initial upper velocities, rad/s and m/s."""
+
+
+_RIGID = 3.0
+"""How much stiffer a rigid motor is: it halves its error in each physics step. With more, a step at the maximum force
+could pass the target, and the motor would swing about it.
+"""
 
 
 class JointMode(IntEnum):
@@ -146,6 +153,17 @@ class JointState:
     target_position: float
     target_velocity: float
     cyclic: bool
+    acceleration: float = 0.0
+    """Greatest acceleration of motion profiles; 0: none is known, and a target outside force mode moves nothing."""
+    jerk: float = 0.0
+    """Greatest jerk of motion profiles; 0: no limit."""
+    motion: Profile | None = None
+    """The profile by which the joint moves outside force mode, of the position in the model."""
+    motion_time: float = 0.0
+    """Seconds since the start of that motion."""
+    pushes: int = 0
+    """With the motor on and the control loop off: 1 or -1 where the motor acts with its maximum force, towards greater
+    or smaller positions, whatever its target velocity (V-REP's force control); 0: velocity control."""
     hybrid: bool = False
     """Outside force mode: a motor drives the joint to where it is set."""
     master: int = -1
@@ -157,10 +175,16 @@ class JointState:
     """After each physics step an undriven joint is put back to its position in the file, and keeps its velocity."""
     inert: bool = False
     """Held where it is, in any mode, because the joint belongs to a model that is not dynamic."""
+    rigid: bool = False
+    """The motor carries the load that hangs on it, up to its maximum force."""
+    fixed: bool = False
+    """Held where it is, in any mode, because the file says that physics does not move it."""
     spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """x, y, z of a spherical joint's next quaternion, which is applied when w is written."""
     alignment: Quaternion | None = None
     """The rotation from the body's axes to the joint's, when something was placed against the joint."""
+    ik_weight: float = 1.0
+    """How readily inverse kinematics moves the joint, beside the others."""
     motor_was_set: bool = False
     """Set by an annotation or a caller; only then does switching the motor off remove the gravity compensation."""
     offset: float = 0.0
@@ -227,6 +251,7 @@ def initial_state(
     note = note or {}
     native = binding.native
     control = note.get("control", "spring" if native == Native.POSITION and not annotated else None)
+    max_force = float(note.get("max_force", binding.force_limit))
     loop = control in ("position", "spring") if control is not None else native == Native.POSITION
     k, c = binding.file_spring if native == Native.POSITION else (0.1, 0.0)
     cyclic_by_file = binding.kind == "hinge" and not model.jnt_limited[binding.id]
@@ -249,12 +274,18 @@ def initial_state(
         k=float(note.get("K", k)),
         c=float(note.get("C", c)),
         upper_velocity=float(note.get("upper_velocity", UPPER_VELOCITY.get(binding.kind, 0.0))),
-        max_force=float(note.get("max_force", binding.force_limit)),
+        acceleration=float(note.get("upper_acceleration", 0.0)),
+        jerk=float(note.get("upper_jerk", 0.0)),
+        pushes=0 if control != "force" else -1 if max_force < 0 else 1,
+        max_force=abs(max_force),
         target_position=float(note.get("target_position", position)),
         target_velocity=float(note.get("target_velocity", 0.0)),
         cyclic=bool(note.get("cyclic", cyclic_by_file)),
         hybrid=bool(note.get("hybrid", False)),
         rewind=bool(note.get("rewind", False)),
+        rigid=bool(note.get("rigid", False)),
+        fixed=bool(note.get("fixed", False)),
+        ik_weight=float(note.get("ik_weight", 1.0)),
         master=joints.get(str(note["master"]), -1) if "master" in note else -1,
         factor=float(note.get("multiplication", 1.0)),
         shift=shift,
@@ -318,9 +349,9 @@ def _velocity_gain(
 ) -> float:
     """Return the file's own gain of a velocity actuator; else inertia / (3 timestep).
 
-    With the latter the error falls by 1/e in three physics steps. The inertia is the joint's in the file's pose
-    (`dof_M0`). On a freely moving base a light wheel drives the whole machine, so there the machine's mass at the
-    child's radius is added.
+    With the latter the error falls by 1/e in three physics steps; a rigid motor, as V-REP's, three times
+    as fast. The inertia is the joint's in the file's pose (`dof_M0`). On a freely moving base a light wheel
+    drives the whole machine, so there the machine's mass at the child's radius is added.
     """
     gear = float(model.actuator_gear[actuator, 0])
     if native == Native.VELOCITY:
@@ -342,7 +373,8 @@ def _velocity_gain(
             else 1.0
         )
         inertia += float(model.body_subtreemass[root]) * radius * radius
-    return inertia / (3 * model.opt.timestep)
+    rigid = bool(item.annotations.get("joint", {}).get("rigid", False))
+    return inertia * (_RIGID if rigid else 1.0) / (3 * model.opt.timestep)
 
 
 def _force_limit(binding: Binding, model: mujoco.MjModel) -> float:

@@ -16,13 +16,16 @@ import numpy as np
 from simx_server.joints.dependency import Followers
 from simx_server.joints.kinematic import Kinematic
 from simx_server.joints.scripted import Ask, ScriptedJoints
-from simx_server.joints.servo import Entry, Rule
-from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
+from simx_server.joints.servo import Entry, Rule, commanded_velocity
+from simx_server.joints.state import VREP_DYNAMICS_STEP, Binding, JointState
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
 over.
 """
+
+Within = Callable[[mujoco.MjModel, mujoco.MjData], object]
+"""Called within each physics step, after MuJoCo's constraints are known and before it computes accelerations."""
 
 Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
 """Divides the physics steps of a simulation step, and checks the progress in between: see `watch.Watch`."""
@@ -69,6 +72,10 @@ class Stepper:
         ]
         self._gain = np.array(gains)
         self._cyclic = np.array([i for i, (_, s, _) in enumerate(loops) if s.cyclic], dtype=np.intp)
+        rigid = [(i, b) for i, (b, s, _) in enumerate(loops) if _carries(b, s)]
+        self._rigid = np.array([i for i, _ in rigid], dtype=np.intp)
+        self._rigid_dof = np.array([b.dof for _, b in rigid], dtype=np.intp)
+        self._rigid_share = np.array([1 / b.kv for _, b in rigid])
         self._integral = np.array([s.i * step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._derivative = np.array([s.d / step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._pid = bool(np.any(self._integral) or np.any(self._derivative))
@@ -84,6 +91,7 @@ class Stepper:
         self._led = Followers(model, entries, Rule.POSITION)
         self._led_index = np.array([self._index[handle] for handle in self._led.handles], dtype=np.intp)
         self._springs = _CyclicSprings(entries)
+        self._carrying = _Carrying(entries)
         self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
@@ -92,7 +100,7 @@ class Stepper:
     @property
     def is_constant(self) -> bool:
         """Return whether no controller has to run between the physics steps of a simulation step."""
-        return not (self._index or self._springs or self._kinematic or self._accompany)
+        return not (self._index or self._springs or self._carrying or self._kinematic or self._accompany)
 
     @property
     def mean_force(self) -> np.ndarray:
@@ -112,19 +120,23 @@ class Stepper:
         self._target[index] = value
         return True
 
-    def step(self, count: int, *, average_force: bool) -> None:
+    def step(self, count: int, *, average_force: bool, within: Within | None = None) -> None:
         """Make `count` physics steps. Without `average_force` and controllers, forces are those of the last one.
+
+        With `within` a model with integrator RK4 is stepped with Euler's method: MuJoCo's halves of a step have no RK4.
 
         Raises the exceptions of `pieces`.
         """
         model, data = self._model, self._data
-        if self.is_constant and not average_force and not self._has_cells:
+        if self.is_constant and not average_force and not self._has_cells and within is None:
             for piece in self._pieces(data, count):
                 mujoco.mj_step(model, data, len(piece))
             self._force[:] = data.actuator_force
             return
-        step, control, springs, kinematic = mujoco.mj_step, self._control, self._springs, self._kinematic
+        step = mujoco.mj_step if within is None else _halved(within)
+        control, springs, kinematic = self._control, self._springs, self._kinematic
         has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
+        carrying = self._carrying if self._carrying else None
         total, now, accumulate = self._force, data.actuator_force, np.add
         total[:] = 0.0
         scripted = self._scripted if self._scripted else None
@@ -136,6 +148,8 @@ class Stepper:
                 accompany(index, count, False)
             if has_loops:
                 control()
+            if carrying is not None:
+                carrying.control(data)
             if scripted is not None:
                 scripted.control(data, index, count)
             if has_springs:
@@ -181,10 +195,21 @@ class Stepper:
             self._last[:] = error
         np.minimum(command, self._limit, out=command)
         np.maximum(command, self._least, out=command)
+        if self._rigid.size:
+            command[self._rigid] += data.qfrc_bias[self._rigid_dof] * self._rigid_share
         if not self._plain_gear:
             np.multiply(command, self._gear, out=command)
         if self._are_scattered:
             data.ctrl[self._ctrl] = command
+
+
+def _halved(within: Within) -> Callable[[mujoco.MjModel, mujoco.MjData], None]:
+    def step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        mujoco.mj_step1(model, data)
+        within(model, data)
+        mujoco.mj_step2(model, data)
+
+    return step
 
 
 def _view(values: np.ndarray, indices: np.ndarray) -> np.ndarray | None:
@@ -219,6 +244,30 @@ class _CyclicSprings:
         position = data.qpos[self._qpos]
         error = np.remainder(self._target - position + math.pi, 2 * math.pi) - math.pi
         data.ctrl[self._ctrl] = (position + error) * self._gear
+
+
+class _Carrying:
+    """Rigid motors under velocity control: they carry their load beside keeping their velocity.
+
+    Under a load, a velocity servo alone moves; V-REP's motors do not.
+    """
+
+    def __init__(self, entries: Sequence[Entry]) -> None:
+        chosen = [(b, s) for b, s, r in entries if r == Rule.VELOCITY and _carries(b, s)]
+        self._dof = np.array([b.dof for b, _ in chosen], dtype=np.intp)
+        self._ctrl = np.array([b.ctrl for b, _ in chosen], dtype=np.intp)
+        self._target = np.array([commanded_velocity(b, s) * b.gear for b, s in chosen])
+        self._share = np.array([b.gear / b.kv for b, _ in chosen])
+
+    def __bool__(self) -> bool:
+        return bool(self._dof.size)
+
+    def control(self, data: mujoco.MjData) -> None:
+        data.ctrl[self._ctrl] = self._target + data.qfrc_bias[self._dof] * self._share
+
+
+def _carries(binding: Binding, state: JointState) -> bool:
+    return state.rigid and binding.dof >= 0 and binding.kv > 0
 
 
 def _goal(state: JointState, rule: Rule) -> float:

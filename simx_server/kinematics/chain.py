@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 
 
 class Constraint(IntFlag):
@@ -37,7 +38,7 @@ class Constraint(IntFlag):
     ALPHA_BETA = 8
     """The direction of the tip's z axis."""
     GAMMA = 16
-    """The rotation about it; only together with ALPHA_BETA."""
+    """The rotation about it."""
     POSITION = 7
     ORIENTATION = 24
     POSE = 31
@@ -59,19 +60,35 @@ class Element:
 
 
 @dataclass(frozen=True)
+class Ball:
+    """A spherical joint that may be used. Its three columns are turns about the axes of its moving frame."""
+
+    handle: int
+    address: int
+    """Address of its quaternion in qpos."""
+
+
+@dataclass(frozen=True)
 class Joints:
-    """The joints that may be used, those nearest to the base first."""
+    """The joints that may be used, those nearest to the base first: first those with a single value, then balls.
+
+    n is the number of joints with a single value, m that of all columns: n and three for each ball.
+    """
 
     handles: tuple[int, ...]
+    """Those with a single value."""
     addresses: NDArray[np.intp]
     """(n,) addresses in qpos."""
     dofs: NDArray[np.intp]
-    """(n,) addresses in qvel."""
+    """(m,) addresses in qvel."""
     low: Array
     high: Array
-    """(n,) rad or m; infinite for a joint without limit."""
+    """(m,) rad or m; infinite for a joint without limit."""
     max_step: Array
-    """(n,) the maximum that one iteration moves a joint: V-REP's 10 degrees or 0.1 m."""
+    """(m,) the maximum that one iteration moves a joint: V-REP's 10 degrees or 0.1 m."""
+    weights: Array
+    """(m,) how readily a joint moves, beside the others; 1 for most."""
+    balls: tuple[Ball, ...] = ()
 
     def clip(self, values: Array) -> Array:
         return np.clip(values, self.low, self.high)
@@ -87,14 +104,14 @@ class Arm:
     tip: Pose
     """Pose of the tip in that body's frame."""
     used: NDArray[np.bool_]
-    """(n,) which of the joints lie between its base and its tip."""
+    """(m,) which of the columns belong to joints between its base and its tip."""
     base_body: int
     base: Pose
     """Pose of the base in that body's frame: the axes for single coordinates."""
 
 
 def make_arms(
-    sim: Simulation, elements: Sequence[Element], is_usable: Callable[[int], bool]
+    sim: Simulation, elements: Sequence[Element], is_usable: Callable[[int], bool], *, balls: bool = False
 ) -> tuple[Joints, list[Arm]]:
     """Return the joints and arms that a solver needs.
 
@@ -102,25 +119,39 @@ def make_arms(
         sim: the simulation.
         elements: tips, targets and bases.
         is_usable: returns whether a joint, given by its handle, takes part.
+        balls: spherical joints take part too.
 
     Raises:
         UnknownHandle: an element has a wrong handle.
         CommandError: the base is not above the tip, or no joint between them takes part.
     """
     sim.refresh()
-    chains = [_between(sim, element, is_usable) for element in elements]
-    ids = sorted({joint for chain in chains for joint in chain})
+    chains = [_between(sim, element, is_usable, balls) for element in elements]
     model = sim.model
+    every = sorted({joint for chain in chains for joint in chain})
+    ids = [joint for joint in every if int(model.jnt_type[joint]) in _SINGLE]
+    turning = [joint for joint in every if int(model.jnt_type[joint]) not in _SINGLE]
+    owners = [*ids, *(joint for joint in turning for _ in range(3))]
     handles = tuple(_handle(sim, joint) for joint in ids)
     bounds = [_limits(sim, handle) for handle in handles]
     hinge = np.array([model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE for joint in ids], dtype=bool)
     joints = Joints(
         handles=handles,
         addresses=np.array([model.jnt_qposadr[joint] for joint in ids], dtype=np.intp),
-        dofs=np.array([model.jnt_dofadr[joint] for joint in ids], dtype=np.intp),
-        low=np.array([low for low, _ in bounds], dtype=float),
-        high=np.array([high for _, high in bounds], dtype=float),
-        max_step=np.where(hinge, math.radians(10), 0.1),
+        dofs=np.array(
+            [
+                *(model.jnt_dofadr[joint] for joint in ids),
+                *(model.jnt_dofadr[joint] + axis for joint in turning for axis in range(3)),
+            ],
+            dtype=np.intp,
+        ),
+        low=np.array([*(low for low, _ in bounds), *[-math.inf] * 3 * len(turning)], dtype=float),
+        high=np.array([*(high for _, high in bounds), *[math.inf] * 3 * len(turning)], dtype=float),
+        max_step=np.concatenate(
+            [np.where(hinge, math.radians(10), 0.1), np.full(3 * len(turning), math.radians(10))]
+        ),
+        weights=np.array([sim.joints.ik_weight(_handle(sim, joint)) for joint in owners], dtype=float),
+        balls=tuple(Ball(_handle(sim, joint), int(model.jnt_qposadr[joint])) for joint in turning),
     )
     arms: list[Arm] = []
     for element, chain in zip(elements, chains, strict=True):
@@ -130,7 +161,7 @@ def make_arms(
         base_body, base_pose = (
             (0, IDENTITY) if base is None else (carrier_body(sim, base), fixed_pose(sim, base))
         )
-        used = np.array([joint in chain for joint in ids], dtype=bool)
+        used = np.array([joint in chain for joint in owners], dtype=bool)
         arms.append(Arm(element, body, local, used, base_body, base_pose))
     return joints, arms
 
@@ -140,18 +171,19 @@ def fixed_pose(sim: Simulation, item: SceneObject) -> Pose:
     return compose(inverse(body_pose(sim, carrier_body(sim, item))), object_pose(sim, item))
 
 
-def _between(sim: Simulation, element: Element, is_usable: Callable[[int], bool]) -> list[int]:
+def _between(sim: Simulation, element: Element, is_usable: Callable[[int], bool], balls: bool) -> list[int]:
     """Return the MuJoCo ids of the joints that take part."""
     model, scene = sim.model, sim.scene
     tip = scene.get(element.tip)
     body = carrier_body(sim, tip)
     end = 0 if element.base == -1 else carrier_body(sim, scene.get(element.base))
     found: list[int] = []
+    kinds = (*_SINGLE, _BALL) if balls else _SINGLE
     while body not in (end, 0):
         first = int(model.body_jntadr[body])
         for joint in range(first, first + int(model.body_jntnum[body])):
             handle = scene.by_element("joint", joint)
-            if int(model.jnt_type[joint]) in _SINGLE and handle is not None and is_usable(handle):
+            if int(model.jnt_type[joint]) in kinds and handle is not None and is_usable(handle):
                 found.append(joint)
         body = int(model.body_parentid[body])
     if body != end:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.annotations import WORLD, Annotation
 from simx_server.scene.geometry.placing import object_pose
 from simx_server.world.part import Part
 
 from ..errors import CommandError
 from ..scene.registered import Registry
-from .chain import Constraint, Element, Joints, is_in_ik_mode, make_arms
+from .chain import Ball, Constraint, Element, Joints, is_in_ik_mode, make_arms
 from .scratch import Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 
@@ -41,7 +41,19 @@ CONSTRAINTS = {
 }
 """Words of an annotation."""
 
+METHODS = {
+    "pseudo_inverse": Method.PSEUDO_INVERSE,
+    "damped": Method.DAMPED_LEAST_SQUARES,
+    "transpose": Method.JACOBIAN_TRANSPOSE,
+}
+"""Words of an annotation."""
+
 _DEFAULT = Calculation()
+_PRECISION = "{},{!r}".format(*Element(0, 0).precision)
+
+
+_STILL = 1e-9
+"""Change of a quaternion's parts below which a spherical joint stays."""
 
 
 @dataclass
@@ -53,6 +65,12 @@ class Group:
     how: Calculation = _DEFAULT
     explicit: bool = False
     """The group is handled only when a script requests it."""
+    enabled: bool = True
+    """Only an enabled group moves joints."""
+    restore: frozenset[str] = frozenset()
+    """Of position and orientation: the joints stay where they are when the tips do not reach this part."""
+    after: str = ""
+    """Name of another group: this one is handled only when that one has failed."""
     result: Result = field(default=Result.NOT_PERFORMED)
     """The result of the last handling."""
 
@@ -136,18 +154,23 @@ class IkGroups(Part):
     def handle(self, handle: int) -> Result:
         """Solve a group and move its joints to the solution; with a target out of reach, to the nearest one.
 
+        A group that is not enabled, or that waits for the failure of another one, is not performed.
+
         Raises:
             CommandError: the handle is unknown, or no joint takes part.
         """
         return self._handle(self.get(handle))
 
     def solver(self, group: Group) -> tuple[Joints, Solver]:
-        """Return joints and solver of a group; the scratch state is that of the scene.
+        """Return joints with a single value and solver of a group; the scratch state is that of the scene.
 
         Raises:
             CommandError: no joint takes part.
         """
-        joints, arms = make_arms(self._sim, group.elements, is_in_ik_mode(self._sim))
+        return self._solver(group, balls=False)
+
+    def _solver(self, group: Group, *, balls: bool) -> tuple[Joints, Solver]:
+        joints, arms = make_arms(self._sim, group.elements, is_in_ik_mode(self._sim), balls=balls)
         self.scratch.load()
         return joints, Solver(self.scratch, self._sim.model, joints, arms)
 
@@ -157,21 +180,36 @@ class IkGroups(Part):
         Raises:
             CommandError: no joint takes part.
         """
-        joints, solver = self.solver(group)
+        joints, solver = self._solver(group, balls=True)
         scene = self._sim.scene
         goals = [object_pose(self._sim, scene.get(element.target)) for element in group.elements]
         return joints, solver.solve(self._sim.data.qpos[joints.addresses], goals, group.how)
 
     def _handle(self, group: Group) -> Result:
         group.result = Result.NOT_PERFORMED
+        if not group.enabled or not self._is_due(group):
+            return group.result
         joints, solution = self.solve(group)
+        group.result = solution.result
+        if _must_stay(group, solution):
+            return group.result
         before = self._sim.data.qpos[joints.addresses]
         for handle, value, old in zip(joints.handles, solution.values.tolist(), before, strict=True):
             # A motor of a hybrid joint may not have reached the last commanded position.
             if value != old or self._sim.joints.is_hybrid(handle):
                 self._sim.joints.set_position(handle, value)
-        group.result = solution.result
+        for ball, turn in zip(joints.balls, solution.turns, strict=True):
+            if max(abs(old - new) for old, new in zip(self._turn_of(ball), turn, strict=True)) > _STILL:
+                self._sim.joints.set_ball(ball.handle, turn)
         return group.result
+
+    def _turn_of(self, ball: Ball) -> list[float]:
+        return self._sim.data.qpos[ball.address : ball.address + 4].tolist()
+
+    def _is_due(self, group: Group) -> bool:
+        """Return whether the group that this one waits for, if any, has failed; a group without joints fails too."""
+        others = [each for each in self._groups() if each.name == group.after]
+        return not group.after or any(each.result != Result.SUCCESS for each in others)
 
     def _handle_or_complain(self, group: Group) -> bool:
         try:
@@ -187,19 +225,43 @@ class IkGroups(Part):
         return [group for _, group in self._registry.all().values()]
 
     def _read(self, name: str, note: Annotation) -> Group:
-        named = self._collections.named
-        base = named(str(note["base"])) if "base" in note else -1
-        wanted = Constraint(0)
-        for word in str(note.get("constraints", "pose")).split(","):
-            wanted |= CONSTRAINTS[word]
-        damping = float(note.get("damping", _DEFAULT.damping))
-        how = Calculation(
-            Method.DAMPED_LEAST_SQUARES if damping > 0 else Method.PSEUDO_INVERSE,
-            damping,
-            int(note.get("iterations", _DEFAULT.iterations)),
+        return Group(
+            name,
+            self._read_elements(note),
+            _read_calculation(note),
+            explicit=note.get("handling", "auto") == "explicit",
+            enabled=bool(note.get("enabled", True)),
+            restore=frozenset(filter(None, str(note.get("restore", "")).split(","))),
+            after=str(note.get("after", "")),
         )
-        element = Element(named(str(note["tip"])), named(str(note["target"])), base, wanted)
-        return Group(name, [element], how, note.get("handling", "auto") == "explicit")
+
+    def _read_elements(self, note: Annotation) -> list[Element]:
+        named = self._collections.named
+        tips = str(note["tip"]).split(";")
+
+        def values(key: str, default: str) -> list[str]:
+            words = str(note.get(key, default)).split(";")
+            return words if len(words) > 1 else words * len(tips)
+
+        return [
+            Element(
+                named(tip),
+                named(target),
+                -1 if base == WORLD else named(base),
+                _read_constraints(constraints),
+                _read_pair(precision),
+                _read_pair(weights),
+            )
+            for tip, target, base, constraints, precision, weights in zip(
+                tips,
+                values("target", ""),
+                values("base", WORLD),
+                values("constraints", "pose"),
+                values("precision", _PRECISION),
+                values("weights", "1,1"),
+                strict=True,
+            )
+        ]
 
     def _is_alive(self, group: Group) -> bool:
         """Return whether its tip, target and base still exist; the group is removed with them."""
@@ -218,5 +280,33 @@ class IkGroups(Part):
     def _stop(self) -> None:
         for group, before in self._at_start:
             group.elements, group.how, group.explicit = before.elements, before.how, before.explicit
+            group.enabled = before.enabled
             group.result = Result.NOT_PERFORMED
         self._at_start = []
+
+
+def _must_stay(group: Group, solution: Solution) -> bool:
+    """Return whether the joints keep their positions, since the tips do not reach what they must reach."""
+    linear = max(element.precision[0] for element in group.elements)
+    angular = max(element.precision[1] for element in group.elements)
+    misses = {"position": solution.distance > linear, "orientation": solution.angle > angular}
+    return solution.result != Result.SUCCESS and any(misses[part] for part in group.restore)
+
+
+def _read_calculation(note: Annotation) -> Calculation:
+    damping = float(note.get("damping", _DEFAULT.damping))
+    usual = "damped" if damping > 0 else "pseudo_inverse"
+    method = METHODS[str(note.get("method", usual))]
+    return Calculation(method, damping, int(note.get("iterations", _DEFAULT.iterations)))
+
+
+def _read_constraints(words: str) -> Constraint:
+    wanted = Constraint(0)
+    for word in words.split(","):
+        wanted |= CONSTRAINTS[word]
+    return wanted
+
+
+def _read_pair(words: str) -> tuple[float, float]:
+    first, second = words.split(",")
+    return float(first), float(second)

@@ -23,6 +23,9 @@ from .scratch import Array
 
 Check = Callable[[Array], bool]
 
+_LEAST = 400
+"""Checks in each part of a search, so that it adds a branch or two however short its time is."""
+
 
 @dataclass(frozen=True)
 class Space:
@@ -72,6 +75,13 @@ class Failure(Enum):
     TIME = "no path was found in time"
 
 
+@dataclass
+class Progress:
+    """The findings of a search that ended in `Failure.TIME`, for the next one."""
+
+    trees: tuple[_Tree, _Tree] | None = None
+
+
 class Planner:
     """Plans in one space.
 
@@ -94,16 +104,22 @@ class Planner:
         self._random = random
         self._poll = poll
         self._count = 0
+        self._least = 0
         self._end = 0.0
 
-    def plan(self, start: Array, goals: Sequence[Array], seconds: float) -> list[Array] | Failure:
+    def plan(
+        self, start: Array, goals: Sequence[Array], seconds: float, progress: Progress | None = None
+    ) -> list[Array] | Failure:
         """Return states (n,) from the start to one of the goals; the straight line between two of them is valid.
 
         Args:
             start: (n,) first state.
             goals: each (n,).
             seconds: maximum wall time.
+            progress: of an earlier search with the same start and goals, to continue it; it is updated.
         """
+        self._least = self._count + _LEAST if progress is not None else 0
+        progress = progress or Progress()
         self._end = time.monotonic() + seconds
         self._check = self._accepts
         space = self._space
@@ -114,10 +130,13 @@ class Planner:
             if not good:
                 return Failure.GOAL
             self._choose_check(start, good)
+            if progress.trees is not None:
+                return self._connect(progress.trees)
+            progress.trees = (_Tree([start]), _Tree(good))
             for goal in sorted(good, key=lambda each: space.length(space.difference(start, each))):
                 if self._is_free(start, goal):
                     return [start, goal]
-            return self._connect(start, good)
+            return self._connect(progress.trees)
         except _TimeIsUpError:
             return Failure.TIME
 
@@ -174,12 +193,11 @@ class Planner:
         if self._count % 20 == 0:
             if self._poll is not None:
                 self._poll()
-            if time.monotonic() > self._end:
+            if self._count > self._least and time.monotonic() > self._end:
                 raise _TimeIsUpError
         return self._check(state)
 
-    def _connect(self, start: Array, goals: list[Array]) -> list[Array]:
-        trees = (_Tree([start]), _Tree(goals))
+    def _connect(self, trees: tuple[_Tree, _Tree]) -> list[Array]:
         grows_forward = True
         while True:
             one, other = trees if grows_forward else trees[::-1]

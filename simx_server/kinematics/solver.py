@@ -10,11 +10,15 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.geometry.poses import (
+    NO_TURN,
     Pose,
+    Quaternion,
+    about,
     compose,
     conjugate,
     matrix,
     multiply,
+    normalised,
     rotation_vector,
     subtract,
     turn_z_to,
@@ -42,6 +46,13 @@ recommends about 1e-3 of the squared length of the links, which is near 1 here.
 
 _SINGULAR = 1e-6
 """Squared damping of the pseudo inverse: without it, a stretched arm would jump."""
+
+
+_TINY = 1e-9
+"""Parts of a quaternion below which a rotation about z has no sense."""
+
+
+_Z = np.array([0.0, 0.0, 1.0])
 
 
 class Method(IntEnum):
@@ -92,13 +103,15 @@ class Solution:
     """The result: joint values, and the distance of the worst element from its target."""
 
     values: Array
-    """(n,) joint values."""
+    """(n,) values of the joints with a single one."""
     result: Result
     distance: float
     """Distance in metres."""
     angle: float
     """Angle in radians."""
     is_at_limit: bool = False
+    turns: tuple[Quaternion, ...] = ()
+    """Value of each spherical joint, as MuJoCo counts it."""
 
 
 class Solver:
@@ -109,15 +122,19 @@ class Solver:
         self._model = model
         self._joints = joints
         self._arms = list(arms)
+        self._turns: list[Quaternion] = []
+        """Present values of the spherical joints."""
         self._position, self._rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
 
     def solve(self, start: Array, goals: Sequence[Pose], how: Calculation) -> Solution:
         """Move the joints from `start` (n,) until each tip is at its goal (world), or the iterations end.
 
-        Everything except these joints stays where the scratch state has it.
+        Everything except these joints stays where the scratch state has it; spherical joints start there.
         """
         joints = self._joints
-        values = joints.clip(start)
+        qpos = self._scratch.data.qpos
+        self._turns = [normalised(qpos[ball.address : ball.address + 4].tolist()) for ball in joints.balls]
+        values = joints.clip(np.concatenate([start, np.zeros(3 * len(joints.balls))]))
         largest = joints.max_step if how.method != Method.ADAPTIVE else joints.max_step * 4
         error, jacobian, misses = self.look(values, goals)
         for _ in range(how.iterations):
@@ -134,25 +151,30 @@ class Solver:
                 change *= 0.5
             else:
                 break
-            values, (error, jacobian, misses) = trial, looked
+            values, (error, jacobian, misses) = self._with_new_turns(trial), looked
             if np.max(np.abs(change)) < _STUCK:
                 break
         reached = all(_within(arm, miss, 1.0) for arm, miss in zip(self._arms, misses, strict=True))
         return Solution(
-            values=values,
+            values=values[: len(joints.handles)],
             result=Result.SUCCESS if reached else Result.FAIL,
             distance=max(miss[0] for miss in misses),
             angle=max(miss[1] for miss in misses),
             is_at_limit=bool(np.any((values <= joints.low) | (values >= joints.high))),
+            turns=tuple(self._turns),
         )
 
     def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[tuple[float, float]]]:
         """Return the errors with the joints at `values`.
 
+        Args:
+            values: (n,), or (m,) with how far the spherical joints turn from where they are.
+            goals: the poses of the targets.
+
         Returns:
-            Weighted error (m,), Jacobian (m, n), distance and angle of each element.
+            Weighted error (m,), weighted Jacobian (m, n), distance and angle of each element.
         """
-        data = self._scratch.place(self._joints.addresses, values)
+        data = self._place(values)
         errors: list[Array] = []
         rows: list[Array] = []
         misses: list[tuple[float, float]] = []
@@ -160,38 +182,59 @@ class Solver:
             error, jacobian = self._of(arm, goal, data)
             errors.append(error)
             rows.append(jacobian)
-            wanted = arm.element.constraints
-            straight = _count(wanted & Constraint.POSITION)
-            weights = arm.element.weights
-            misses.append(
-                (
-                    float(np.linalg.norm(error[:straight])) / weights[0] if straight else 0.0,
-                    float(np.linalg.norm(error[straight:])) / weights[1] if len(error) > straight else 0.0,
-                )
-            )
+            straight = _count(arm.element.constraints & Constraint.POSITION)
+            misses.append((float(np.linalg.norm(error[:straight])), float(np.linalg.norm(error[straight:]))))
+            weights = np.repeat(arm.element.weights, (straight, len(error) - straight))
+            errors[-1], rows[-1] = error * weights, jacobian * weights[:, None]
         return np.concatenate(errors), np.concatenate(rows), misses
+
+    def _place(self, values: Array) -> mujoco.MjData:
+        """Put the joints there on the scratch state."""
+        joints, qpos = self._joints, self._scratch.data.qpos
+        if len(values) > len(joints.handles):
+            for ball, turn in zip(joints.balls, self._turned(values), strict=True):
+                qpos[ball.address : ball.address + 4] = turn
+        return self._scratch.place(joints.addresses, values[: len(joints.handles)])
+
+    def _turned(self, values: Array) -> list[Quaternion]:
+        """Return the values of the spherical joints after the turns in `values` (m,)."""
+        found: list[Quaternion] = []
+        for number, turn in enumerate(self._turns):
+            first = len(self._joints.handles) + 3 * number
+            angle = float(np.linalg.norm(values[first : first + 3]))
+            axis = values[first : first + 3] / angle if angle > 0 else _Z
+            found.append(multiply(turn, about(axis.tolist(), angle)))
+        return found
+
+    def _with_new_turns(self, values: Array) -> Array:
+        """Let further turns start where the spherical joints are now; return the values without them."""
+        if self._turns:
+            self._turns = [normalised(turn) for turn in self._turned(values)]
+            values = values.copy()
+            values[len(self._joints.handles) :] = 0.0
+        return values
 
     def _of(self, arm: Arm, goal: Pose, data: mujoco.MjData) -> tuple[Array, Array]:
         """Return the rows of one element: coordinates in the base's axes, then rotations about the tip's own axes."""
         wanted = arm.element.constraints
         tip = compose(pose_of_body(data, arm.body), arm.tip)
         mujoco.mj_jac(self._model, data, self._position, self._rotation, np.array(tip[0]), arm.body)
-        linear, angular = arm.element.weights
         errors: list[Array] = []
         rows: list[Array] = []
         if wanted & Constraint.POSITION:
             chosen = [i for i in range(3) if wanted & (1 << i)]
             axes = np.array(matrix(compose(pose_of_body(data, arm.base_body), arm.base)[1])).T[chosen]
-            errors.append(linear * (axes @ np.array(subtract(goal[0], tip[0]))))
-            rows.append(linear * (axes @ self._position[:, self._joints.dofs]))
+            errors.append(axes @ np.array(subtract(goal[0], tip[0])))
+            rows.append(axes @ self._position[:, self._joints.dofs])
         if wanted & Constraint.ORIENTATION:
             turn = multiply(conjugate(tip[1]), goal[1])
-            count = 3
+            chosen = slice(3)
             if not wanted & Constraint.GAMMA:
-                turn, count = turn_z_to([row[2] for row in matrix(turn)]), 2
-            axes = np.array(matrix(tip[1])).T[:count]
-            errors.append(angular * np.array(rotation_vector(turn)[:count]))
-            rows.append(angular * (axes @ self._rotation[:, self._joints.dofs]))
+                turn, chosen = turn_z_to([row[2] for row in matrix(turn)]), slice(2)
+            elif not wanted & Constraint.ALPHA_BETA:
+                turn, chosen = _about_z(turn), slice(2, 3)
+            errors.append(np.array(rotation_vector(turn)[chosen]))
+            rows.append(np.array(matrix(tip[1])).T[chosen] @ self._rotation[:, self._joints.dofs])
         return np.concatenate(errors), np.concatenate(rows) * arm.used
 
     def _limited_change(self, values: Array, error: Array, jacobian: Array, how: Calculation) -> Array:
@@ -202,7 +245,8 @@ class Solver:
         joints = self._joints
         free = np.ones(len(values), dtype=bool)
         while True:
-            change = _change(jacobian * free, error, how)
+            eager = np.sqrt(joints.weights) * free
+            change = eager * _change(jacobian * eager, error, how)
             outside = ((values <= joints.low) & (change < 0)) | ((values >= joints.high) & (change > 0))
             outside &= free
             if not outside.any():
@@ -224,6 +268,12 @@ def _change(jacobian: Array, error: Array, how: Calculation) -> Array:
     square = jacobian @ jacobian.T
     square.flat[:: len(error) + 1] += damping
     return jacobian.T @ np.linalg.solve(square, error)
+
+
+def _about_z(turn: Quaternion) -> Quaternion:
+    """Return the part of a rotation that is about z, so that the rest turns z to where it shall be."""
+    w, _, _, z = turn
+    return normalised((w, 0.0, 0.0, z)) if abs(w) + abs(z) > _TINY else NO_TURN
 
 
 def _within(arm: Arm, miss: tuple[float, float], share: float) -> bool:

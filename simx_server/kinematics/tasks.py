@@ -19,14 +19,15 @@ from simx_server.scene.geometry.poses import Pose, compose, inverse
 
 from ..errors import CommandError
 from ..scene.objects import ObjectKind
-from .paths import Failure, Planner, Space, interpolate
+from .paths import Failure, Planner, Progress, Space, interpolate
 from .scratch import Array
 from .search import MOST_STATES
 from .validity import Pairs, Validity
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
-    from simx_server.world.world import World
+
+    from .planning_world import PlanningWorld
 
 
 class SpaceKind(IntEnum):
@@ -95,7 +96,7 @@ FINEST, COARSEST = 0.001, 0.005
 class Solving:
     """A task on the scene as it is now."""
 
-    def __init__(self, world: World, task: Task) -> None:
+    def __init__(self, world: PlanningWorld, task: Task) -> None:
         """Prepare a task.
 
         Raises:
@@ -131,8 +132,12 @@ class Solving:
             writer.write(self._validity.model, data, state[at : at + writer.space.count])
             at += writer.space.count
 
-    def solve(self, seconds: float) -> bool:
+    def solve(self, seconds: float, progress: Progress | None = None) -> bool:
         """Find a path; return whether there is one.
+
+        Args:
+            seconds: maximum wall time.
+            progress: of an earlier search with the same start and goals, to continue it; it is updated.
 
         Raises:
             CommandError: start or goals are missing or have a wrong size.
@@ -141,7 +146,8 @@ class Solving:
         if not task.start or not task.goals:
             raise CommandError(f"task '{task.name}' has no {'goal' if task.start else 'start'} state")
         planner = self._planner()
-        found = planner.plan(np.array(task.start), [np.array(goal) for goal in task.goals], seconds)
+        goals = [np.array(goal) for goal in task.goals]
+        found = planner.plan(np.array(task.start), goals, seconds, progress)
         if isinstance(found, Failure):
             task.path, task.problem = [], found.value
             return False

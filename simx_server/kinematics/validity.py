@@ -18,7 +18,7 @@ from .chain import Joints
 from .scratch import Array, copy_positions
 
 if TYPE_CHECKING:
-    from simx_server.world.world import World
+    from .planning_world import PlanningWorld
 
 Pairs = list[tuple[int, int]]
 """Entities (objects, collections, or sim.handle_all as second) that must not collide."""
@@ -47,7 +47,7 @@ class Validity:
     """
 
     def __init__(
-        self, world: World, moved: Collection[int], pairs: Pairs, *, own_model: bool = False
+        self, world: PlanningWorld, moved: Collection[int], pairs: Pairs, *, own_model: bool = False
     ) -> None:
         """Prepare the pairs of geoms.
 
@@ -58,13 +58,13 @@ class Validity:
             own_model: use a copy of the model, because positions of bodies are written too.
         """
         sim = world.simulation
+        instant = world.instants.now()  # first: it may renew the model
         self.model = copy.copy(sim.model) if own_model else sim.model
         self._data = mujoco.MjData(self.model)
         copy_positions(sim.data, self._data)
         self._instants = world.instants
         self.checks = 0
         """Number of calls."""
-        instant = world.instants.now()
         chosen: set[tuple[int, int]] = set()
         for first, second in pairs:
             mine, theirs = world.meters.collisions.entities(first, second)
@@ -116,7 +116,9 @@ class Validity:
         )
 
 
-def of_joints(world: World, joints: Joints, pairs: Pairs, margin: float = 0.0) -> Callable[[Array], bool]:
+def of_joints(
+    world: PlanningWorld, joints: Joints, pairs: Pairs, margin: float = 0.0
+) -> Callable[[Array], bool]:
     """Return the same as a function of joint values (n,)."""
     model = world.simulation.model
     moved = {int(model.jnt_bodyid[model.dof_jntid[dof]]) for dof in joints.dofs}

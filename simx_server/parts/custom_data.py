@@ -1,14 +1,18 @@
 """Named bytes that scripts keep with an object, the scene or the server.
 
 They outlive the end of a run, as in V-REP; names that start with ``@tmp`` do not. The data of an object disappear with
-the object, those of the scene with the scene; copies of an object start with the same data. Nothing is written to disk.
+the object, those of the scene with the scene; copies of an object start with the same data. A scene's file may bring
+data along: `simx:data:NAME`, of the scene itself `simx:data:world`. Nothing is written to disk.
 """
 
 from __future__ import annotations
 
+import re
+import struct
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from simx_server.scene.formats.texts.values import decode_bytes
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
@@ -17,8 +21,20 @@ if TYPE_CHECKING:
 SCENE, APPLICATION = -12, -13
 """`sim_handle_scene` and `sim_handle_app`, used in place of an object's handle."""
 
+EXTENSION = "\0extension/0"
+"""Name under which an object's extension string is stored."""
+
 HIDDEN = "\0"
 """Prefix of the server's private names, which scripts cannot access; removing everything keeps them."""
+
+REFERENCES = HIDDEN + "references/"
+"""Prefix of the names under which an object's references to others are stored, per tag: handles of 32 bits."""
+
+NAMED = HIDDEN + "named/"
+"""Prefix of the names under which named parameters of the server are stored."""
+
+_TAG = re.compile(r"&\w{1,20}&\.")
+"""Text before the name of data with a type in CoppeliaSim's files, such as ``&int&.count``; blocks have no tag."""
 
 _TEMPORARY = "@tmp"
 
@@ -48,10 +64,48 @@ class CustomData(Part):
         elif not data:
             known.pop(name, None)
         else:
-            others = sum(len(each) for kept in self._known.values() for each in kept.values())
-            wanted = others - len(known.get(name, b"")) + len(data)
-            self._sim.limits.check("custom_data", wanted, "remove some")
-            known[name] = data
+            self.write_typed(handle, name, "", data)
+
+    def write_typed(self, handle: int, name: str, tag: str, data: bytes) -> None:
+        """Store data with a type under a name, which replaces other data of this name; empty data are kept.
+
+        Args:
+            handle: of an object, or SCENE or APPLICATION.
+            name: the name.
+            tag: of the type, such as ``&int&.``; '' for a block of bytes.
+            data: the packed value.
+
+        Raises:
+            UnknownHandle: the object does not exist.
+            LimitReached: there would be too many data.
+        """
+        known, key = self._of(handle), tag + name
+        present = sum(_size(each, content) for kept in self._known.values() for each, content in kept.items())
+        wanted = present - (_size(key, known[key]) if key in known else 0) + _size(key, data)
+        self._sim.limits.check("custom_data", wanted, "remove some")
+        known[key] = data
+        for each in [other for other in known if other != key and _split(other)[1] == _split(key)[1]]:
+            del known[each]
+
+    def read_typed(self, handle: int, name: str) -> tuple[str, bytes] | None:
+        """Return the tag of the type and the data of a name, or None. Raises UnknownHandle."""
+        for key, data in self._of(handle).items():
+            tag, own = _split(key)
+            if own == name:
+                return tag, data
+        return None
+
+    def erase(self, handle: int, name: str) -> bool:
+        """Remove the data of a name, of any type; return whether there were any. Raises UnknownHandle."""
+        known = self._of(handle)
+        gone = [key for key in known if _split(key)[1] == name]
+        for key in gone:
+            del known[key]
+        return bool(gone)
+
+    def typed_names(self, handle: int) -> list[str]:
+        """Return the names of all data of scripts, of any type, without tags. Raises UnknownHandle."""
+        return [_split(key)[1] for key in self._of(handle) if not key.startswith(HIDDEN)]
 
     def read(self, handle: int, name: str) -> bytes | None:
         """Return the data of this name, or None. Raises UnknownHandle."""
@@ -61,11 +115,22 @@ class CustomData(Part):
         """Return the names in the order in which they were first written. Raises UnknownHandle."""
         return list(self._of(handle))
 
-    def copy(self, copies: Mapping[int, int]) -> None:
-        """Copy the data of originals to their copies (handle of the original to that of the copy)."""
+    def copy(self, copies: Mapping[int, int], *, data: bool = True, references: bool = True) -> None:
+        """Copy the data of originals to their copies; references to copied objects then mean the copies.
+
+        Args:
+            copies: the handle of each original with that of its copy.
+            data: whether the data of scripts are copied.
+            references: whether references to other objects are copied.
+        """
         for original, copy in copies.items():
-            if original in self._known:
-                self._known[copy] = dict(self._known[original])
+            if original not in self._known:
+                continue
+            self._known[copy] = {
+                name: _renumbered(content, copies) if name.startswith(REFERENCES) else content
+                for name, content in self._known[original].items()
+                if (references if name.startswith(REFERENCES) else data or name.startswith(HIDDEN))
+            }
 
     def _of(self, handle: int) -> dict[str, bytes]:
         if handle not in (SCENE, APPLICATION):
@@ -73,12 +138,42 @@ class CustomData(Part):
         gone = [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]
         for each in gone if not self._sim.is_running else ():  # a stop may restore objects that a run removed
             del self._known[each]
-        return self._known.setdefault(handle, {})
+        if handle not in self._known:
+            self._known[handle] = self._in_file(handle)
+        return self._known[handle]
+
+    def _in_file(self, handle: int) -> dict[str, bytes]:
+        """Return the data that the scene's file gives to an object, or to the scene itself."""
+        item = self._sim.scene.objects.get(handle)
+        notes = {"data": self._sim.scene.annotations.data} if handle == SCENE else {}
+        if item is not None:
+            notes = item.annotations
+        found = {name: decode_bytes(str(text)) for name, text in notes.get("data", {}).items()}
+        if "extension" in notes.get("object", {}):
+            found[EXTENSION] = str(notes["object"]["extension"]).encode("utf-8", "surrogateescape")
+        return found
 
     def _forget_scene(self) -> None:
         self._known = {APPLICATION: self._known.get(APPLICATION, {})}
 
     def _forget_temporary(self) -> None:
         for kept in self._known.values():
-            for name in [each for each in kept if each.startswith(_TEMPORARY)]:
+            for name in [each for each in kept if _split(each)[1].startswith(_TEMPORARY)]:
                 del kept[name]
+
+
+def _renumbered(packed: bytes, copies: Mapping[int, int]) -> bytes:
+    """Return packed handles with those of copies in place of originals."""
+    handles = struct.unpack(f"<{len(packed) // 4}i", packed)
+    return struct.pack(f"<{len(handles)}i", *(copies.get(each, each) for each in handles))
+
+
+def _size(key: str, data: bytes) -> int:
+    """Return the bytes that count against the limit; empty data count by their name."""
+    return len(data) or len(key)
+
+
+def _split(key: str) -> tuple[str, str]:
+    """Return the tag of the type, '' for a block, and the name without it."""
+    found = _TAG.match(key)
+    return (found[0], key[found.end() :]) if found else ("", key)

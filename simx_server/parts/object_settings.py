@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.scene import properties
+from simx_server.scene.editing import renaming
+from simx_server.scene.formats.annotations import numbers_of
 from simx_server.scene.geometry.placing import body_pose, free_joint
 from simx_server.scene.geometry.poses import conjugate, rotate
+from simx_server.scene.mask_bits import ALL_MASKS
 from simx_server.scene.objects import ObjectKind
-from simx_server.scene.respondable import ALL_MASKS, set_masks
+from simx_server.scene.respondable import governed_shapes, set_masks
 from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
 from simx_server.world.part import Part
 
@@ -45,6 +49,8 @@ class ObjectSettings(Part):
         self._sim = sim
         self._known: dict[int, _Settings] = {}
         self._before_the_run: dict[int, _Settings] = {}
+        self._placed: set[int] = set()
+        """Handles of objects that were placed since the last physics."""
         self.visible_layers = _VISIBLE
         """`sim_intparam_visible_layers`: layers that cameras show."""
 
@@ -78,6 +84,9 @@ class ObjectSettings(Part):
         if not 0 <= layers <= _LAYERS:
             raise CommandError(f"visibility layers are 16 bits, 0 to {_LAYERS}, not {layers}")
         self._set(handle, layers=layers)
+        if self._sim.scene.objects[handle].kind == ObjectKind.SHAPE:  # views show others by their layers, too
+            renaming.annotate(self._sim, handle, "object", {"layers": layers})
+            properties.apply(self._sim)
 
     def is_visible(self, handle: int) -> bool:
         """Return whether cameras show the object: neither its layers nor its models hide it. Raises UnknownHandle."""
@@ -96,7 +105,8 @@ class ObjectSettings(Part):
         """Set one of the six numbers of the first velocity.
 
         The shape gets the velocity when the simulation starts. In a running simulation it gets the velocity when it is
-        placed next, which is when V-REP adds it to the physics again.
+        placed next, which is when V-REP adds it to the physics again. A static shape stays where it is, but its surface
+        has the velocity, as that of a conveyor belt, until it is placed with another one.
 
         Raises UnknownHandle, WrongKind, CommandError: a link or a part of the world cannot move freely.
         """
@@ -111,7 +121,24 @@ class ObjectSettings(Part):
         self._set(handle, first_velocity=tuple(values))
 
     def launch(self, handles: Collection[int]) -> None:
-        """Apply the pending first velocities of free bodies."""
+        """Apply the pending first velocities of placed shapes; velocities that are set before physics count too."""
+        self._placed.update(handles)
+        self._launch_free(handles)
+
+    def launch_placed(self) -> None:
+        """Apply the first velocities of the shapes that were placed since the last physics."""
+        if not self._placed:
+            return
+        self._launch_free(self._placed)
+        model, objects = self._sim.model, self._sim.scene.objects
+        for handle in self._placed:
+            item = objects.get(handle)
+            is_shape = item is not None and item.kind == ObjectKind.SHAPE and item.element == "body"
+            if item is not None and is_shape and model.body_weldid[item.body] == 0:
+                self._sim.surfaces.drive(handle, self._of(handle).first_velocity)
+        self._placed.clear()
+
+    def _launch_free(self, handles: Collection[int]) -> None:
         model, data = self._sim.model, self._sim.data
         for handle in handles:
             velocity = self._of(handle).first_velocity
@@ -143,31 +170,52 @@ class ObjectSettings(Part):
         self._set(handle, mask=mask)
 
     def apply_masks(self) -> None:
-        """Apply all masks again: after a change of the tree the other byte of a mask may count."""
+        """Apply all masks again: after a change of the tree the other byte of a mask may count.
+
+        Call it as well after a shape has become static or dynamic, respondable or not.
+        """
         masks = self._masks()
-        if masks:
+        if masks or governed_shapes(self._sim):
             set_masks(self._sim, masks)
 
     def _masks(self) -> dict[int, int]:
-        return {
-            handle: known.mask
-            for handle, known in self._known.items()
-            if known.mask != ALL_MASKS and handle in self._sim.scene.objects
-        }
+        objects, annotated = self._sim.scene.objects, self._annotated("shape", "mask")
+        masks = {handle: self._of(handle).mask for handle in {*self._known, *annotated} if handle in objects}
+        return {handle: mask for handle, mask in masks.items() if mask != ALL_MASKS}
+
+    def _annotated(self, kind: str, key: str) -> list[int]:
+        """Return the handles of the objects whose annotation has a key; few of many objects have annotations."""
+        scene = self._sim.scene
+        names = [name for name, notes in scene.annotations.objects.items() if key in notes.get(kind, {})]
+        return [handle for handle in map(scene.by_name, names) if handle is not None]
 
     def _forget(self) -> None:
         self._known = {}
-        self.visible_layers = _VISIBLE
+        self.visible_layers = int(self._sim.scene.annotations.scene.get("layers", _VISIBLE))
 
     def _begin_run(self) -> None:
         self._before_the_run = dict(self._known)
-        self.launch(list(self._known))
+        self.launch({*self._known, *self._annotated("shape", "first_velocity")})
 
     def _end_run(self) -> None:
+        self._placed.clear()
         self._known = self._before_the_run
 
     def _of(self, handle: int) -> _Settings:
-        return self._known.get(handle, _Settings())
+        known = self._known.get(handle)
+        return known if known is not None else self._in_file(handle)
+
+    def _in_file(self, handle: int) -> _Settings:
+        """Return the settings that annotations give to an object."""
+        item = self._sim.scene.objects.get(handle)
+        if item is None or not item.annotations:
+            return _Settings()
+        note, shape = item.annotations.get("object", {}), item.annotations.get("shape", {})
+        return _Settings(
+            layers=int(note["layers"]) if "layers" in note else None,
+            first_velocity=numbers_of(shape["first_velocity"]) if "first_velocity" in shape else _STILL,
+            mask=int(shape.get("mask", ALL_MASKS)),
+        )
 
     def _set(self, handle: int, **values: Any) -> None:
         self._known[handle] = replace(self._of(handle), **values)

@@ -18,12 +18,15 @@ from typing import TYPE_CHECKING, Protocol
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.files.library import shipped_models, shipped_scenes
+from simx_server.scene.formats.annotations import ENGINES
 from simx_server.world.part import Part
 
 from .parameter_table import Parameter, Table, kept, only
 
 if TYPE_CHECKING:
     from simx_server.parts.object_settings import ObjectSettings
+    from simx_server.parts.paths.paths import Paths
     from simx_server.parts.user_interface import UserInterface
     from simx_server.sensors.distance.meters import Meters
     from simx_server.sensors.proximity.proximity import ProximitySensors
@@ -35,13 +38,15 @@ logger = logging.getLogger(__name__)
 PROGRAM_VERSION = 30602
 """V-REP 3.6.2, whose behaviour is the specification, in V-REP's form MMmmpp."""
 
-MUJOCO_ENGINE = 4
+_MUJOCO = "mujoco"
+MUJOCO_ENGINE = ENGINES.index(_MUJOCO)
 """`sim_physics_mujoco` of later CoppeliaSim versions; 0 to 3 are Bullet, ODE, Vortex, Newton."""
 
 _SIM_STRINGPARAM_SCENE_PATH = 14
 _SIM_STRINGPARAM_SCENE_NAME = 15
 _SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR = 16
-_SIM_FLOATPARAM_DYNAMIC_STEP_SIZE = 3
+_SIM_STRINGPARAM_SCENEDEFAULTDIR, _SIM_STRINGPARAM_MODELDEFAULTDIR = 132, 133
+_SIM_FLOATPARAM_DYNAMIC_STEP_SIZE, _SIM_FLOATPARAM_PHYSICS_TIME_STEP = 3, 5
 _SIM_INTPARAM_PROGRAM_FULL_VERSION = 39
 
 MAX_ARGUMENTS = 9
@@ -73,7 +78,6 @@ _OFF = {
     "this server has no such module": (
         c.sim_boolparam_ik_handling_enabled,
         c.sim_boolparam_gcs_handling_enabled,
-        c.sim_boolparam_path_motion_handling_enabled,
         c.sim_boolparam_mill_handling_enabled,
     ),
     "the pictures of this server are drawn without it": (
@@ -111,6 +115,9 @@ they keep their value without any effect.
 _PAGES = 8
 """Number of pages of V-REP's window; 0 is the first."""
 
+_FIRST_PORT, _PORTS = 20000, 2000
+"""V-REP's ports of the remote API for programs that scripts start."""
+
 _PLATFORMS = {"win32": 0, "darwin": 1}
 """Number of the platform: 0 Windows, 1 macOS, else 2."""
 
@@ -132,6 +139,7 @@ class Parameters(Part):
         proximity: ProximitySensors,
         vision: VisionSensors,
         object_settings: ObjectSettings,
+        paths: Paths,
         user_interface: UserInterface,
         arguments: tuple[str, ...] = (),
     ) -> None:
@@ -140,9 +148,11 @@ class Parameters(Part):
         self._proximity = proximity
         self._vision = vision
         self._object_settings = object_settings
+        self._paths = paths
         self._user_interface = user_interface
         self._random = random.Random(0)  # the same numbers in every run of the server
         self._speed_index = 0
+        self._next_port = _FIRST_PORT
         self._page = 0
         self.error_report_mode = c.sim_api_errormessage_report
         """Integer parameter 0, bits: errors go to simxGetLastErrors (1), to the status bar (2); always to the log."""
@@ -192,6 +202,10 @@ class Parameters(Part):
                 lambda: self._vision.enabled,
                 lambda value: setattr(self._vision, "enabled", value),
             ),
+            c.sim_boolparam_path_motion_handling_enabled: Parameter(
+                lambda: self._paths.is_enabled,
+                lambda value: setattr(self._paths, "is_enabled", value),
+            ),
             c.sim_boolparam_rml2_available: Parameter(lambda: True),
             c.sim_boolparam_rml4_available: Parameter(lambda: True),
             c.sim_boolparam_realtime_simulation: Parameter(self._is_real_time, self._set_real_time),
@@ -210,9 +224,14 @@ class Parameters(Part):
             c.sim_intparam_instance_count: Parameter(lambda: 1),
             c.sim_intparam_current_page: Parameter(lambda: self._page, self._set_page),
             c.sim_intparam_dynamic_step_divider: Parameter(lambda: self._sim.substeps),
-            c.sim_intparam_dynamic_engine: only(MUJOCO_ENGINE, "the dynamics engine here is MuJoCo"),
+            c.sim_intparam_dynamic_engine: Parameter(self._engine, self._set_engine),
             c.sim_intparam_visible_layers: Parameter(
                 lambda: self._object_settings.visible_layers, self._set_visible_layers
+            ),
+            c.sim_intparam_server_port_start: Parameter(lambda: _FIRST_PORT),
+            c.sim_intparam_server_port_range: Parameter(lambda: _PORTS),
+            c.sim_intparam_server_port_next: Parameter(
+                lambda: self._next_port, lambda value: setattr(self, "_next_port", value)
             ),
             c.sim_intparam_edit_mode_type: Parameter(lambda: 0),
             c.sim_intparam_platform: Parameter(lambda: _PLATFORMS.get(sys.platform, 2)),
@@ -236,6 +255,7 @@ class Parameters(Part):
                 lambda: self._sim.time_step, self._set_time_step
             ),
             _SIM_FLOATPARAM_DYNAMIC_STEP_SIZE: Parameter(lambda: float(self._sim.model.opt.timestep)),
+            _SIM_FLOATPARAM_PHYSICS_TIME_STEP: Parameter(lambda: float(self._sim.model.opt.timestep)),
         }
 
     def _strings(self) -> dict[int, Parameter[str]]:
@@ -247,6 +267,8 @@ class Parameters(Part):
             ),
             _SIM_STRINGPARAM_SCENE_NAME: Parameter(lambda: self._sim.scene.name),
             _SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR: Parameter(lambda: str(self._sim.files.workspace)),
+            _SIM_STRINGPARAM_SCENEDEFAULTDIR: Parameter(lambda: str(shipped_scenes())),
+            _SIM_STRINGPARAM_MODELDEFAULTDIR: Parameter(lambda: str(shipped_models())),
             **{
                 c.sim_stringparam_app_arg1 + index: Parameter(
                     partial(self._argument, index), partial(self._set_argument, index)
@@ -273,6 +295,14 @@ class Parameters(Part):
         """Switch real time on or off; while running a success without effect, as in V-REP."""
         if not self._sim.is_running and self.pace is not None and value != self._is_real_time():
             self.pace.speed = 1.0 if value else math.inf
+
+    def _engine(self) -> int:
+        """Return the engine that the scene's file names, else MuJoCo, which does the work in any case."""
+        return ENGINES.index(str(self._sim.scene.annotations.scene.get("engine", _MUJOCO)))
+
+    def _set_engine(self, value: int) -> None:
+        if value not in (self._engine(), MUJOCO_ENGINE):
+            raise CommandError(f"it stays {self._engine()}: the dynamics engine here is MuJoCo")
 
     def _set_error_report_mode(self, value: int) -> None:
         known = c.sim_api_errormessage_report | c.sim_api_errormessage_output

@@ -9,7 +9,8 @@ from simx_server.files.regular_files import is_file
 from simx_server.scene.formats.includes import included_files
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
-from simx_server.scene.formats.urdf import is_urdf, urdf_files
+from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
+from simx_server.scene.formats.vrep.recognising import is_vrep
 
 _XML = (".xml", ".mjcf", ".urdf", ".xacro")
 
@@ -19,15 +20,19 @@ def files_of(path: Path, sources: Sources) -> list[Path]:
 
     The search covers the folder of the scene, the folders of included files, all folders that one of them gives as a
     directory, and the shipped parts and packages of `sources`: more files than MuJoCo would use are harmless. For an
-    archive or a mesh, return the file alone. Files that `sources` does not allow are left out: loading them is refused
-    as well.
+    archive or a mesh, return the file alone; for a V-REP file, the shipped parts too. Files that `sources` does not
+    allow are left out: loading them is refused as well.
     """
     first = path.resolve()
     found = [first]
-    if first.suffix.lower() in _XML:
+    data = _read(first)
+    surroundings = [sources.shipped / part for part in PARTS]
+    if is_vrep(data, first.name):  # it may be a model, to stand on the default floor
+        found += surroundings
+    elif first.suffix.lower() in _XML:
         found += included_files(first, sources)
-        if _is_urdf(first):
-            found += urdf_files(first, sources) + [sources.shipped / part for part in PARTS]
+        if is_urdf(data):
+            found += urdf_files(first, sources) + surroundings
         found = list(dict.fromkeys(found))
     folders = [first.parent]
     named: list[str] = []
@@ -47,11 +52,11 @@ def files_of(path: Path, sources: Sources) -> list[Path]:
     return found
 
 
-def _is_urdf(path: Path) -> bool:
+def _read(path: Path) -> bytes:
     try:
-        return is_urdf(path.read_bytes())
+        return path.read_bytes()
     except OSError:
-        return False
+        return b""  # the reader of the file reports the error
 
 
 def _existing(folders: list[Path], names: list[str]) -> list[Path]:

@@ -14,7 +14,7 @@ import numpy as np
 from simx_server.scene.editing.model_state import get_state
 
 if TYPE_CHECKING:
-    from simx_server.parts.signals import Signals
+    from simx_server.parts.communication.signals import Signals
     from simx_server.world.world import World
 
 DIGEST = 8

@@ -88,7 +88,9 @@ def refuse_steps(call: Unfinished) -> None:
         CommandError: always.
     """
     call.abandon()
-    raise CommandError("a file that a client sent cannot be loaded by a stream; call it with a blocking mode")
+    raise CommandError(
+        "a file of a client, or of V-REP, cannot be loaded by a stream; call it with a blocking mode"
+    )
 
 
 def beside(work: Callable[[], Result], give_up: Callable[[], object] = lambda: None) -> Steps[Result]:

@@ -85,6 +85,9 @@ class Batches:
         if session is None:
             logger.debug("calls of a client that has not said hello or has gone")
             return
+        if session.serve is not None:
+            session.serve(payload)
+            return
         if self._loop.recorder is not None:
             self._loop.recorder.batch(client, payload)
         batch = self._read(session, payload)
@@ -100,6 +103,21 @@ class Batches:
         self._loop.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
+
+    def begin_work(self, client: str, command: str) -> tuple[str, str]:
+        """Mark a call of another protocol as the one that is being executed; pass the result to `end_work` after it."""
+        outer = self.executing, self.command
+        self.executing, self.command = client, command
+        return outer
+
+    def end_work(self, outer: tuple[str, str]) -> None:
+        """Mark the call before as the one that is being executed."""
+        self.executing, self.command = outer
+
+    def failed(self, session: ClientSession, name: str, error: Exception) -> str:
+        """Count and log the failure of a call of another protocol; return the text for its client."""
+        _, values = self._executor.failure(session, name, error)
+        return str(values[0]) if values else f"{name}: {error}"
 
     def _read(self, session: ClientSession, payload: bytes) -> Batch | None:
         """Return the batch; None if it is unreadable or exceeds a limit, which is reported to the client."""

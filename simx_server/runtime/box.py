@@ -36,9 +36,8 @@ class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
     __slots__ = (
-        "aftermath", "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving", "is_parked",
-        "is_suspended",
-        "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
+        "aftermath", "always_waits", "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving",
+        "is_parked", "is_suspended", "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
     )  # fmt: skip
 
     def __init__(self, client: str = "") -> None:
@@ -54,6 +53,9 @@ class Box:
 
         self.size_taken = 0
         """Bytes of them that the physics thread took out."""
+
+        self.always_waits: bool | None = None
+        """True: no message is served while a script runs; None: it depends on the calls in it."""
 
         self.is_in_line = False
         """For the physics thread: the queue waits for its turn."""

@@ -28,6 +28,7 @@ from simx_server.limits import Limits
 
 from .awaited import divide
 from .box import Arrival, Box, Event, Item
+from .sockets import Sockets
 
 CREDIT = 0.001
 """Seconds of the physics thread that a client may use at once before it has to take turns. Within this time, calls are
@@ -91,6 +92,9 @@ class Inbox:
         self._ready: queue.SimpleQueue[Box] = queue.SimpleQueue()
         """Queues that were empty and now are not; a new entry wakes the physics thread up."""
 
+        self.sockets: Sockets | None = None
+        """Those that the physics thread reads; None: it waits for other threads only."""
+
         self._numbers = itertools.count(1)
         self._virtual = 0.0
         """The virtual time of the service: the start of the newest item taken, in seconds of each client's share."""
@@ -125,11 +129,16 @@ class Inbox:
 
     # --- any thread ------------------------------------------------------------------------------
 
-    def open(self, client: str) -> None:
-        """Accept messages of a client from now on; those of unknown clients are thrown away."""
+    def open(self, client: str, *, always_waits: bool = False) -> None:
+        """Accept messages of a client from now on; those of unknown clients are thrown away.
+
+        Args:
+            always_waits: none of them is served while a script runs, because they hold no calls of the table.
+        """
         with self._lock:
             if client not in self._boxes:
-                self._boxes[client] = Box(client)
+                self._boxes[client] = box = Box(client)
+                box.always_waits = True if always_waits else None
 
     def close(self, client: str) -> None:
         """Accept no more messages of a client, and throw away those that wait."""
@@ -164,7 +173,7 @@ class Inbox:
                 self.had_much = True
             is_flood = self._is_flood(box, size)
             # Last, as it wakes the physics thread up, which needs the interpreter.
-            self._add(box, Arrival(client, read(payload)), None)
+            self._add(box, Arrival(client, read(payload)), box.always_waits)
             return not is_flood
 
     def _is_flood(self, box: Box, size: int) -> bool:
@@ -193,6 +202,14 @@ class Inbox:
             return "all_waiting_bytes"
         return ""
 
+    def limit_reached(self, client: str, size: int) -> str:
+        """Return the limit that one more message of a client would exceed; empty if there is space for it."""
+        box = self._boxes.get(client)
+        if box is None:
+            return ""
+        with box.lock:
+            return self._limit_reached(box, size)
+
     def _add(self, box: Box, what: Event | Arrival, waits_for_scripts: bool | None) -> None:
         box.items.append(Item(what, self._virtual, next(self._numbers), time.monotonic(), waits_for_scripts))
         self._announce(box)
@@ -200,7 +217,7 @@ class Inbox:
     def _announce(self, box: Box) -> None:
         if not box.is_known:
             box.is_known = True
-            self._ready.put(box)
+            self._tell(box)
 
     def post(self, event: Event) -> None:
         """Queue an event of the server; there is always space for it."""
@@ -252,7 +269,13 @@ class Inbox:
     def _unpark(self, box: Box) -> None:
         if box.is_parked and not box.is_waiting:
             box.is_parked = False
-            self._ready.put(box)
+            self._tell(box)
+
+    def _tell(self, box: Box) -> None:
+        """Tell the physics thread that something waits in a queue."""
+        self._ready.put(box)
+        if self.sockets is not None:
+            self.sockets.wake()
 
     def _forget(self, box: Box, item: Item) -> None:
         """Subtract the bytes of an item that was removed from a queue, under its lock."""
@@ -367,18 +390,30 @@ class Inbox:
 
     def wait(self, seconds: float) -> Event | Arrival | None:
         """Return the next item as soon as there is one; None when the time is over."""
+        if self.sockets is not None:
+            self.sockets.fetch()
         taken = self._next()
         if taken is None:
             try:
-                box = self._ready.get(timeout=seconds)
+                box = self._sleep(seconds)
             except queue.Empty:
                 return None
             self._line_up(box)
             taken = self._next()
         return taken
 
+    def _sleep(self, seconds: float) -> Box:
+        """Wait for the next queue that is not empty. Raises queue.Empty: there is none."""
+        if self.sockets is None:
+            return self._ready.get(timeout=seconds)
+        self.sockets.sleep(seconds, self._ready.qsize)
+        self.sockets.fetch()
+        return self._ready.get_nowait()
+
     def at_hand(self, seconds: float = float("inf")) -> Iterator[Event | Arrival]:
         """Yield the items that are present now, for at most this many seconds. Items that come meanwhile stay."""
+        if self.sockets is not None:
+            self.sockets.fetch(everything=True)
         until = time.perf_counter() + seconds
         for _ in range(len(self)):
             if (taken := self._next()) is None:

@@ -11,9 +11,9 @@ import logging
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.handlers.registry import Handler
@@ -33,6 +33,7 @@ from .outbox import LINGER, Outbox
 from .publishing import Publisher
 from .replies import Messages
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
+from .sockets import Sockets
 
 if TYPE_CHECKING:
     from simx_server.recording import Recorder
@@ -62,6 +63,19 @@ HELD = 0.002
 """Seconds until a held simulation step (`Part.holds_step`) is checked again."""
 
 
+class Idler(Protocol):
+    """Something with work for the time in which the simulation is stopped or paused."""
+
+    @property
+    def wants_idle(self) -> bool:
+        """Return whether there is such work now."""
+        ...
+
+    def idle(self) -> object:
+        """Do a piece of it; called every `IDLE_PASS` seconds."""
+        ...
+
+
 class ServerLoop(Part):
     """Sessions, simulation steps and streams of one simulation."""
 
@@ -89,6 +103,8 @@ class ServerLoop(Part):
         self._publisher = Publisher(executor, messages)
         self._pacer = pacer
         self._starting_port = starting_port
+        self.more_starting_ports: Container[int] = ()
+        """Further ports of this kind, which the scene's scripts name."""
         self._inbox = Inbox(lambda: self.simulation.limits)
         self._outbox = Outbox(messages.pack)
         self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
@@ -101,6 +117,9 @@ class ServerLoop(Part):
         self._givings = 0
         self._is_paced = False
         """Simulation steps follow the wall clock at present."""
+
+        self.idlers: list[Idler] = []
+        """Want to be called now and then while the simulation is stopped or paused, beside the scene's scripts."""
 
         self.watches: list[Callable[[], object]] = []
         """Called after every turn, so at least once per second: time-outs of work on other threads."""
@@ -152,6 +171,32 @@ class ServerLoop(Part):
     def is_departing(self, client: str) -> bool:
         """Return whether a client is about to leave."""
         return self._inbox.is_leaving(client)
+
+    def limit_reached(self, client: str, size: int) -> str:
+        """Return why a message of this many bytes would not be queued; empty if it would be."""
+        reached = self._inbox.limit_reached(client, size)
+        return (
+            str(self.simulation.limits.reached(reached, "wait for answers now and then")) if reached else ""
+        )
+
+    @property
+    def sockets(self) -> Sockets:
+        """Return the sockets that the physics thread reads; made on first use. Physics thread, or before it runs."""
+        if self._inbox.sockets is None:
+            self._inbox.sockets = Sockets()
+        return self._inbox.sockets
+
+    def begin_work(self, client: str, command: str) -> tuple[str, str]:
+        """Mark a call of another protocol as the one that is executed; pass the result to `end_work`."""
+        return self._batches.begin_work(client, command)
+
+    def end_work(self, outer: tuple[str, str]) -> None:
+        """Mark the call before as the one that is executed."""
+        self._batches.end_work(outer)
+
+    def failed(self, session: ClientSession, name: str, error: Exception) -> str:
+        """Count and log the failure of a call of another protocol; return the text for its client. Physics thread."""
+        return self._batches.failed(session, name, error)
 
     def end(self) -> None:
         """Make ``run`` return."""
@@ -212,6 +257,12 @@ class ServerLoop(Part):
         """Abandon calls with a step under way, after ``run`` has returned for the last time."""
         for session in self.sessions.values():
             session.abandon_call()
+
+    def close_sockets(self) -> None:
+        """Read no sockets any more, after the gateways that have them are closed."""
+        sockets, self._inbox.sockets = self._inbox.sockets, None
+        if sockets is not None:
+            sockets.close()
 
     def _give_memory_back(self) -> None:
         """Return memory to the system, after much has waited or a client has left, and nothing waits any more."""
@@ -372,7 +423,9 @@ class ServerLoop(Part):
         return HELD if is_free and self.simulation.is_held else 0.0
 
     def _idle_is_wanted(self) -> bool:
-        return self.world.scripts.want_idle and self.simulation.state is not SimulationState.RUNNING
+        return self.simulation.state is not SimulationState.RUNNING and (
+            self.world.scripts.want_idle or any(idler.wants_idle for idler in self.idlers)
+        )
 
     def _pass(self) -> None:
         """Make one simulation step if the simulation advances; compute the streams in any case."""
@@ -397,6 +450,8 @@ class ServerLoop(Part):
         else:
             if self._idle_is_wanted():
                 self._handle(self.world.idle)
+                for idler in self.idlers:
+                    self._handle(idler.idle)
             self._publisher.publish(self.sessions.values(), after_pass=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
@@ -415,19 +470,31 @@ class ServerLoop(Part):
 
     # --- clients ---------------------------------------------------------------------------------
 
-    def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
-        """Add a client that says hello. A second hello (after a loss) starts a new session."""
+    def join(
+        self,
+        client: str,
+        name: str,
+        port: int,
+        link: Link,
+        serve: Callable[[bytes], object] | None = None,
+    ) -> ClientSession:
+        """Add a client that says hello. A second hello (after a loss) starts a new session.
+
+        Args:
+            serve: executes its messages, when they hold other calls than the table's.
+        """
         self._end_session(client)
-        self._inbox.open(client)
+        self._inbox.open(client, always_waits=serve is not None)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
-        session = ClientSession(client, name, port, link)
+        session = ClientSession(client, name, port, link, serve=serve)
         self.sessions[client] = session
         if self.recorder is not None:
             self.recorder.joined(client, name, port)
         logger.info("client %s joined by port %d", name, port)
         is_stopped = self.simulation.state is SimulationState.STOPPED
-        if port == self._starting_port and is_stopped and not session.may_only_read:
+        is_starting = port == self._starting_port or port in self.more_starting_ports
+        if is_starting and is_stopped and not session.may_only_read:
             if self._is_serving:
                 self._inbox.hold(partial(self._start_for, port))
             else:

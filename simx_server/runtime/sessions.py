@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -93,6 +93,9 @@ class ClientSession:
     link: Link
     errors: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_ERRORS))
     streams: Streams = field(default_factory=Streams)
+    serve: Callable[[bytes], object] | None = None
+    """Executes a message of a client that speaks another protocol; None: a message is a batch of the table's calls."""
+
     is_stepping: bool = False
     lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict[str, tuple[str, bytes]])
     """Files of the client's machine that a loading call will read: given path to name and content."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_server.scene.editing.least_mass import make_light
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.transplant import find_body, move_body, move_joint, move_leaf
 from simx_server.scene.editing.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
@@ -23,10 +24,6 @@ if TYPE_CHECKING:
 
 _STUMP = INTERNAL + "broken:"
 """Prefix of the name of the body that keeps a broken sensor in its place."""
-
-_STUMP_MASS = 1e-3
-_STUMP_INERTIA = 1e-6
-"""Inertia of the rest of a joint behind which a sensor broke: MuJoCo cannot move a body without mass."""
 
 
 def break_sensor(sim: LiveScene, item: SceneObject) -> None:
@@ -57,8 +54,7 @@ def _cut_off(sim: LiveScene, item: SceneObject) -> None:
     def surgery(spec: mujoco.MjSpec) -> None:
         stump = find_body(spec, near).add_body(name=stump_name, pos=start[0], quat=start[1])
         if joints:
-            stump.explicitinertial = True
-            stump.mass, stump.inertia = _STUMP_MASS, [_STUMP_INERTIA] * 3
+            make_light(stump)
         for joint in joints:
             move_joint(spec, joint, stump_name)
         move_leaf(spec, "site", item.element_name, stump_name, local, size)

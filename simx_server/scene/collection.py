@@ -1,9 +1,10 @@
 """Collections: named groups of objects, from `simx:collection:NAME` annotations.
 
 `objects=a,b` single objects, `tree=c` an object with all below it, `below=c` the same without the object itself,
-`chain=tip` an object with all above it, `all=yes` everything, `without=d,e` exceptions. Names are resolved when the
-scene or model is loaded (where they must exist); the tree is searched at each use, as in V-REP. A script can create
-more collections, and change any of them: until the stop, if it did so while running.
+`chain=tip` an object with all above it, `all=yes` everything, `without=d,e` exceptions; `steps=+all,-tree:c` the same
+in any order; `overrides=yes` for objects that are measured and detected whatever they are declared. Names are resolved
+when the scene or model is loaded (where they must exist); the tree is searched at each use, as in V-REP. A script can
+create more collections, and change any of them: until the stop, if it did so while running.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation
+from simx_server.scene.formats.texts.values import read_steps
 from simx_server.scene.objects import Scene
 from simx_server.scene.registered import Registry
 from simx_server.world.part import Part
@@ -32,7 +34,15 @@ ALL = -2
 GONE = 0
 """Handle that replaces one of a named object that does not exist (any more); no object has it."""
 
+_STEP_ELEMENTS = {"object": "objects"}
+"""Kinds of steps whose element has another name."""
+
 _ELEMENTS = ("objects", "tree", "below", "chain", "without")
+
+
+Step = tuple[str, int, bool]
+"""Kind of element, handle, whether it is taken out. Beside the kinds of annotations there are `all`, which takes no
+handle, and `above`, a chain without the object itself."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +52,10 @@ class Collection:
     name: str
     everything: bool
     elements: dict[str, tuple[int, ...]]
+    steps: tuple[Step, ...] = ()
+    """Steps that add and remove objects after that, in their order."""
+    overrides: bool = False
+    """Its objects are measured and detected whatever they are declared to be."""
 
     def members(self, scene: Scene) -> list[int]:
         """Return the handles of the objects that it contains now, in scene order."""
@@ -57,14 +71,17 @@ class Collection:
                 found.add(handle)
                 handle = scene.objects[handle].parent
         found.difference_update(self.elements["without"])
+        found = _after(found, self.steps, scene)
         return [handle for handle in scene.objects if handle in found]
 
     def is_alive(self, scene: Scene) -> bool:
         """Return False when none of its elements exists any more: V-REP then removes it."""
-        parts = [element for element in _ELEMENTS if element != "without"]
-        if self.everything or not any(self.elements[part] for part in parts):
-            return True
-        return any(self._present(scene, part) for part in parts)
+        named = [handle for part in _ELEMENTS if part != "without" for handle in self.elements[part]]
+        named += [handle for kind, handle, taken_out in self.steps if kind != "all" and not taken_out]
+        everything = self.everything or any(
+            kind == "all" for kind, _, taken_out in self.steps if not taken_out
+        )
+        return everything or not named or any(handle in scene.objects for handle in named)
 
     def _present(self, scene: Scene, element: str) -> list[int]:
         return [handle for handle in self.elements[element] if handle in scene.objects]
@@ -77,21 +94,13 @@ class EditedCollection:
     name: str
     origin: Collection | None = None
     """The collection before the first step."""
-    steps: tuple[tuple[str, int, bool], ...] = ()
-    """(kind of element, handle, whether it is taken out) of each step. Beside the kinds of annotations there are `all`,
-    which takes no handle, and `above`, a chain without the object itself.
-    """
+    steps: tuple[Step, ...] = ()
+    overrides: bool = False
 
     def members(self, scene: Scene) -> list[int]:
         """Return the handles of the objects that it contains now, in scene order."""
         found: set[int] = set() if self.origin is None else set(self.origin.members(scene))
-        for kind, handle, taken_out in self.steps:
-            elements = {each: (handle,) if each == kind else () for each in _ELEMENTS}
-            if kind == "above":
-                elements["chain"] = (handle,)
-                elements["without"] = (handle,)
-            some = Collection("", kind == "all", elements).members(scene)
-            found = found.difference(some) if taken_out else found.union(some)
+        found = _after(found, self.steps, scene)
         return [handle for handle in scene.objects if handle in found]
 
 
@@ -137,7 +146,22 @@ class Collections(Part):
         """Return the name of a collection. Raises CommandError."""
         return self._get(handle).name
 
-    def create(self, name: str) -> int:
+    def overrides(self, handle: int) -> bool:
+        """Return whether this is a collection whose objects are measured and detected whatever they are declared."""
+        collection = self._find(handle)
+        return collection is not None and collection.overrides
+
+    def rename(self, handle: int, name: str) -> None:
+        """Give a collection another name. Raises CommandError for a name that is taken."""
+        collection = self._get(handle)
+        if not name or self.find(name) not in (None, handle):
+            raise CommandError(f"'{name}' cannot name this collection; give one that no other collection has")
+        origin = collection if isinstance(collection, Collection) else collection.origin
+        steps = () if isinstance(collection, Collection) else collection.steps
+        renamed = EditedCollection(name, origin, steps, collection.overrides)
+        self._edited = {**self._edited, handle: renamed}
+
+    def create(self, name: str, *, overrides: bool = False) -> int:
         """Create an empty collection and return its handle. Raises CommandError for a name that is taken."""
         if not name or self.find(name) is not None:
             raise CommandError(f"'{name}' cannot name another collection; give one that no collection has")
@@ -145,7 +169,7 @@ class Collections(Part):
         self._sim.limits.check("collections", made + 1, "destroy some")
         handle = FIRST_MADE + self._made
         self._made += 1
-        self._edited = {**self._edited, handle: EditedCollection(name)}
+        self._edited = {**self._edited, handle: EditedCollection(name, overrides=overrides)}
         return handle
 
     def change(self, handle: int, kind: str, item: int, *, taken_out: bool) -> None:
@@ -154,13 +178,15 @@ class Collections(Part):
         if kind != "all":
             self._sim.scene.get(item)
         if isinstance(collection, Collection):
-            collection = EditedCollection(collection.name, collection)
+            collection = EditedCollection(collection.name, collection, overrides=collection.overrides)
         changed = replace(collection, steps=(*collection.steps, (kind, item, taken_out)))
         self._edited = {**self._edited, handle: changed}
 
     def empty(self, handle: int) -> None:
         """Remove all objects from a collection. Raises CommandError."""
-        self._edited = {**self._edited, handle: EditedCollection(self._get(handle).name)}
+        earlier = self._get(handle)
+        emptied = EditedCollection(earlier.name, overrides=earlier.overrides)
+        self._edited = {**self._edited, handle: emptied}
 
     def remove(self, handle: int) -> None:
         """Remove a collection. Raises CommandError."""
@@ -186,6 +212,8 @@ class Collections(Part):
         """Return the handle of the object or collection in an annotation: ALL for `all`, GONE for a missing one."""
         if name == "all":
             return ALL
+        if name.startswith(ENTITY_PREFIX):
+            return self.find(name.removeprefix(ENTITY_PREFIX)) or GONE
         return self._sim.scene.by_name(name) or self.find(name) or GONE
 
     def _find(self, handle: int) -> Collection | EditedCollection | None:
@@ -216,9 +244,26 @@ class Collections(Part):
         self._made = 0
 
 
+def _after(found: set[int], steps: tuple[Step, ...], scene: Scene) -> set[int]:
+    """Return what a set of objects becomes by some steps."""
+    for kind, handle, taken_out in steps:
+        elements = {each: (handle,) if each == kind else () for each in _ELEMENTS}
+        if kind == "above":
+            elements["chain"] = (handle,)
+            elements["without"] = (handle,)
+        some = Collection("", kind == "all", elements).members(scene)
+        found = found.difference(some) if taken_out else found.union(some)
+    return found
+
+
 def _read(scene: Scene, name: str, note: Annotation) -> Collection:
     def handles(listed: str) -> tuple[int, ...]:
         return tuple(scene.by_name(word) or GONE for word in filter(None, listed.split(",")))
 
     elements = {kind: handles(str(note.get(kind, ""))) for kind in _ELEMENTS}
-    return Collection(name, bool(note.get("all", False)), elements)
+    steps = tuple(
+        (_STEP_ELEMENTS.get(kind, kind), scene.by_name(named) or GONE, taken_out)
+        for taken_out, kind, named in read_steps(str(note.get("steps", "")))
+    )
+    overrides = bool(note.get("overrides", False))
+    return Collection(name, bool(note.get("all", False)), elements, steps, overrides)

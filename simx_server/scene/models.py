@@ -9,11 +9,13 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from simx_server.scene import properties
 from simx_server.scene.editing.grafting import Graft, graft
-from simx_server.scene.formats.annotations import MEASURED
+from simx_server.scene.formats.annotations import BROUGHT
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 from simx_server.scene.formats.model_files import Model, read_model
-from simx_server.scene.formats.script_texts import SCRIPT_NOTES
+from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
+from simx_server.scene.geometry.first_turns import set_turns
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -51,7 +53,10 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
     base = objects[model.base]
     notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
     spec = model.scene.spec.copy()
-    settle_loose_meshes(spec)
+    if (report := model.scene.import_report) is not None:
+        sim.tell(lambda part: part.file_imported(report))
+    else:
+        settle_loose_meshes(spec)
     handles = graft(
         world,
         Graft(
@@ -59,9 +64,10 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
             names={(item.element, item.element_name): item.name for item in objects.values()},
             annotations=notes,
             welded=model.scene.welded_bodies,
+            weightless=model.scene.weightless_bodies,
             registered={
                 kind: model.scene.annotations.registered[kind]
-                for kind in MEASURED
+                for kind in BROUGHT
                 if kind in model.scene.annotations.registered
             },
         ),
@@ -72,6 +78,8 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
         added = handles.get((item.element, item.element_name))
         if added is not None and added != found:
             sim.scene.override_parent(added, found)
+    set_turns(sim.scene, sim.model, sim.data, set(handles.values()))
+    properties.apply(sim)
     world.object_settings.apply_masks()
     sim.changed()
     logger.info("model '%s' is loaded with %d objects", sim.scene.get(found).name, len(handles))

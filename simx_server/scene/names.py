@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.nearest import nearest
@@ -14,7 +14,7 @@ from simx_server.errors import UnknownName
 if TYPE_CHECKING:
     from simx_server.scene.objects import Scene
 
-_INDEX = re.compile(r"^(?P<alias>.*)\[(?P<index>\d+)\]$")
+_INDEX = re.compile(r"^(?P<alias>.*)(?:\[(?P<index>\d+)\]|\{(?P<among_all>\d+)\})$")
 _COPY = re.compile(r"#\d*$")
 
 _LINK_SHAPES = ("_respondable", "_visual")
@@ -52,8 +52,9 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
 
     Old name: exactly `name`; one trailing `#` is dropped; `name@alt` and `name@silentError` mean `name`.
     `NAME_visual` and `NAME_respondable` mean the body `NAME` if they do not exist: a link of a URDF is one body here.
-    Path (starts with `/`, `.` or `:`): each component is an alias somewhere below the one before it, `[i]` picks the
-    i-th (from 0) of several, `*` and `?` are wildcards; `./` starts at `origin`, `../` at its parent, `/` at the top.
+    Path (starts with `/`, `.` or `:`): each component is an alias somewhere below the one before it. `[i]` picks the
+    i-th (from 0) of the children of one object, or of all if none has that many, `{i}` the i-th of all; `*` and `?` are
+    wildcards; `./` starts at `origin`, `../` at its parent, `/` at the top.
     Raises UnknownName, whose text lists the nearest names.
     """
     plain, _, suffix = text.partition("@")
@@ -97,6 +98,29 @@ def path_of(scene: Scene, handle: int) -> str:
     return "/" + "/".join(reversed(parts))
 
 
+def indexed_path(scene: Scene, handle: int, models: int | None) -> str:
+    """Return a path with an index in each part, ``/model{0}/alias{3}``: among all objects of this alias below the
+    part before it.
+
+    Args:
+        models: how many of the model bases above the object are parts, the nearest ones; None: all.
+    """
+    chain = [handle]
+    above = scene.objects[handle].parent
+    while above != -1 and (models is None or len(chain) <= models):
+        if scene.is_model_base(above):
+            chain.append(above)
+        above = scene.objects[above].parent
+    parts: list[str] = []
+    base = -1
+    for each in reversed(chain):
+        alias = scene.objects[each].alias
+        twins = [other for other in scene.descendants(base) if scene.objects[other].alias == alias]
+        parts.append(f"{alias}{{{twins.index(each)}}}")
+        base = each
+    return "/" + "/".join(parts)
+
+
 def path_parts(scene: Scene, parent: int) -> dict[int, str]:
     """Return the part of the path of each child of an object, by handle, in hierarchy order; -1 for the top level."""
     aliases = {child: scene.objects[child].alias for child in scene.children(parent)}
@@ -120,8 +144,15 @@ def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
             found_any = places[0] != -1
             continue
         match = _INDEX.match(part)
-        alias, index = (match["alias"], int(match["index"])) if match else (part, None)
-        below = [h for place in places for h in scene.descendants(place) if _fits(scene, h, alias)]
+        alias, index = (match["alias"], int(match["index"] or match["among_all"])) if match else (part, None)
+        if (
+            match
+            and match["index"]
+            and (found := _among_siblings(scene, places, alias, int(index or 0))) != -1
+        ):
+            places, found_any = [found], True
+            continue
+        below = [h for place in places for h in _below(scene, place) if _fits(scene, h, alias)]
         places = below if index is None else below[index : index + 1]
         found_any = bool(places)
         if not found_any:
@@ -129,6 +160,28 @@ def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
     if not found_any:
         return origin if origin in scene.objects and text in (".", "./") else None
     return places[0]
+
+
+def _below(scene: Scene, base: int) -> Iterator[int]:
+    """Yield the objects below one in CoppeliaSim's order: all children first, then in the same way below each child."""
+    waiting = [base]
+    while waiting:
+        children = scene.children(waiting.pop())
+        yield from children
+        waiting.extend(reversed(children))
+
+
+def _among_siblings(scene: Scene, places: Collection[int], alias: str, index: int) -> int:
+    """Return the object that ``alias[index]`` means in CoppeliaSim: counted among the children of one object.
+
+    The search goes on below, where the count starts again. -1: no object has that many children of this alias.
+    """
+    for place in places:
+        for parent in (place, *_below(scene, place)):
+            found = [child for child in scene.children(parent) if _fits(scene, child, alias)]
+            if index < len(found):
+                return found[index]
+    return -1
 
 
 def _fits(scene: Scene, handle: int, pattern: str) -> bool:

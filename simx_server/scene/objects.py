@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -19,6 +20,9 @@ from simx_server.errors import UnknownHandle, WrongKind
 from simx_server.scene.editing.twins import Names
 from simx_server.scene.formats.annotations import Annotation, Annotations
 from simx_server.scene.names import resolve
+
+if TYPE_CHECKING:
+    from simx_server.scene.formats.vrep.report import Report
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""
@@ -29,17 +33,40 @@ class ObjectKind(IntEnum):
 
     SHAPE = 0
     JOINT = 1
+    GRAPH = 2
     CAMERA = 3
     DUMMY = 4
     PROXIMITY_SENSOR = 5
+    PATH = 8
     VISION_SENSOR = 9
+    MILL = 11
     FORCE_SENSOR = 12
     LIGHT = 13
+    MIRROR = 14
+    OCTREE = 15
+    POINT_CLOUD = 16
+    SCRIPT = 17
 
     @property
     def text(self) -> str:
         """Return the kind in words, as used in messages."""
         return self.name.lower().replace("_", " ")
+
+
+ANNOTATED_KINDS = {
+    kind.name.lower(): kind
+    for kind in (
+        ObjectKind.GRAPH,
+        ObjectKind.PATH,
+        ObjectKind.MILL,
+        ObjectKind.MIRROR,
+        ObjectKind.OCTREE,
+        ObjectKind.POINT_CLOUD,
+        ObjectKind.SCRIPT,
+    )
+}
+"""Kinds without an element in MJCF, by the word of the annotation `simx:object type=`; a site or body stands for one.
+"""
 
 
 @dataclass
@@ -89,6 +116,8 @@ class Scene:
         self.path = path
         self.next_handle = next_handle
         self.annotations = annotations if annotations is not None else Annotations()
+        self.import_report: Report | None = None
+        """Notes of the import of a V-REP file."""
         self.parent_overrides: dict[int, int] = {}
         """Handle to parent, where the tree differs from the bodies (a free body under a gripper, a dummy's child)."""
         self.welded_bodies: set[str] = set()
@@ -197,8 +226,9 @@ class Scene:
 
     def model_property(self, handle: int) -> int:
         """Return `sim_modelproperty_*` bits of a model base; NOT_A_MODEL for any other object. Raises UnknownHandle."""
-        base = self.get(handle).annotations.get("model", {}).get("base", False)
-        return self.model_properties.get(handle, 0 if base else NOT_A_MODEL)
+        note = self.get(handle).annotations.get("model", {})
+        bits = int(note.get("properties", 0))
+        return self.model_properties.get(handle, bits if note.get("base", False) else NOT_A_MODEL)
 
     def set_model_property(self, handle: int, bits: int) -> None:
         """Store `sim_modelproperty_*` bits, or NOT_A_MODEL; `properties.py` applies them."""

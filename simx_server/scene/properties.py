@@ -14,6 +14,7 @@ from simx_server.scene.editing.welding import set_static
 from simx_server.scene.geometry.placing import free_joint
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene, SceneObject
 from simx_server.scene.respondable import collect_masks
+from simx_server.sensors.vision.visibility import USERS_GROUP, VISIBLE_GROUPS
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -27,15 +28,15 @@ _NOT_SHOWN_INSIDE = 0x400
 _UNSEEN_GROUP = 5
 """A geom group that is hidden from all cameras."""
 
-_GEOM_VALUES = {
-    c.sim_modelproperty_not_respondable: {"geom_contype": 0, "geom_conaffinity": 0},
-    c.sim_modelproperty_not_renderable | c.sim_modelproperty_not_visible: {"geom_group": _UNSEEN_GROUP},
-}
-"""Values that any of these bits sets in the geoms of a model: model array to number. In V-REP too, vision sensors
-do not see shapes that are invisible because of their model, but see those that are invisible by their layers.
-"""
+_ON_GEOMS = (
+    c.sim_modelproperty_not_respondable | c.sim_modelproperty_not_renderable | c.sim_modelproperty_not_visible
+)
 
-_ON_GEOMS = sum(_GEOM_VALUES)
+_ARRAYS = ("geom_contype", "geom_conaffinity", "geom_group")
+"""Model arrays that these bits change."""
+
+_SHOWN_LAYERS = 0x00FF
+"""Visibility layers that the views of a new scene show."""
 
 _KNOWN = 0x1FF | SCRIPTS_INACTIVE | _NOT_SHOWN_INSIDE
 
@@ -62,12 +63,19 @@ def set_model_property(sim: LiveScene, handle: int, bits: int) -> None:
 def apply(sim: LiveScene) -> None:
     """Apply the properties of all models. Call this after they, or the tree, have changed."""
     bits = 0
-    for handle in sim.scene.model_properties:
+    for handle in {*sim.scene.model_properties, *_annotated_models(sim.scene)}:
         bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
     if bits & _ON_GEOMS or sim.scene.withheld or _are_any_unseen(sim.scene):
         _restrict_geoms(sim)
     if bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert:
         _restrict_motion(sim)
+
+
+def _annotated_models(scene: Scene) -> list[int]:
+    """Return the handles of the model bases that the file gives properties to."""
+    notes = scene.annotations.objects
+    names = [name for name, kinds in notes.items() if "model" in kinds and kinds["model"].get("properties")]
+    return [handle for handle in map(scene.by_name, names) if handle is not None]
 
 
 def is_unseen(item: SceneObject) -> bool:
@@ -90,16 +98,39 @@ def _restrict_geoms(sim: LiveScene) -> None:
         name, bits = model.geom(geom).name, scene.overridden(owner)
         if owner != -1 and is_unseen(scene.objects[owner]):
             bits |= c.sim_modelproperty_not_renderable
-        for forbidding, values in _GEOM_VALUES.items():
-            for array, value in values.items():
-                numbers = getattr(model, array)
-                if bits & forbidding and (name, array) not in scene.withheld:
-                    scene.withheld[name, array] = int(numbers[geom])
-                    numbers[geom] = value
-                elif not bits & forbidding and (name, array) in scene.withheld:
-                    numbers[geom] = scene.withheld.pop((name, array))
+        before = scene.withheld.get((name, "geom_group"), int(model.geom_group[geom]))
+        values = _values(bits, before, scene.objects.get(owner))
+        for array in _ARRAYS:
+            numbers = getattr(model, array)
+            if array in values:
+                scene.withheld.setdefault((name, array), int(numbers[geom]))
+                numbers[geom] = values[array]
+            elif (name, array) in scene.withheld:
+                numbers[geom] = scene.withheld.pop((name, array))
     collect_masks(model)
     sim.model_edited()
+
+
+def _values(bits: int, group: int, item: SceneObject | None) -> dict[str, int]:
+    """Return the numbers that bits set in a geom, by array.
+
+    In V-REP too, vision sensors do not see shapes that are invisible because of their model, but see those that are
+    invisible by their layers; users see what is not renderable, unless its layers hide it.
+
+    Args:
+        bits: of the models around the geom's shape, and of the shape itself.
+        group: the geom's group in the file.
+        item: the shape.
+    """
+    values: dict[str, int] = {}
+    if bits & c.sim_modelproperty_not_respondable:
+        values |= {"geom_contype": 0, "geom_conaffinity": 0}
+    if bits & (c.sim_modelproperty_not_renderable | c.sim_modelproperty_not_visible):
+        layers = item.annotations.get("object", {}).get("layers", _SHOWN_LAYERS) if item is not None else 0
+        is_shown = group in VISIBLE_GROUPS and int(layers) & _SHOWN_LAYERS
+        for_users = is_shown and not bits & c.sim_modelproperty_not_visible
+        values["geom_group"] = USERS_GROUP if for_users else _UNSEEN_GROUP
+    return values
 
 
 def _restrict_motion(sim: LiveScene) -> None:

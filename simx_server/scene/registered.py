@@ -1,4 +1,4 @@
-"""Entries that `<custom>` registers under separate names (collections, collision, distance, IK groups), by handle.
+"""Entries that `<custom>` registers under separate names (collections, collision, distance, IK groups, UIs), by handle.
 
 The scene's annotations define the entries: an edit passes them on, loading a model adds to them, and the stop restores
 the old ones. An entry lives as long as its annotation and its objects exist.
@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from simx_server.errors import CommandError
-from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.annotations import ENTITY_PREFIX, FREE, WORLD, Annotation, Value
+from simx_server.scene.formats.texts.graph_streams import renamed_streams
+from simx_server.scene.formats.texts.values import read_steps, write_steps
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -21,11 +23,17 @@ _T = TypeVar("_T")
 LISTS = frozenset({"objects", "tree", "below", "chain", "without"})
 """Keys of a collection's annotation that name objects, with commas between them."""
 
-_REFERENCES = ("parent", "master", "entity")
+_REFERENCES = ("parent", "master", "entity", "linked")
 """Keys of annotations that name another object."""
 
-_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "tip", "target", "base"}
+_OF_PLANNINGS = ("path", "start", "goal", "robot", "obstacles")
+"""Keys of a path planning task that name an object or a collection."""
+
+_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "after", "object", *_OF_PLANNINGS}
 """The same keys of registered entries."""
+
+_OF_TIPS = ("tip", "target", "base")
+"""Keys of an IK group that name an object for each tip, with semicolons between them."""
 
 
 @dataclass(frozen=True)
@@ -112,43 +120,75 @@ def concerned(
     """Return the entries that copies of the objects with these names include, per kind and name.
 
     As in V-REP: a collection without all other objects, unless it is then empty; a collision or distance object
-    when both its entities are copied, or one that is tested against all others; an IK group when all its objects are.
+    when both its entities are copied, or one that is tested against all others; an IK group when all its objects are;
+    an old custom UI when its object is.
     """
     found: dict[str, dict[str, Annotation]] = {"collection": {}, "collision": {}, "distance": {}}
     for name, registered in present.get("collection", {}).items():
         note = dict(registered)
         for key in LISTS & note.keys():
             note[key] = ",".join(word for word in str(note[key]).split(",") if word in objects)
-        if any(note.get(key) for key in LISTS - {"without"}):
+        if "steps" in note:
+            note["steps"] = _concerned_steps(str(note["steps"]), objects)
+        if any(note.get(key) for key in (LISTS | {"steps"}) - {"without"}):
             found["collection"][name] = note
-    entities = {*objects, *found["collection"]}
+    entities = {*objects, *found["collection"], *(f"{ENTITY_PREFIX}{name}" for name in found["collection"])}
     for kind in ("collision", "distance"):
         for name, note in present.get(kind, {}).items():
             if note["entity1"] in entities and note.get("entity2", "all") in {*entities, "all"}:
                 found[kind][name] = note
+    known = {*objects, WORLD}
     found["ik"] = {
         name: note
         for name, note in present.get("ik", {}).items()
-        if all(note.get(key) in {*objects, None} for key in ("tip", "target", "base"))
+        if all(known.issuperset(str(note[key]).split(";")) for key in _OF_TIPS if key in note)
+    }
+    found["planning"] = {
+        name: note
+        for name, note in present.get("planning", {}).items()
+        if all(note.get(key, "all") in {*entities, "all"} for key in _OF_PLANNINGS)
+    }
+    found["old_ui"] = {
+        name: note for name, note in present.get("old_ui", {}).items() if note.get("object") in objects
     }
     return {kind: notes for kind, notes in found.items() if notes}
 
 
+def _concerned_steps(value: str, objects: Collection[str]) -> str:
+    """Return the steps of a collection that concern these objects; nothing when none adds any of them."""
+    kept = [step for step in read_steps(value) if step[1] == "all" or step[2] in objects]
+    adds = any(not taken_out and name in objects for taken_out, _, name in kept)
+    is_of_all = any(kind == "all" for _, kind, _ in kept) and any(name in objects for _, _, name in kept)
+    return write_steps(kept) if adds or is_of_all else ""
+
+
 def renamed_registered(note: Annotation, names: Mapping[str, str]) -> Annotation:
     """Return a registered entry with its objects renamed."""
-    return {
-        key: ",".join(names.get(word, word) for word in str(value).split(","))
-        if key in _REGISTERED_REFERENCES
-        else value
-        for key, value in note.items()
-    }
+
+    def new(key: str, value: Value) -> Value:
+        if key == "steps":
+            steps = read_steps(str(value))
+            return write_steps([(out, kind, names.get(name, name)) for out, kind, name in steps])
+        separator = "," if key in _REGISTERED_REFERENCES else ";" if key in _OF_TIPS else None
+        if separator is None:
+            return value
+        return separator.join(_renamed(word, names) for word in str(value).split(separator))
+
+    return {key: new(key, value) for key, value in note.items()}
 
 
 def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
     """Return the annotations of one object with references to the added objects."""
-    return {
-        kind: {
-            key: names.get(str(value), value) if key in _REFERENCES else value for key, value in note.items()
-        }
-        for kind, note in notes.items()
-    }
+
+    def new(kind: str, key: str, value: Value) -> Value:
+        if (kind, key) == ("graph", "streams"):
+            return renamed_streams(str(value), names)
+        return _renamed(str(value), names) if key in _REFERENCES and kind not in FREE else value
+
+    return {kind: {key: new(kind, key, value) for key, value in note.items()} for kind, note in notes.items()}
+
+
+def _renamed(name: str, names: Mapping[str, str]) -> str:
+    """Return the new name of an object or collection."""
+    plain = name.removeprefix(ENTITY_PREFIX)
+    return name.removesuffix(plain) + names.get(plain, plain)

@@ -15,9 +15,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from simx_server.scene.formats.annotations import Annotation, Annotations, SceneError, check_objects
+from simx_server.scene.formats.annotations import WORLD, Annotation, Annotations, SceneError, check_objects
 from simx_server.scene.names import alias_of
-from simx_server.scene.objects import ObjectKind, Scene, SceneObject
+from simx_server.scene.objects import ANNOTATED_KINDS, ObjectKind, Scene, SceneObject
 
 INTERNAL = "~"
 
@@ -39,6 +39,10 @@ class Addition:
     """Whether an added element starts with the state of the one with the same name without the prefix."""
     hidden: frozenset[str] = field(default=frozenset())
     """Names of added bodies without an object."""
+    registered: Mapping[str, Mapping[str, Annotation]] = field(
+        default_factory=dict[str, Mapping[str, Annotation]]
+    )
+    """Registered entries by kind and name."""
 
 
 def build_scene(
@@ -53,7 +57,23 @@ def build_scene(
     check_objects(annotations, {item.name: item.kind.text for item in builder.objects.values()})
     scene = Scene(builder.objects, spec, path, builder.next_handle, annotations)
     scene.owners = np.array([builder.owner[body] for body in range(model.nbody)])
+    scene.parent_overrides = builder.annotated_parents()
+    for handle, parent in scene.parent_overrides.items():
+        scene.objects[handle].parent = parent
+    _check_parents(scene)
     return scene
+
+
+def _check_parents(scene: Scene) -> None:
+    """Raise SceneError where annotations make an object its own ancestor."""
+    for handle in scene.parent_overrides:
+        above, seen = handle, set[int]()
+        while above != -1:
+            if above in seen:
+                name = scene.objects[handle].name
+                raise SceneError(f"text 'simx:object:{name}' makes '{name}' an ancestor of itself")
+            seen.add(above)
+            above = scene.objects[above].parent
 
 
 class Builder:
@@ -78,6 +98,7 @@ class Builder:
         self.annotations = annotations
         self.objects: dict[int, SceneObject] = {}
         self.next_handle = 1
+        self._added = 0
         self.owner: dict[int, int] = {0: -1}
         self.site_sensors = _sensors_by_site(model)
 
@@ -109,7 +130,48 @@ class Builder:
             self.add_body(body)
             waiting += reversed(children.get(body, []))
         self.add_tendons()
+        self.arrange()
+
+    def arrange(self) -> dict[int, int]:
+        """Give the new objects handles in the order of their annotations.
+
+        Objects without such an annotation come after those with one.
+
+        Returns:
+            Old handle to new, of those that change.
+        """
+        first = self.next_handle - self._added
+        new = [handle for handle in self.objects if handle >= first]
+        orders = {handle: self._note(self.objects[handle].name).get("order") for handle in new}
+        changed: dict[int, int] = {}
+        if any(order is not None for order in orders.values()):
+            wanted = sorted(sorted(new), key=lambda handle: _place_of(orders[handle]))
+            changed = {
+                handle: first + place for place, handle in enumerate(wanted) if handle != first + place
+            }
+            for item in self.objects.values():
+                item.handle = changed.get(item.handle, item.handle)
+                item.parent = changed.get(item.parent, item.parent)
+            self.objects = {item.handle: item for item in self.objects.values()}
+            self.owner = {body: changed.get(handle, handle) for body, handle in self.owner.items()}
         self.objects = dict(sorted(self.objects.items()))
+        return changed
+
+    def annotated_parents(self) -> dict[int, int]:
+        """Return the parents that annotations give to new objects, where they differ from those of the bodies."""
+        first = self.next_handle - self._added
+        by_name = {item.name: handle for handle, item in self.objects.items()}
+        found: dict[int, int] = {}
+        for handle, item in self.objects.items():
+            wanted = self._note(item.name).get("parent") if handle >= first else None
+            if wanted is not None:
+                parent = -1 if wanted == WORLD else by_name.get(str(wanted), item.parent)
+                if parent != item.parent:
+                    found[handle] = parent
+        return found
+
+    def _note(self, name: str) -> Annotation:
+        return self.annotations.objects.get(name, {}).get("object", {})
 
     def add_world(self) -> None:
         """Add the objects in the world itself."""
@@ -130,8 +192,9 @@ class Builder:
         parent = self.owner[int(model.body_parentid[body])]
         first = int(model.body_jntadr[body])
         for joint in range(first, first + int(model.body_jntnum[body])):
-            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
-                parent = self._add("joint", joint, model.joint(joint).name, ObjectKind.JOINT, parent, body)
+            name = model.joint(joint).name
+            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE and self._public(name):
+                parent = self._add("joint", joint, name, ObjectKind.JOINT, parent, body)
         force_site = self._force_site(body)
         if force_site >= 0:
             sensors = self.site_sensors[force_site]
@@ -215,7 +278,10 @@ class Builder:
         else:
             handle, name = self.next_handle, self._name_of(element, element_name)
             self.next_handle += 1
+            self._added += 1
         self.taken.add(name)
+        note = self._note(name)
+        kind = ANNOTATED_KINDS.get(str(note.get("type")), kind)
         self.objects[handle] = SceneObject(
             handle=handle,
             name=name,
@@ -225,7 +291,7 @@ class Builder:
             element_name=element_name,
             id=element_id,
             body=body,
-            alias=known.alias if known is not None else alias_of(name),
+            alias=known.alias if known is not None else str(note.get("alias", alias_of(name))),
             annotations=self.annotations.objects.get(name, {}),
             sensors=sensors,
         )
@@ -286,6 +352,10 @@ def tendon_body(model: mujoco.MjModel, tendon: int) -> int:
         if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
             return int(model.jnt_bodyid[model.wrap_objid[wrap]])
     return 0
+
+
+def _place_of(order: object) -> float:
+    return float(order) if isinstance(order, (int, float)) else float("inf")
 
 
 def _by_body(bodies: np.ndarray) -> dict[int, list[int]]:

@@ -1,7 +1,8 @@
 """List of the functions that embedded scripts find under ``sim`` and the other namespaces, read from the code.
 
-In a method's docstring, the text after ``Partly:`` or ``Not here:`` is the difference from the original; a method
-without these marks behaves as the original does.
+In a method's docstring, the text after ``Partly:``, ``Stand-in:`` or ``Not here:`` is the difference from the original;
+a method without these marks behaves as the original does. A stand-in accepts the call and changes nothing that a
+client sees.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 
 from . import api
+from .api.properties import listing
 from .namespaces import signatures
 from .signature import Parameter, Signature
 
@@ -21,10 +23,11 @@ class Support(StrEnum):
 
     FULL = "full"
     PARTLY = "partly"
+    STAND_IN = "stand-in"
     NONE = "no"
 
 
-_MARKS = {Support.NONE: "Not here:", Support.PARTLY: "Partly:"}
+_MARKS = {Support.NONE: "Not here:", Support.STAND_IN: "Stand-in:", Support.PARTLY: "Partly:"}
 
 PAGE = """\
 # What embedded scripts can call
@@ -34,7 +37,9 @@ Made by `simx-server --script-functions --markdown > docs/script-functions.md`; 
 
 Lua and Python scripts see the same functions. Every function of `sim` also has its old flat name in Lua, made from the
 new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` is what stands for an argument that is
-left out or nil. A function that is not listed raises an error that names it.
+left out or nil. A function that is not listed raises an error that names it. A stand-in lets a script run that
+only dresses V-REP's window or serves a program that is not there: it keeps values, and says once in the log what is
+missing.
 
 {sections}
 """
@@ -89,7 +94,7 @@ def _argument(parameter: Parameter) -> str:
 def as_text(lines: list[ScriptFunction]) -> str:
     """Return a table for people, with a count at its end."""
     width = max(len(line.name) for line in lines)
-    rows = [f"{line.name:{width}}  {line.support:6}  {line.differs or line.doc}".rstrip() for line in lines]
+    rows = [f"{line.name:{width}}  {line.support:8}  {line.differs or line.doc}".rstrip() for line in lines]
     return "\n".join([*rows, _count(lines)])
 
 
@@ -120,6 +125,7 @@ def as_markdown(lines: list[ScriptFunction]) -> str:
                     ]
                 )
             )
+    sections.append(listing.as_markdown())
     return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
 
 
@@ -129,5 +135,8 @@ def _cell(line: ScriptFunction) -> str:
 
 
 def _count(lines: list[ScriptFunction]) -> str:
-    full, partly, none = (sum(line.support is level for line in lines) for level in Support)
-    return f"{full} functions are there in full, {partly} partly, {none} only as an error that says so"
+    full, partly, stand_in, none = (sum(line.support is level for line in lines) for level in Support)
+    return (
+        f"{full} functions are there in full, {partly} partly, {stand_in} as stand-ins, {none} only as an error that "
+        "says so"
+    )

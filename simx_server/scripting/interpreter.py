@@ -30,8 +30,9 @@ limit in wall time.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
 
 from ..errors import CommandError
@@ -60,6 +61,18 @@ Constant = int | float | bool | str | dict[str, int]
 
 Waiting = Generator[None, None, tuple[Any, ...]]
 """A function of the API that is not complete yet: it yields once per simulation step and returns the results."""
+
+
+OLD_SPACES: Mapping[str, str] = MappingProxyType(
+    {
+        "ExtCHAI3D_": "simCHAI3D",
+        "ExtCustomUI_": "simUI",
+        "ExtMtb_": "simMTB",
+        "ExtRosInterface_": "simROS",
+        "ExtVision_": "simVision",
+    }
+)
+"""Names that V-REP 3 gave to the functions of a namespace: ``simExtCustomUI_create`` is ``simUI.create``."""
 
 
 class ScriptError(CommandError):
@@ -145,8 +158,8 @@ class Api(Protocol):
         ...
 
     def module(self, name: str) -> bytes | None:
-        """Return the source text of module ``name`` beside the scene for ``require`` or ``import``; None: no such
-        file.
+        """Return the source text of module ``name`` for ``require`` or ``import``: a file beside the scene, or one of
+        the simulator's own; None: no such module.
 
         Namespaces are not modules. The language is that of the script.
 
@@ -215,10 +228,35 @@ def refusal(function: str, problem: CommandError) -> str:
     return f"{function}: {str(problem).rpartition(f': {function}: ')[2]}"
 
 
-def no_such_plugin(name: str, api: Api) -> str:
-    """Return the message for a script that uses functions of a V-REP plugin that does not exist here."""
+def no_such_module(name: str, own: Iterable[str], api: Api) -> str:
+    """Return the message for a module that does not exist. `own`: names of the simulator's own modules."""
+    if name in _WITHOUT_PLUGIN:
+        return no_such_plugin(name, api.namespaces())
     return (
-        f"this server has no plug-in {name}; namespaces that scripts find are {', '.join(api.namespaces())}"
+        f"there is no such module beside the scene; the simulator's own are {', '.join(api.namespaces())}, "
+        f"{', '.join(own)}"
+    )
+
+
+_WITHOUT_PLUGIN: Mapping[str, str] = MappingProxyType(
+    {
+        "simThymio": "the robot Thymio's own programs do not run; a script moves its wheels with "
+        "sim.setJointTargetVelocity, and reads its sensors with sim.readProximitySensor",
+        "simSkeleton": "it is the example of a plug-in, without a use of its own",
+        "simSubprocess": "scripts start no programs on the server; start them yourself, and let them call the server",
+        "simOctomap": "octrees are not read from files and not written to files",
+        "simCmd": "V-REP's command line belongs to its window",
+        "simMujoco": "the scene's file defines what MuJoCo simulates, see docs/annotations.md",
+    }
+)
+"""Advice for scripts that use a plug-in of V-REP that the server does not have."""
+
+
+def no_such_plugin(name: str, namespaces: Iterable[str]) -> str:
+    """Return the message for a script that uses functions of a V-REP plugin that does not exist here."""
+    known = _WITHOUT_PLUGIN.get(name)
+    return f"this server has no plug-in {name}" + (
+        f": {known}" if known else f"; namespaces that scripts find are {', '.join(namespaces)}"
     )
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from simx_server.parts.status_bar import as_log_line
@@ -16,7 +17,7 @@ from .lua.interpreter import LuaInterpreter
 from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, Spaces, script_folder
 
 if TYPE_CHECKING:
-    from simx_server.parts.signals import Signals
+    from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
     from simx_server.world.simulation import Simulation
 
@@ -24,11 +25,17 @@ logger = logging.getLogger(__name__)
 
 THREAD_FUNCTIONS = ("sysCall_thread", "sysCall_threadmain")
 
-NEVER_CALLED = (
-    *("sysCall_beforeCopy", "sysCall_afterCopy", "sysCall_beforeDelete", "sysCall_afterDelete"),
-    *("sysCall_afterCreate", "sysCall_event", "sysCall_msg", "sysCall_userConfig", "sysCall_realTimeIdle"),
+NEVER_CALLED: Mapping[str, str] = MappingProxyType(
+    {
+        "sysCall_userConfig": "it answers a double click in V-REP's window, and there is none",
+        "sysCall_realTimeIdle": "scripts run in simulation steps, and in sysCall_nonSimulation while stopped",
+        "sysCall_event": "the server makes no stream of events; sysCall_afterCreate and sysCall_afterDelete tell of "
+        "objects",
+        "sysCall_beforeInstanceSwitch": "the server has one scene at a time",
+        "sysCall_afterInstanceSwitch": "the server has one scene at a time",
+    }
 )
-"""Call-backs of CoppeliaSim that the server never calls; a script that has one gets a message."""
+"""Call-backs of CoppeliaSim that can never come here, and why; a script that has one is told so."""
 
 
 OpenSpaces = Callable[[Script], Spaces]
@@ -45,17 +52,26 @@ class Lives:
         status_bar: StatusBar,
         open_spaces: OpenSpaces,
         changed: Callable[[], object],
+        api_called: Callable[[], object],
         *,
         allows_code: bool,
     ) -> None:
-        """Create the lives of scripts. `changed` is called when a script has started or was stopped by an error."""
+        """Create the lives of scripts.
+
+        Args:
+            changed: called when a script has started or was stopped by an error.
+            api_called: called after each function of the API that a script has called.
+        """
         self._sim = sim
         self._signals = signals
         self._status_bar = status_bar
         self._open_spaces = open_spaces
         self._changed = changed
+        self._api_called = api_called
         self.allows_code = allows_code
         self._active = 0
+        self._retired: list[Script] = []
+        """Removed scripts that end when the present call into a script returns."""
         self.time_limit = TIME_LIMIT
         """Processor seconds for one call into a script; a script takes the value at its start."""
 
@@ -68,7 +84,8 @@ class Lives:
         """Return a script's description for messages."""
         if script.kind == ScriptKind.MAIN:
             return f"main script ({script.file})"
-        item = self._sim.scene.objects.get(script.owner)
+        objects = self._sim.scene.objects
+        item = objects.get(script.owner) or objects.get(script.home)
         return f"{script.kind.text} of '{item.name if item else 'a removed object'}' ({script.file})"
 
     def run(self, script: Script, function: str, *arguments: Any) -> list[Any]:
@@ -100,6 +117,7 @@ class Lives:
                 script,
                 spaces,
                 self._serve_others,
+                self._api_called,
                 self._status_bar,
                 allows_code=self.allows_code,
             )
@@ -112,11 +130,12 @@ class Lives:
                     source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
                 )
             self.within(lambda interpreter: interpreter.run(source), script.interpreter)
+            if script.is_removed:
+                return
             for function in filter(script.interpreter.has, NEVER_CALLED):
-                text = (
-                    f"{function} of the {self.describe(script)} is never called: this server cannot do that"
+                self._status_bar.add(
+                    f"{function} of the {self.describe(script)} is never called: {NEVER_CALLED[function]}"
                 )
-                self._status_bar.add(text)
             if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
                 script.interpreter.start_thread(thread)
                 script.has_thread = True
@@ -136,15 +155,25 @@ class Lives:
         if script.has_thread and script.enabled and self._may_run(script):
             script.has_thread = bool(self._attempt(script, lambda interpreter: interpreter.resume()))
 
+    def call_scheduled(self, script: Script, now: float) -> None:
+        """Make the calls of a script that are due. `now`: seconds of the wall clock."""
+        for number, call in list(script.scheduled.items()):
+            is_due = self._sim.time >= call.moment if call.in_simulation_time else now >= call.moment
+            if is_due and script.enabled and self._may_run(script) and number in script.scheduled:
+                del script.scheduled[number]
+                self._attempt(script, lambda _, call=call: call.function(*call.arguments))
+
     def _may_run(self, script: Script) -> bool:
-        if script.interpreter is None:
+        if script.interpreter is None or script.is_removed:
             return False
         if script.kind == ScriptKind.MAIN:
             return True
-        if script.owner not in self._sim.scene.objects:
+        if not script.active_in_run and self._sim.is_running:
+            return False
+        if script.home not in self._sim.scene.objects:
             self.fail(script, "its object was removed")
             return False
-        return not self._sim.scene.overridden(script.owner) & SCRIPTS_INACTIVE
+        return not self._sim.scene.overridden(script.home) & SCRIPTS_INACTIVE
 
     def _attempt(self, script: Script, action: Callable[[Interpreter], Any]) -> Any:
         interpreter = script.interpreter
@@ -163,6 +192,23 @@ class Lives:
         finally:
             self._active -= 1
             self._sim.interruptions.script_point()
+            if not self._active:
+                self._end_retired()
+
+    def retire(self, script: Script) -> None:
+        """End a script for good, with its cleanup; within a call into a script, when that has returned."""
+        script.is_removed = True
+        self._retired.append(script)
+        if not self._active:
+            self._end_retired()
+
+    def _end_retired(self) -> None:
+        while self._retired:
+            script = self._retired.pop()
+            if script.has("sysCall_cleanup"):
+                self._attempt(script, lambda interpreter: interpreter.call("sysCall_cleanup"))
+            self.drop(script)
+            self._changed()
 
     def fail(self, script: Script, problem: str) -> None:
         """Stop one script until the next start."""
@@ -190,7 +236,7 @@ class Lives:
         """Delete a script's state, and the signals it set."""
         script.close()
         script.problem = ""
-        script.enabled = True
+        script.enabled = script.starts_enabled
         self._signals.clear_owned(script.signal_owner)
 
     def _serve_others(self) -> None:

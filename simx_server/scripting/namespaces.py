@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Generator, Mapping
 from functools import cache
 from inspect import isgenerator
@@ -12,13 +13,17 @@ from simx_client.protocol.nearest import did_you_mean
 
 from ..errors import CommandError
 from . import api
-from .interpreter import Constant, Plain, Waiting
+from .interpreter import OLD_SPACES, Constant, Plain, Waiting, no_such_plugin
 from .signature import Signature
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
     from .script import Script
+
+
+_CONSTANT = re.compile(r"[a-z0-9]+(_[a-z0-9]+)+")
+"""Form of the names of constants. In V-REP an unknown one is nil, and scripts with a wrong name work."""
 
 
 @cache
@@ -41,15 +46,21 @@ def constants(space: str) -> Mapping[str, Constant]:
     return MappingProxyType(found)
 
 
+_OLD_PLUGIN = re.compile(r"ext([A-Z][A-Za-z0-9]*)_\w")
+"""Start of V-REP 3's name of a plug-in's function: ``simExtOctomap_prune`` is ``sim.extOctomap_prune`` here."""
+
+
 class Namespaces:
     """The namespaces of one script."""
 
     def __init__(self, world: World, script: Script) -> None:
+        self._say_once = world.scripts.say_once
         self._spaces = {space: kind(world, script) for space, kind in api.NAMESPACES.items()}
 
     @staticmethod
+    @cache
     def names() -> Mapping[str, Mapping[str, Constant | None]]:
-        """Return for each namespace its constants, and every function's name with None."""
+        """Return for each namespace its constants, and every function's name with None; always the same object."""
         return {space: {**constants(space), **dict.fromkeys(signatures(space))} for space in api.NAMESPACES}
 
     def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting:
@@ -62,12 +73,25 @@ class Namespaces:
         space, _, name = full_name.partition(".")
         known = signatures(space)
         signature = known.get(name)
+        if signature is None and not values and _CONSTANT.fullmatch(name):
+            self._say_once(f"{full_name} is no constant of V-REP: a script reads nil there")
+            return (None,)
+        if signature is None and space == "sim" and (plugin := _missing_plugin(name)):
+            raise CommandError(no_such_plugin(plugin, api.NAMESPACES))
         if signature is None:
             advice = did_you_mean(name, [*known, *constants(space)])
             raise CommandError(f"is not provided by this server{advice}")
         function: Callable[..., Any] = getattr(self._spaces[space], name)
         result = function(*signature.bind(values))
         return _waiting(result) if isgenerator(result) else _as_tuple(result)
+
+
+def _missing_plugin(name: str) -> str:
+    """Return the plug-in that an old name of a function belongs to, if the server does not have it; else ''."""
+    found = _OLD_PLUGIN.match(name)
+    if found is None or f"Ext{found[1]}_" in OLD_SPACES or f"sim{found[1]}" in api.NAMESPACES:
+        return ""
+    return f"sim{found[1]}"
 
 
 def _waiting(steps: Any) -> Waiting:

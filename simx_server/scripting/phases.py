@@ -18,6 +18,7 @@ the scene to its close, whether the simulation runs or not.
 | pause; each idle cycle then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
 | stop, before the state is restored | threads once more, `sysCall_cleanup` | |
 | stop, after that | | `sysCall_afterSimulation` |
+| objects made, copied or removed | `sysCall_afterCreate` and its like, see `callbacks/objects.py` | the same |
 | scene closed, object removed | (object removed: no call) | `sysCall_cleanup` |
 
 The contact call-back is called once per pair and simulation step.
@@ -33,9 +34,11 @@ again); an error in a function that a client calls is reported only to that clie
 from __future__ import annotations
 
 import logging
+import time
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..joints.scripted import Ask
+from .callbacks.objects import ObjectCallBacks
 from .callbacks.physics import PhysicsCallBacks
 from .callbacks.vision import VisionCallBacks
 from .lives import Lives
@@ -43,6 +46,7 @@ from .script import Script, ScriptKind
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
+    from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
@@ -62,6 +66,7 @@ class ListOfScripts(Protocol):
     def all(self, kind: ScriptKind | None = None) -> list[Script]: ...
     def of(self, owner: int, kind: ScriptKind) -> Script | None: ...
     def notify(self, owner: int, function: str, *arguments: Any) -> list[Any] | None: ...
+    def say_once(self, text: str) -> None: ...
 
 
 class Phases:
@@ -75,6 +80,7 @@ class Phases:
         status_bar: StatusBar,
         vision: VisionSensors,
         proximity: ProximitySensors,
+        force: ForceSensors,
     ) -> None:
         self._sim = sim
         self._status_bar = status_bar
@@ -84,12 +90,16 @@ class Phases:
         self._lives = lives
         self._told: set[Script] = set()
         """Scripts for which the warning about their joint call-back was printed; it is printed once."""
-        self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity)
+        self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity, force)
         self._physics = PhysicsCallBacks(sim, lives)
+        self.objects = ObjectCallBacks(
+            sim, lambda function, data: self.call_all(function, None, data), scripts.say_once
+        )
 
     def actuate(self) -> None:
         """Run threads and actuation, before physics."""
         self._physics.forget_answers()
+        self._call_scheduled()
         self._phase("sysCall_actuation")
 
     def judge_images(self) -> None:
@@ -100,23 +110,36 @@ class Phases:
         """Run sensing, after physics and the sensors."""
         self._phase("sysCall_sensing")
 
-    def handle_children(self, function: str) -> int:
+    def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
         if function == "sysCall_actuation":
             for script in self._scripts.all(ScriptKind.CHILD):
                 self._lives.resume(script)
-        return self.call_all(function, ScriptKind.CHILD)
+        return self.call_all(function, ScriptKind.CHILD, *values)
 
-    def call_all(self, function: str, kind: ScriptKind | None = None) -> int:
-        return sum(self._lives.call(script, function) is not None for script in self._scripts.all(kind))
+    def call_all(self, function: str, kind: ScriptKind | None = None, *values: Any) -> int:
+        return sum(
+            self._lives.call(script, function, *values) is not None for script in self._scripts.all(kind)
+        )
 
     def start(self) -> None:
-        simulated = self._simulated()
+        simulated = [one for one in self._simulated() if one.starts_enabled]
         for script in simulated:
             self._lives.begin(script)
         for script in simulated:
             self._lives.call(script, "sysCall_init")
         self.watch()
+
+    def begin(self, script: Script) -> None:
+        """Start a script and call its init."""
+        self._lives.begin(script)
+        self._lives.call(script, "sysCall_init")
+
+    def _call_scheduled(self) -> None:
+        now = time.monotonic()
+        for script in self._scripts.all():
+            if script.scheduled:
+                self._lives.call_scheduled(script, now)
 
     def _phase(self, function: str) -> None:
         main = self._scripts.of(-1, ScriptKind.MAIN)
@@ -145,6 +168,7 @@ class Phases:
 
     def idle(self) -> None:
         """Run the scripts between simulation steps, while the simulation is stopped or paused."""
+        self._call_scheduled()
         if self._sim.is_running:
             self.call_all("sysCall_suspended")
         else:
@@ -159,9 +183,10 @@ class Phases:
         scripts = self._scripts.all()
         self._vision.watch(scripts)
         self._physics.watch(scripts)
+        self.objects.watch(scripts)
 
     def _watch_joints(self) -> None:
-        """Find joints whose script has a joint callback; the child script goes before the customization script."""
+        """Find joints whose script has a joint callback; a child script goes before a customization script."""
         asked: dict[int, Ask] = {}
         for script in reversed(self._scripts.all()):
             is_first = script.kind == ScriptKind.CHILD or script.owner not in asked

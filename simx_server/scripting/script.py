@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -12,7 +13,8 @@ from simx_client.protocol import constants
 from simx_server.files.library import MODELS
 
 from ..errors import CommandError
-from .interpreter import Constant, Interpreter, ScriptError, Switching, Waiting
+from .interpreter import Constant, Function, Interpreter, ScriptError, Switching, Waiting
+from .modules import own_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,6 +49,33 @@ class ScriptKind(IntEnum):
         return f"{self.name.lower()} script"
 
 
+class Order(IntEnum):
+    """When a script is called compared with others; the values are V-REP's sim.scriptexecorder_*."""
+
+    FIRST = 0
+    NORMAL = 1
+    LAST = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Scheduled:
+    """A call that a script has left for later."""
+
+    function: Function
+    arguments: tuple[Any, ...]
+    moment: float
+    """Seconds of the wall clock (`time.monotonic`), or simulated ones."""
+    in_simulation_time: bool
+
+
+@dataclass(slots=True)
+class LooseScript:
+    """A script that a script has made and that belongs to no object yet."""
+
+    kind: ScriptKind
+    text: str = ""
+
+
 @dataclass(slots=True, eq=False)
 class Script:
     """One script of the scene."""
@@ -54,7 +83,7 @@ class Script:
     handle: int
     kind: ScriptKind
     owner: int
-    """Handle of its object; -1 for a main script."""
+    """Handle of the object that it serves; -1 for a main script."""
 
     file: str
     """Path in the annotation, relative to the scene's folder; for a text within the scene its name in messages."""
@@ -76,19 +105,52 @@ class Script:
     interpreter: Interpreter | None = None
     """None while it is not running: a child script while the simulation is stopped, any script after an error."""
 
+    place: int = -1
+    """Handle of the script object that has it, as in CoppeliaSim since 4.7; its owner is that object's parent. -1: it
+    lies in its owner."""
+
     enabled: bool = True
     """A disabled script is not called, except for its init, until it is enabled or dropped."""
+
+    starts_enabled: bool = True
+    """A script that was disabled while it did not run does not start until it is enabled."""
+
+    active_in_run: bool = True
+    """Whether a customization script is called during a run."""
+
+    order: Order = Order.NORMAL
 
     has_thread: bool = False
     """Whether its thread is running."""
 
+    scheduled: dict[int, Scheduled] = field(default_factory=dict[int, Scheduled])
+    """Calls left for later, by number."""
+
+    schedule_numbers: count[int] = field(default_factory=lambda: count(1))
+
     problem: str = ""
     """Reason why it was stopped, if an error stopped it."""
+
+    is_removed: bool = False
+    """Whether it was removed: it ends when the present call into it returns, and is not called any more."""
+
+    @property
+    def home(self) -> int:
+        """Return the handle of the object in which it lies: where relative paths in it start."""
+        return self.owner if self.place == -1 else self.place
 
     @property
     def signal_owner(self) -> object:
         """Return the key under which its signals are stored."""
         return ("script", self.handle)
+
+    @property
+    def is_enabled(self) -> bool:
+        """Return whether it is called, or, if it does not run yet, will start."""
+        if self.interpreter is None:
+            # A script that did not start yet will, if it is enabled; one that an error stopped will not.
+            return self.starts_enabled and not self.problem and self.kind != ScriptKind.CUSTOMIZATION
+        return self.enabled
 
     def has(self, function: str) -> bool:
         """Return whether it is running and has this function."""
@@ -136,6 +198,7 @@ class Script:
     def close(self) -> None:
         """Free its interpreter."""
         self.has_thread = False
+        self.scheduled.clear()
         interpreter, self.interpreter = self.interpreter, None
         if interpreter is not None:
             interpreter.close()
@@ -188,6 +251,7 @@ class ScriptSide:
         script: Script,
         spaces: Spaces,
         serve_others: Callable[[], None],
+        api_called: Callable[[], object],
         status_bar: StatusBar,
         *,
         allows_code: bool,
@@ -199,6 +263,7 @@ class ScriptSide:
         self._spaces = spaces
         self.switching = script.switching
         self.serve_others = serve_others
+        self._api_called = api_called
 
     @property
     def is_ending(self) -> bool:
@@ -209,7 +274,9 @@ class ScriptSide:
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         self._sim.interruptions.script_point()
-        return self._spaces.invoke(name, arguments)
+        results = self._spaces.invoke(name, arguments)
+        self._api_called()
+        return results
 
     def module(self, name: str) -> bytes | None:
         suffix = ".py" if self._script.language == PYTHON else ".lua"
@@ -220,7 +287,7 @@ class ScriptSide:
         except ScriptError as problem:
             if "outside" in str(problem):
                 raise
-            return None
+            return own_module(name, self._script.language)
         except OSError as problem:
             raise CommandError(f"{relative} cannot be read: {problem.strerror}") from problem
         if not self._allows_code and self._sim.files.client_files.holds(path, text):

@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simx_server.parts.add_ons import AddOn
-from simx_server.scene.formats.script_texts import SCRIPT_NOTES
+from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
+from simx_server.scene.objects import ObjectKind
 from simx_server.world.part import Part
 
 from .exchange import check_results
+from .interpreter import ScriptError
 from .lives import Lives, OpenSpaces
+from .named_ports import named_ports
 from .phases import Phases
-from .script import LUA, PYTHON, Script, ScriptKind
+from .script import LUA, PYTHON, LooseScript, Script, ScriptKind
 from .targets import find_target, split_target
 
 if TYPE_CHECKING:
-    from simx_server.parts.signals import Signals
+    from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
+    from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
+
+    from .callbacks.objects import ObjectCallBacks
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +52,9 @@ class Scripts(Part):
         status_bar: StatusBar,
         vision: VisionSensors,
         proximity: ProximitySensors,
+        force: ForceSensors,
         open_spaces: OpenSpaces,
+        name_ports: Callable[[Collection[int]], None],
         *,
         allows_code: bool = False,
     ) -> None:
@@ -51,17 +62,28 @@ class Scripts(Part):
 
         Args:
             open_spaces: creates the namespaces of a script that starts.
+            name_ports: receives the ports at which a script's text starts the remote API.
             allows_code: scripts may run code that clients send, by the operator's decision.
         """
         self._sim = sim
+        self._status_bar = status_bar
+        self._name_ports = name_ports
         self._scripts: list[Script] = []
         self._next_handle = FIRST_HANDLE
         self._is_of_client = False
         """Whether a client sent the scene."""
+        self.loose: dict[int, LooseScript] = {}
+        """Scripts without an object, by handle."""
+        self._handles: dict[tuple[int, ScriptKind], int] = {}
+        """Handles that scripts have before they are found, by object and kind."""
+        self.told: set[str] = set()
+        """Notes that scripts of this scene have caused, and that are printed once: about stand-ins."""
         self.add_ons: dict[str, AddOn] = {}
         """Add-ons by name; script type 2 of simxCallScriptFunction."""
-        self._lives = Lives(sim, signals, status_bar, open_spaces, self._changed, allows_code=allows_code)
-        self._phases = Phases(sim, self, self._lives, status_bar, vision, proximity)
+        self._lives = Lives(
+            sim, signals, status_bar, open_spaces, self._changed, self._edited, allows_code=allows_code
+        )
+        self._phases = Phases(sim, self, self._lives, status_bar, vision, proximity, force)
 
     @property
     def allows_code(self) -> bool:
@@ -82,6 +104,7 @@ class Scripts(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self._find_more()
+        self._phases.objects.note_changes()
 
     def run_starting(self) -> None:
         self._phases.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION)
@@ -115,9 +138,14 @@ class Scripts(Part):
         self._phases.sense()
 
     @property
+    def of_objects(self) -> ObjectCallBacks:
+        """Return the call-backs for objects that are made, copied and removed."""
+        return self._phases.objects
+
+    @property
     def want_idle(self) -> bool:
         """Return whether a script wants to run while the simulation is stopped or paused."""
-        return self._phases.wants_idle
+        return self._phases.wants_idle or any(script.scheduled for script in self._scripts)
 
     def idle(self) -> None:
         """Run the scripts while no simulation step is due: the simulation is stopped or paused."""
@@ -135,6 +163,9 @@ class Scripts(Part):
 
     def _changed(self) -> None:
         self._phases.watch()
+
+    def _edited(self) -> None:
+        self._phases.objects.tell()
 
     # --- for handlers and the API ----------------------------------------------------------------
 
@@ -165,9 +196,9 @@ class Scripts(Part):
 
         Returns the results of the first that returns any, None when no script has it. An error ends that script.
         """
-        for kind in (ScriptKind.CHILD, ScriptKind.CUSTOMIZATION):
-            script = self.of(owner, kind)
-            if script is not None and script.has(function):
+        its_own = [script for script in self._scripts if script.owner == owner]
+        for script in sorted(its_own, key=lambda script: script.kind != ScriptKind.CHILD):
+            if script.has(function):
                 results = self._lives.call(script, function, *arguments)
                 if results:
                     return results
@@ -178,8 +209,11 @@ class Scripts(Part):
         return next((script for script in self._scripts if script.handle == handle), None)
 
     def of(self, owner: int, kind: ScriptKind) -> Script | None:
-        """Return an object's script of this kind; for a main script the owner is -1."""
-        return next((one for one in self._scripts if one.owner == owner and one.kind == kind), None)
+        """Return an object's first script of this kind, or the one of a script object; for a main script the owner is
+        -1.
+        """
+        of_kind = [one for one in self._scripts if one.kind == kind]
+        return next((one for one in of_kind if owner in (one.owner, one.home)), None)
 
     def all(self, kind: ScriptKind | None = None) -> list[Script]:
         """Return the scripts (of a kind) in the order in which they are called."""
@@ -187,7 +221,7 @@ class Scripts(Part):
             return [one for one in self._scripts if kind is None or one.kind == kind]
         places = self._sim.scene.leaves_first()
         chosen = [script for script in self._scripts if kind is None or script.kind == kind]
-        return sorted(chosen, key=lambda script: places.get(script.owner, -1))
+        return sorted(chosen, key=lambda script: (script.order, places.get(script.home, -1)))
 
     def list_scripts(self) -> str:
         """Return the scripts of the scene in one line, for messages."""
@@ -205,9 +239,77 @@ class Scripts(Part):
         """
         return self._lives.run(script, function, *arguments)
 
-    def handle_children(self, function: str) -> int:
+    def remove(self, script: Script) -> None:
+        """Remove a script from the scene; it ends when the present call into it returns.
+
+        The annotation goes too, so copies of the object have no such script. A stop that reverts an edit of the
+        scene brings back what was removed during the run.
+        """
+        if script not in self._scripts:
+            return  # it has removed itself before, in the same call
+        self._scripts.remove(script)
+        scene = self._sim.scene
+        if script.kind == ScriptKind.MAIN:
+            scene.annotations = replace(scene.annotations, main_script=None)
+        elif (item := scene.objects.get(script.home)) is not None:
+            key = next(key for key, kind in _KINDS.items() if kind == script.kind)
+            item.annotations = {kind: note for kind, note in item.annotations.items() if kind != key}
+            notes = {**scene.annotations.objects, item.name: dict(item.annotations)}
+            scene.annotations = replace(scene.annotations, objects=notes)
+        self._lives.retire(script)
+        self._changed()
+
+    def restart(self, script: Script) -> bool:
+        """End a script and start it again, as far as it runs now; return whether it runs."""
+        if script.has("sysCall_cleanup"):
+            self._lives.call(script, "sysCall_cleanup")
+        self._lives.drop(script)
+        if self._sim.is_running or script.kind == ScriptKind.CUSTOMIZATION:
+            self._phases.begin(script)
+        self._changed()
+        return script.interpreter is not None
+
+    def make_loose(self, kind: ScriptKind) -> int:
+        """Return the handle of a new script without text and object; see `making.py`."""
+        handle = self._next_handle
+        self._next_handle += 1
+        self.loose[handle] = LooseScript(kind)
+        return handle
+
+    def adopt(self, home: int, kind: ScriptKind, handle: int) -> None:
+        """Find the script that an object was annotated with, as the script with this handle, and start it."""
+        self._handles[home, kind] = handle
+        self._find_more()
+
+    def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
-        return self._phases.handle_children(function)
+        return self._phases.handle_children(function, *values)
+
+    def handle_child(self, owner: int, function: str, *values: Any) -> int:
+        """Call a function of the child script of an object; return 1 if it has it, else 0."""
+        script = self.of(owner, ScriptKind.CHILD)
+        return int(script is not None and self._lives.call(script, function, *values) is not None)
+
+    def enable(self, script: Script, enabled: bool) -> None:
+        """Have a script called or not. One that does not run yet starts only while it is enabled."""
+        script.enabled = enabled
+        if script.interpreter is None:
+            script.starts_enabled = enabled
+            runs = self._sim.is_running or script.kind == ScriptKind.CUSTOMIZATION
+            if enabled and runs and not script.problem:
+                self._phases.begin(script)
+
+    def broadcast(self, sender: Script, message: object) -> None:
+        """Call ``sysCall_msg(message, sender)`` of all scripts but the sender."""
+        for script in self.all():
+            if script is not sender:
+                self._lives.call(script, "sysCall_msg", message, sender.handle)
+
+    def say_once(self, text: str) -> None:
+        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before."""
+        if text not in self.told:
+            self.told.add(text)
+            self._status_bar.add(text)
 
     # --- the scene -------------------------------------------------------------------------------
 
@@ -217,6 +319,9 @@ class Scripts(Part):
         for script in self._scripts:
             self._lives.drop(script)
         self._scripts = []
+        self._phases.objects.forget()
+        self.loose.clear()
+        self.told.clear()
         self._changed()
 
     def _find(self) -> None:
@@ -233,11 +338,14 @@ class Scripts(Part):
         """
         objects = self._sim.scene.objects
         if not self._sim.is_running and not self._lives.is_active:
-            gone = [one for one in self._scripts if one.owner not in objects and one.kind != ScriptKind.MAIN]
+            gone = [one for one in self._scripts if one.home not in objects and one.kind != ScriptKind.MAIN]
             for script in gone:
                 self._lives.drop(script)
                 self._scripts.remove(script)
-        known = {(script.owner, script.kind) for script in self._scripts}
+        for script in self._scripts:
+            if script.place in objects:
+                script.owner = objects[script.place].parent
+        known = {(script.home, script.kind) for script in self._scripts}
         for handle in self._with_scripts():
             item = objects[handle]
             for key, kind in _KINDS.items():
@@ -245,8 +353,8 @@ class Scripts(Part):
                 if note is not None and (handle, kind) not in known:
                     script = self._add(kind, handle, note, item.name)
                     if kind == ScriptKind.CUSTOMIZATION or self._sim.is_running:
-                        self._lives.begin(script)
-                        self._lives.call(script, "sysCall_init")
+                        if script.starts_enabled:
+                            self._phases.begin(script)
                     else:
                         self._lives.announce(script)
 
@@ -259,22 +367,29 @@ class Scripts(Part):
         handles = map(scene.by_name, named)
         return sorted(handle for handle in handles if handle is not None)
 
-    def _add(self, kind: ScriptKind, owner: int, note: Annotation, name: str) -> Script:
+    def _add(self, kind: ScriptKind, home: int, note: Annotation, name: str) -> Script:
+        item = self._sim.scene.objects.get(home)
+        is_object = item is not None and item.kind == ObjectKind.SCRIPT
         text, file = note.get("text"), str(note.get("file", ""))
         language = str(note.get("language", PYTHON if file.endswith(".py") else LUA))
         middle = "" if kind == ScriptKind.CHILD else f".{kind.name.lower()}"
         suffix = ".py" if language == PYTHON else ".lua"
         script = Script(
-            handle=self._next_handle,
+            handle=self._handles.pop((home, kind), self._next_handle),
             kind=kind,
-            owner=owner,
+            owner=item.parent if item is not None and is_object else home,
+            place=home if is_object else -1,
             file=file or f"{name}{'' if name == 'main' else middle}{suffix}",
             text=None if text is None else str(text),
             folder=Path(str(note["folder"])) if "folder" in note else None,
             of_client=bool(note.get("of_client", self._is_of_client)),
             language=language,
             threaded=bool(note.get("threaded", False)),
+            enabled=bool(note.get("enabled", True)),
+            starts_enabled=bool(note.get("enabled", True)),
         )
         self._next_handle += 1
         self._scripts.append(script)
+        with suppress(ScriptError):  # its start, or the announcement of it, reports the reason
+            self._name_ports(named_ports(script.code(self._sim, allows_code=self.allows_code)))
         return script

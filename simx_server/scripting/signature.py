@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 import types
 import typing
 from collections.abc import Callable, Sequence
@@ -25,8 +26,25 @@ _NO_TEXT = 10**4000
 """Python converts no integer above 4300 digits to text."""
 
 
+_OLD_HANDLE = re.compile(rb"@backCompatibility\d*:(-?\d{1,18})")
+"""A handle as scripts pass it that V-REP 3.1.3 converted: the prefix asked for older colours."""
+
+_NUMBER = re.compile(rb"\s*[-+]?(\d{1,300}\.?\d{0,300}|\.\d{1,300})([eE][-+]?\d{1,4})?\s*")
+
+
+def _number_of(value: Any) -> Any:
+    """Return the number that a text of Lua stands for, as Lua's own functions do; any other value as it is."""
+    if isinstance(value, bytes):
+        if old := _OLD_HANDLE.fullmatch(value):
+            return int(old[1])
+        if _NUMBER.fullmatch(value):
+            return float(value)
+    return value
+
+
 def to_int(value: Any) -> int:
     """Return int32, wrapping; a float loses its fraction, true and false are 1 and 0."""
+    value = _number_of(value)
     if isinstance(value, int):
         return to_int32(int(value))
     if isinstance(value, float) and math.isfinite(value):
@@ -35,6 +53,9 @@ def to_int(value: Any) -> int:
 
 
 def to_float(value: Any) -> float:
+    if type(value) is float and math.isfinite(value):  # by far the most frequent
+        return value
+    value = _number_of(value)
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         try:
             number = float(value)
@@ -195,7 +216,7 @@ class Signature:
             elif parameter.default is not inspect.Parameter.empty:
                 bound.append(parameter.default)
             else:
-                bound.append(_convert(index, parameter, None, "nothing"))
+                bound.append(_convert(index, parameter, None, is_missing=True))
         if self.rest is not None:
             for index, value in enumerate(values[len(self.parameters) :], len(self.parameters) + 1):
                 bound.append(_bind(index, self.rest, value))
@@ -207,13 +228,14 @@ def _bind(index: int, parameter: Parameter, value: Any) -> Any:
         return parameter.default
     if value is None and parameter.nil_passes:
         return None
-    return _convert(index, parameter, value, describe(value))
+    return _convert(index, parameter, value)
 
 
-def _convert(index: int, parameter: Parameter, value: Any, got: str) -> Any:
+def _convert(index: int, parameter: Parameter, value: Any, *, is_missing: bool = False) -> Any:
     try:
         return parameter.convert(value)
     except TypeError as problem:
+        got = "nothing" if is_missing else describe(value)
         raise CommandError(f"argument {index} ({parameter.name}) must be {problem}, got {got}") from None
 
 

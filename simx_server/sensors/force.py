@@ -6,7 +6,7 @@ negates them.
 
 As in V-REP a value is the mean over the physics steps of a simulation step, and reading filters over the last
 `samples` simulation steps (1 unless annotated). A sensor breaks when `max_force` or `max_torque` is exceeded in
-`violations` consecutive simulation steps.
+`violations` consecutive simulation steps; with `overload=trigger` its script is called instead, in each such step.
 """
 
 from __future__ import annotations
@@ -59,6 +59,8 @@ class ForceSensors(Part):
         self._sim = sim
         self._records: dict[int, _Record] = {}
         self._broken: set[int] = set()
+        self.overloaded: dict[int, ForceReading] = {}
+        """The sensors whose scripts are to be called in this simulation step, and what they measure."""
 
     def run_started(self) -> None:
         self._forget()
@@ -84,6 +86,28 @@ class ForceSensors(Part):
             return None
         x, y, z, a, b, c = _filtered(item, record).tolist()
         return ForceReading((x, y, z), (a, b, c))
+
+    def newest(self, handle: int) -> ForceReading | None:
+        """Return the last measurement before the filter; None when broken, without dynamics and while stopped.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a force sensor's.
+        """
+        self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
+        record = self._records.get(handle)
+        if record is None or handle in self._broken or not record.samples:
+            return None
+        x, y, z, a, b, c = record.samples[-1].tolist()
+        return ForceReading((x, y, z), (a, b, c))
+
+    def violations_to_trigger(self, handle: int) -> int:
+        """Return the number of simulation steps in which a threshold must be exceeded.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a force sensor's.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
+        return int(_note(item).get("violations", DEFAULT_VIOLATIONS))
 
     def is_broken(self, handle: int) -> bool:
         """Return whether the sensor has broken in this run.
@@ -111,6 +135,7 @@ class ForceSensors(Part):
             self._broken.add(handle)
 
     def sense(self) -> None:
+        self.overloaded.clear()
         handles = self._sim.scene.of_kind(ObjectKind.FORCE_SENSOR)
         if not handles:
             return
@@ -123,11 +148,17 @@ class ForceSensors(Part):
             item = self._sim.scene.objects[handle]
             force, torque = (int(addresses[sensor]) for sensor in item.sensors)
             record = self._records.get(handle)
-            if record is None:
-                record = self._records[handle] = _Record(deque(maxlen=_samples(item)))
+            if record is None or record.samples.maxlen != _samples(item):
+                known = record.samples if record else ()
+                record = self._records[handle] = _Record(deque(known, maxlen=_samples(item)))
             record.samples.append(-np.concatenate([values[force : force + 3], values[torque : torque + 3]]))
-            if self._is_overloaded(item, record):
+            if not self._is_overloaded(item, record):
+                continue
+            reading = self.read(handle)
+            if _note(item).get("overload", "break") == "break":
                 failing.append(handle)
+            elif reading is not None:
+                self.overloaded[handle] = reading
         for handle in failing:
             logger.info("force sensor '%s' breaks under its load", self._sim.scene.get(handle).name)
             self.break_apart(handle)
@@ -150,6 +181,7 @@ class ForceSensors(Part):
     def _forget(self) -> None:
         self._records.clear()
         self._broken.clear()
+        self.overloaded.clear()
 
 
 def _note(item: SceneObject) -> Annotation:

@@ -6,7 +6,7 @@ nothing, and all readers get numbers of the same moment, whatever was moved sinc
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from simx_client.protocol import constants as c
 
-from ..scene.objects import Scene
+from ..scene.geometry.stand_ins import stand_ins
+from ..scene.objects import ObjectKind, Scene
 from .proximity.bundles import Bundles
 from .triangles import GeomTriangles
 from .vision.visibility import VISIBLE_GROUPS
@@ -33,6 +34,8 @@ class Surroundings:
         self.model = model
         self.owners = np.array([scene.owner_of_geom(g, model) for g in range(model.ngeom)], np.int64)
         """(ngeom,) handle of the shape that a geom belongs to, -1 for unnamed geoms of the world."""
+        self.stand_ins = stand_ins(scene, model, self.owners)
+        """(ngeom,) geoms that collide in place of others; a shape's form is without them."""
         self.shapes = tuple(set(self.owners.tolist()) - {-1})
         """Handles of those shapes."""
         self.triangles = GeomTriangles(model)
@@ -62,6 +65,7 @@ class Instant:
         self.geom_xpos, self.geom_xmat = data.geom_xpos.copy(), data.geom_xmat.copy()
         self.xpos = data.xpos.copy()
         self.site_xpos, self.site_xmat = data.site_xpos.copy(), data.site_xmat.copy()
+        self._detectable: dict[str | None, NDArray[np.bool_]] = {}
 
     @property
     def data(self) -> mujoco.MjData:
@@ -69,42 +73,84 @@ class Instant:
         return self.surroundings.data_at(self)
 
     def geoms_of(self, handles: Collection[int]) -> NDArray[np.intp]:
-        """Return the ids of the geoms of some objects."""
-        return np.flatnonzero(np.isin(self.surroundings.owners, list(handles)))
+        """Return the ids of the geoms of some objects, without those that only collide in place of others."""
+        around = self.surroundings
+        return np.flatnonzero(np.isin(around.owners, list(handles)) & ~around.stand_ins)
+
+    def detectable(self, kind: str | None = None) -> NDArray[np.bool_]:
+        """Return (ngeom,) what proximity sensors detect.
+
+        These are the geoms that cameras see, unless their shapes are declared not detectable. A shape that is declared
+        detectable to kinds of sensors is detected also where it is unseen: if it has no geoms that could be seen, all.
+
+        Args:
+            kind: kind of sensor, `DETECTABLE_KINDS`; None: of any kind.
+        """
+        known = self._detectable.get(kind)
+        if known is None:
+            known = self._detectable[kind] = self._find_detectable(kind)
+        return known
+
+    def _find_detectable(self, kind: str | None) -> NDArray[np.bool_]:
+        kinds = {handle: self._detectable_to(handle) for handle in self.surroundings.shapes}
+        hidden = [handle for handle, to in kinds.items() if to is not None and not _is_met(to, kind)]
+        declared = [handle for handle, to in kinds.items() if to is not None and _is_met(to, kind)]
+        owners, found = self.surroundings.owners, self._drawn & self._is_opaque()
+        if declared:
+            of_declared = np.isin(owners, declared)
+            with_looks = np.isin(owners, owners[of_declared & self._drawn])
+            found |= of_declared & (self._drawn | ~with_looks)
+        return found & ~np.isin(owners, hidden) if hidden else found
 
     @cached_property
-    def detectable(self) -> NDArray[np.bool_]:
-        """Return (ngeom,) what proximity sensors detect: all that cameras see, unless declared not detectable."""
+    def _drawn(self) -> NDArray[np.bool_]:
+        """Return (ngeom,) which geoms the file makes visible to cameras."""
+        groups = self.model.geom_group.copy()
+        for (name, array), group in self.scene.withheld.items():
+            if array == "geom_group":  # geoms invisible to cameras may still be detected
+                groups[self.model.geom(name).id] = group
+        return np.isin(groups, VISIBLE_GROUPS)
+
+    def _is_opaque(self) -> NDArray[np.bool_]:
+        """Return (ngeom,) which geoms are not wholly transparent."""
         model = self.model
         material = model.geom_matid
         alpha: NDArray[np.float32] = model.geom_rgba[:, 3].copy()
         if model.nmat:
             # As MuJoCo's rays: a geom with a material hides only when both are transparent.
             alpha = np.where(material >= 0, np.maximum(alpha, model.mat_rgba[material, 3]), alpha)
-        groups = model.geom_group.copy()
-        for (name, array), group in self.scene.withheld.items():
-            if array == "geom_group":  # geoms invisible to cameras may still be detected
-                groups[model.geom(name).id] = group
-        seen = np.isin(groups, VISIBLE_GROUPS) & (alpha > 0.0)
-        hidden = [handle for handle in self.surroundings.shapes if self._is_hidden(handle)]
-        return seen & ~np.isin(self.surroundings.owners, hidden) if hidden else seen
+        return alpha > 0.0
 
-    def _is_hidden(self, handle: int) -> bool:
+    def _detectable_to(self, handle: int) -> Collection[str] | None:
+        """Return the kinds of sensors that detect a shape; None: all, where they see it."""
         item = self.scene.objects.get(handle)
-        if item is None or not item.annotations.get("shape", {}).get("detectable", True):
-            return True
-        return bool(self.scene.overridden(handle) & c.sim_modelproperty_not_detectable)
+        if item is None or self.scene.overridden(handle) & c.sim_modelproperty_not_detectable:
+            return ()
+        if item.kind == ObjectKind.PATH:  # its visible form is for cameras only
+            return ()
+        declared = item.annotations.get("shape", {}).get("detectable", True)
+        if isinstance(declared, str):
+            return declared.split(",")
+        return None if declared else ()
+
+
+def _is_met(kinds: Collection[str], kind: str | None) -> bool:
+    return kind in kinds if kind is not None else bool(kinds)
 
 
 class Instants:
     """Makes instants of a simulation."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: Simulation, show_points: Callable[[], object]) -> None:
+        """Store the simulation; `show_points` brings the meshes of point clouds and octrees up to date."""
         self._sim = sim
+        self._show_points = show_points
         self._surroundings: Surroundings | None = None
 
-    def now(self) -> Instant:
-        """Return the present state."""
+    def now(self, *, with_points: bool = True) -> Instant:
+        """Return the present state. Not `with_points`: point clouds and octrees may be as they were."""
+        if with_points:
+            self._show_points()
         self._sim.refresh()
         return self.of(self._sim.data)
 

@@ -43,7 +43,7 @@ class GeomTriangles:
         """Return corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
         made = self._made.get(geom)
         if made is None:
-            made = self._made[geom] = with_balls(_side_by_side(_corners(self._model, geom)))
+            made = self._made[geom] = with_balls(_side_by_side(corners_of(self._model, geom)))
         return made
 
     def is_solid(self, geom: int) -> bool:
@@ -112,7 +112,8 @@ def true_surface(
     return distance, normal
 
 
-def _corners(model: mujoco.MjModel, geom: int) -> Array:
+def corners_of(model: mujoco.MjModel, geom: int) -> Array:
+    """Return the triangles (n, 3, 3) of a geom in its frame; curved primitives are faceted, infinite planes none."""
     kind = int(model.geom_type[geom])
     if kind in (_GEOM.mjGEOM_MESH, _GEOM.mjGEOM_SDF):
         return _mesh(model, int(model.geom_dataid[geom]))

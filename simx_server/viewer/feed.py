@@ -32,6 +32,7 @@ from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
+from simx_server.parts.drawing import LINES
 from simx_server.runtime.monitoring import report
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.object_listing import list_objects
@@ -69,6 +70,8 @@ _MOST_LINES = 100
 
 _MOST_ITEMS = 10_000
 """Items of drawing objects in an answer; a browser does not show more in good time."""
+_PATH_WIDTH = 2.0
+_PATH_COLOR = (0.1, 0.5, 0.9)
 
 T = TypeVar("T")
 
@@ -161,8 +164,9 @@ class Feed(Part):
     def _survey(self, known_tree: int, known_drawings: int) -> Survey:
         sim, loop = self._sim, self._loop
         tree = self._tree_version()
-        drawings = self._world.drawings.version & 0x7FFFFFFF
-        is_drawn_anew = drawings != known_drawings or self._world.drawings.are_carried
+        drawings = (self._world.drawings.version + self._world.paths.version) & 0x7FFFFFFF
+        is_carried = self._world.drawings.are_carried or bool(self._world.paths.handles())
+        is_drawn_anew = drawings != known_drawings or is_carried
         pace = self._world.parameters.pace
         return {
             "tree_version": tree,
@@ -248,7 +252,7 @@ class Feed(Part):
         ]
 
     def _drawings(self) -> list[Drawing]:
-        return [
+        drawn_by_scripts: list[Drawing] = [
             {
                 "handle": drawn.handle,
                 "flags": drawn.flags,
@@ -259,6 +263,19 @@ class Feed(Part):
             }
             for drawn, items in self._world.drawings.shown(_MOST_ITEMS)
         ]
+        # Handles of paths are those of objects; below 0 no drawing object has them.
+        paths: list[Drawing] = [
+            {
+                "handle": -handle,
+                "flags": LINES,
+                "size": _PATH_WIDTH,
+                "color": _PATH_COLOR,
+                "points": 2,
+                "items": items,
+            }
+            for handle, items in self._world.paths.lines(_MOST_ITEMS)
+        ]
+        return drawn_by_scripts + paths
 
     # --- one step --------------------------------------------------------------------------------
 

@@ -6,22 +6,33 @@ from pathlib import Path
 
 from simx_server.files.scene_files import SceneFiles
 from simx_server.kinematics import IkGroups
+from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
+from simx_server.parts.clouds.clouds import PointClouds
+from simx_server.parts.communication.script_ports import ScriptPorts
+from simx_server.parts.communication.signals import Signals
+from simx_server.parts.communication.simulator_messages import SimulatorMessages
+from simx_server.parts.communication.tubes import Tubes
+from simx_server.parts.communication.wireless import Wireless
 from simx_server.parts.custom_data import CustomData
 from simx_server.parts.drawing import DrawingObjects
+from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
 from simx_server.parts.object_settings import ObjectSettings
 from simx_server.parts.parameters import Parameters
+from simx_server.parts.particles import Particles
+from simx_server.parts.paths.paths import Paths
 from simx_server.parts.selection import Selection
-from simx_server.parts.signals import Signals
+from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
-from simx_server.parts.tubes import Tubes
+from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
 from simx_server.scene.collection import Collections
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
 from simx_server.scene.unreset import UnresetModels
 from simx_server.scripting import Scripts
+from simx_server.scripting.import_log import ImportLog
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
@@ -67,13 +78,23 @@ def build_world(
     signals = Signals(sim)
     status_bar = StatusBar()
     collections = Collections(sim)
-    instants = Instants(sim)
+    clouds, textures = PointClouds(sim), Textures(sim)
+    instants = Instants(sim, clouds.show)
     meters = Meters(sim, collections, instants)
     proximity = ProximitySensors(sim, collections, instants)
-    vision = VisionSensors(sim, rendering)
+    force = ForceSensors(sim)
+
+    def show_changes() -> None:
+        clouds.show()
+        textures.show()
+
+    vision = VisionSensors(sim, rendering, collections, show_changes)
     trials = Trials(sim, tries_all=tries_all)
     object_settings = ObjectSettings(sim)
+    paths = Paths(sim)
     user_interface = UserInterface(sim, status_bar, trials)
+
+    script_ports = ScriptPorts(sim, status_bar)
 
     def open_spaces(script: Script) -> Namespaces:
         return Namespaces(world, script)
@@ -85,34 +106,61 @@ def build_world(
         signals=signals,
         status_bar=status_bar,
         selection=Selection(),
+        simulator_messages=SimulatorMessages(),
         custom_data=CustomData(sim),
         object_settings=object_settings,
+        shape_colors=ShapeColors(sim),
+        dummy_links=DummyLinks(sim),
         collections=collections,
         instants=instants,
         meters=meters,
         proximity=proximity,
-        force=ForceSensors(sim),
+        force=force,
         rendering=rendering,
         vision=vision,
         tubes=Tubes(sim),
+        wireless=Wireless(sim),
         script_parameters=ScriptParameters(sim),
-        scripts=Scripts(sim, signals, status_bar, vision, proximity, open_spaces, allows_code=allows_code),
+        script_ports=script_ports,
+        scripts=Scripts(
+            sim,
+            signals,
+            status_bar,
+            vision,
+            proximity,
+            force,
+            open_spaces,
+            script_ports.name,
+            allows_code=allows_code,
+        ),
         ik_groups=IkGroups(sim, collections),
+        path_plannings=PathPlannings(sim),
+        paths=paths,
+        clouds=clouds,
+        textures=textures,
         drawings=DrawingObjects(sim),
-        graphs=Graphs(sim),
+        particles=Particles(sim),
+        graphs=Graphs(sim, proximity, meters),
         trials=trials,
         user_interface=user_interface,
         parameters=Parameters(
-            sim, meters, proximity, vision, object_settings, user_interface, arguments=arguments
+            sim, meters, proximity, vision, object_settings, paths, user_interface, arguments=arguments
         ),
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     # Scripts are notified after the parts that they call.
     sim.attach(
+        sim.surfaces,
         world.velocities,
         world.selection,
+        world.simulator_messages,
         world.custom_data,
         world.object_settings,
+        world.shape_colors,
+        world.dummy_links,
+        world.paths,
+        world.clouds,
+        world.textures,
         world.parameters,
         world.collections,
         world.meters,
@@ -120,12 +168,17 @@ def build_world(
         world.force,
         world.vision,
         world.tubes,
+        world.wireless,
         world.script_parameters,
+        world.script_ports,
+        world.user_interface,
+        world.graphs,
         world.scripts,
         world.ik_groups,
+        world.path_plannings,
         world.drawings,
-        world.graphs,
+        world.particles,
         UnresetModels(sim),
-        world.user_interface,
+        ImportLog(),
     )
     return world

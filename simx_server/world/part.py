@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.sources import Sources
+    from simx_server.scene.formats.vrep.report import Report
 
 
 class Part:
@@ -70,3 +71,6 @@ class Part:
             path: the file.
             sources: where the files that it references are searched.
         """
+
+    def file_imported(self, report: Report) -> None:
+        """React to a scene or model that was made from a V-REP file; called before its scripts start."""

@@ -22,7 +22,9 @@ from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
+from simx_server.scene import properties
 from simx_server.scene.formats.loader import empty_scene, load_scene
+from simx_server.scene.geometry.first_turns import set_turns
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.objects import Scene
 
@@ -32,6 +34,7 @@ from .part import Part
 from .physics_callbacks import PhysicsCalls
 from .saved_state import Snapshot
 from .sleepers import Sleepers
+from .surfaces import Surfaces
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
@@ -88,6 +91,7 @@ class Simulation:
         self._holding: list[Part] = []
         self._soon: list[Callable[[], object]] = []
         self.sleepers = Sleepers(self)
+        self.surfaces = Surfaces(self)
         self._snapshot: Snapshot | None = None
         self._stale = False
         self._is_rearranged = True
@@ -152,6 +156,22 @@ class Simulation:
         self.model.opt.timestep = timestep
         self.joints.forget_run()
 
+    def set_physics_step(self, seconds: float) -> None:
+        """Set the length of a physics step; only while stopped. A simulation step has a whole number of them.
+
+        Raises:
+            CommandError: the simulation is not stopped, or the length is not above 0 and up to a simulation step.
+            LimitReached: a simulation step would have too many.
+        """
+        self._require_stopped("the length of a physics step can be set")
+        if not 0 < seconds <= self._time_step:
+            raise CommandError(
+                f"a physics step is above 0 and up to the simulation step, {self._time_step:g} s, not {seconds}"
+            )
+        self._substeps(self._time_step, seconds)
+        self._wanted_timestep = float(seconds)
+        self.time_step = self._time_step
+
     @property
     def substeps(self) -> int:
         """Return the number of physics steps per simulation step."""
@@ -188,8 +208,11 @@ class Simulation:
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
         log_overlaps(scene, model, self.data)
         self.scene_is_of_client = is_of_client
+        if (report := scene.import_report) is not None:
+            self.tell(lambda part: part.file_imported(report))
         self.tell(lambda part: part.scene_changed())
         self.tell(lambda part: part.scene_loaded())
+        properties.apply(self)
         self.tell(lambda part: part.model_changed(None))
 
     def close(self) -> None:
@@ -334,14 +357,21 @@ class Simulation:
         """Return whether no action of `soon` is pending."""
         return not self._soon
 
-    def settle(self) -> None:
-        """Run the actions of `soon`; call it while neither a simulation step nor a command is in progress."""
+    def settle(self) -> list[CommandError]:
+        """Run the actions of `soon`; call it while neither a simulation step nor a command is in progress.
+
+        Returns:
+            The reasons why some could not be run, which are in the log as well.
+        """
+        problems: list[CommandError] = []
         while self._soon:
             action = self._soon.pop(0)
             try:
                 action()
             except CommandError as problem:
                 logger.error("what a script asked for cannot be done: %s", problem)
+                problems.append(problem)
+        return problems
 
     def changed(self) -> None:
         """Note that state or model was written: readers see a new version and fresh kinematics."""
@@ -392,6 +422,7 @@ class Simulation:
         self.sleepers.keep_possible(model)
         try:
             data = mujoco.MjData(model)
+            set_turns(scene, model, data)
             with physics_warnings.once_a_kind():
                 mujoco.mj_forward(model, data)
         except (mujoco.FatalError, MemoryError) as error:
@@ -421,7 +452,7 @@ class Simulation:
         self.scene, self.model, self.data = scene, model, data
         self.files.open_scene = scene.path
         self.scene_id += 1
-        self.dynamics_enabled = True
+        self.dynamics_enabled = bool(scene.annotations.scene.get("dynamics", True))
         self.scene_is_of_client = False
         self._wanted_timestep = float(model.opt.timestep)
         self._stale = True

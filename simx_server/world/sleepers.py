@@ -61,6 +61,9 @@ class Sleepers:
         self.contacts_are_asked_about = False
         """A script decides about contacts: MuJoCo would not call it for sleeping bodies."""
 
+        self.surfaces_move = False
+        """Static shapes move in the physics of this simulation step, and may drag what sleeps on them."""
+
         self._copy: tuple[int, mujoco.MjData] | None = None
         """Version of the simulation, and a copy of its data in which nothing sleeps."""
 
@@ -86,8 +89,10 @@ class Sleepers:
 
     @contextmanager
     def watched_awake(self) -> Generator[None]:
-        """Keep everything awake in the physics steps of a simulation step while scripts are called in between."""
-        if not (self.contacts_are_asked_about or self._sim.joints.calls_scripts):
+        """Keep everything awake in the physics steps of a simulation step while scripts are called in between, or
+        surfaces move.
+        """
+        if not (self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts):
             yield
             return
         with _sleepless(self._sim.model):

@@ -7,16 +7,26 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from simx_server.kinematics import IkGroups
+from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
+from simx_server.parts.clouds.clouds import PointClouds
+from simx_server.parts.communication.script_ports import ScriptPorts
+from simx_server.parts.communication.signals import Signals
+from simx_server.parts.communication.simulator_messages import SimulatorMessages
+from simx_server.parts.communication.tubes import Tubes
+from simx_server.parts.communication.wireless import Wireless
 from simx_server.parts.custom_data import CustomData
 from simx_server.parts.drawing import DrawingObjects
+from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
 from simx_server.parts.object_settings import ObjectSettings
 from simx_server.parts.parameters import Parameters
+from simx_server.parts.particles import Particles
+from simx_server.parts.paths.paths import Paths
 from simx_server.parts.selection import Selection
-from simx_server.parts.signals import Signals
+from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
-from simx_server.parts.tubes import Tubes
+from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import UserInterface
 from simx_server.scene.collection import Collections
 from simx_server.scene.trial.trials import Trials
@@ -46,8 +56,11 @@ class World:
     signals: Signals
     status_bar: StatusBar
     selection: Selection
+    simulator_messages: SimulatorMessages
     custom_data: CustomData
     object_settings: ObjectSettings
+    shape_colors: ShapeColors
+    dummy_links: DummyLinks
     collections: Collections
     instants: Instants
     meters: Meters
@@ -56,10 +69,17 @@ class World:
     rendering: RenderThread
     vision: VisionSensors
     tubes: Tubes
+    wireless: Wireless
     script_parameters: ScriptParameters
+    script_ports: ScriptPorts
     scripts: Scripts
     ik_groups: IkGroups
+    path_plannings: PathPlannings
+    paths: Paths
+    clouds: PointClouds
+    textures: Textures
     drawings: DrawingObjects
+    particles: Particles
     graphs: Graphs
     trials: Trials
     user_interface: UserInterface
@@ -67,14 +87,21 @@ class World:
 
     STEP: ClassVar[tuple[Stage, ...]] = (
         ("scripts' actuation", lambda world: world.scripts.actuate()),
+        ("paths", lambda world: world.paths.move(world.simulation.time_step)),
         ("inverse kinematics", lambda world: world.ik_groups.handle_automatic()),
+        ("first velocities of placed shapes", lambda world: world.object_settings.launch_placed()),
+        ("surfaces that move", lambda world: world.simulation.surfaces.prepare()),
         ("physics with joint controllers", lambda world: world.simulation.run_physics()),
+        ("moved surfaces arrive", lambda world: world.simulation.surfaces.finish()),
         ("applied forces end", lambda world: world.applied_forces.clear()),
         ("velocities of objects", lambda world: world.velocities.remember()),
         ("velocities of joints", lambda world: world.simulation.joints.measure()),
+        ("meshes of changed point clouds", lambda world: world.clouds.show()),
+        ("textures that scripts wrote", lambda world: world.textures.show()),
         ("collisions and distances", lambda world: world.meters.sense()),
         ("proximity sensors", lambda world: world.proximity.sense()),
         ("force sensors", lambda world: world.force.sense()),
+        ("vision sensors", lambda world: world.vision.sense_all()),
         ("images that scripts judge", lambda world: world.scripts.judge_images()),
         ("scripts' sensing", lambda world: world.scripts.sense()),
         ("graphs", lambda world: world.graphs.record_all()),
@@ -99,4 +126,6 @@ class World:
     def idle(self) -> None:
         """Do regular work; to be called from time to time while stopped or paused."""
         self.scripts.idle()
+        self.clouds.show()
+        self.textures.show()
         self.simulation.settle()

@@ -213,6 +213,7 @@ def test_a_stop_by_another_client_lets_an_interrupted_batch_go_on(world: World) 
 
     def stop_first(timeout: float) -> bytes | None:
         transport.receive = receive  # type: ignore[method-assign]
+        world.settle()  # the trigger has arrived, on a busy machine too
         assert v.simxStopSimulation(other, BLOCKING) == 0
         return receive(timeout)
 

@@ -97,7 +97,7 @@ def test_the_client_loads_no_module_of_the_server_by_name() -> None:
         assert not re.search(r"""["']simx_server\.\w""", path.read_text(encoding="utf-8")), path
 
 
-@pytest.mark.parametrize("part", ["simx_client", "simx_server", "bench"])
+@pytest.mark.parametrize("part", ["simx_client", "simx_server", "bench", "tests"])
 def test_no_folder_has_very_many_files(part: str) -> None:
     counts = Counter(path.parent for path in files(part))
     assert not {str(folder): count for folder, count in counts.items() if count > MOST_FILES}

@@ -1,7 +1,7 @@
 """Feeds the server what means no good: `python tests/fuzz/run.py TARGET CASES [SEED]`.
 
-TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), files, calls, results, lua,
-peers.
+TARGET: codec, scenes, vrep (coverage-guided where atheris is installed, else random), files, calls, results, lua,
+peers, originals.
 Nothing is written into the repository. Exit code 0: nothing found; 1: the case is told, with how to run it again:
 `python tests/fuzz/run.py TARGET -r HEX`.
 """
@@ -21,6 +21,7 @@ from pathlib import Path
 sys.path[:0] = [
     str(Path(__file__).resolve().parents[1] / "support"),
     str(Path(__file__).resolve().parents[1] / "support" / "worlds"),
+    str(Path(__file__).resolve().parents[1] / "support" / "vrep_files"),
     *map(str, Path(__file__).resolve().parents[1:3]),
 ]
 
@@ -38,6 +39,10 @@ def _prepare(target: str, folder: Path) -> tuple[Callable[[bytes], None], tuple[
         from fuzz.files import Sender
 
         return Sender(folder).one, (b"",)
+    if target == "vrep":
+        from fuzz.vrep import Reader, bases
+
+        return Reader().one, tuple(bytes([n, 2]) + bytes(12) for n in range(len(bases())))
     from fuzz.scenes import Loader
 
     return Loader(folder).one, tuple(bytes([n]) for n in range(3))
@@ -149,13 +154,16 @@ def _hypothesis_target(target: str, cases: int, seed: int) -> int:
     return 0
 
 
-def _peers_target(cases: int, seed: int) -> int:
-    from fuzz import peers
+def _peers_target(target: str, cases: int, seed: int) -> int:
+    from fuzz import originals, peers
 
+    run = peers.run if target == "peers" else originals.run
     with tempfile.TemporaryDirectory() as name:
         began = time.monotonic()
-        seen = peers.run(cases, seed, Path(name))
-        sys.stdout.write(f"peers: {cases} cases in {time.monotonic() - began:.0f} s, nothing found; {seen}\n")
+        seen = run(cases, seed, Path(name))
+        sys.stdout.write(
+            f"{target}: {cases} cases in {time.monotonic() - began:.0f} s, nothing found; {seen}\n"
+        )
     return 0
 
 
@@ -169,9 +177,9 @@ def main(argv: list[str]) -> int:
     if "--in" in rest:
         _child(target, cases, seed, Path(rest[rest.index("--in") + 1]), rest[-1])
         return 0
-    if target == "peers":
-        return _peers_target(cases, seed)
-    if target not in ("codec", "scenes", "files"):
+    if target in ("peers", "originals"):
+        return _peers_target(target, cases, seed)
+    if target not in ("codec", "scenes", "files", "vrep"):
         return _hypothesis_target(target, cases, seed)
     if target == "files":  # what they do is done in a process of its own, where nobody counts the branches
         return _bytes_target(target, cases, seed, "random")

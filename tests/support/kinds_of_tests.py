@@ -13,14 +13,16 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[1]
+HELPERS = tuple(TESTS / "support" / folder for folder in ("", "worlds", "vrep_files"))
 BROWSER = ("test_view_browser",)
 GL = (
     "test_bench_smoke", "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
     "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend",
     "test_hostile_peers", "test_idioms_images", "test_keyboard_example", "test_legacy_scripts",
     "test_models_line_tracer", "test_models_scanner", "test_models_small", "test_models_vehicles",
-    "test_over_zenoh", "test_pace", "test_parameter_functions", "test_readers_change_nothing",
-    "test_readme", "test_render_thread", "test_rendering", "test_replay_pictures", "test_scripts_vision",
+    "test_original_commands", "test_original_hostile", "test_original_library", "test_over_zenoh", "test_pace",
+    "test_parameter_functions", "test_readers_change_nothing", "test_readme",
+    "test_render_thread", "test_rendering", "test_replay_pictures", "test_scripts_vision",
     "test_sensor_functions", "test_sensors_handles", "test_soak", "test_state_log",
     "test_streaming_instants", "test_surprises", "test_tutorial_look", "test_tutorial_over_the_api",
     "test_upgrade", "test_view_browser", "test_view_cameras", "test_view_process", "test_wheels",
@@ -60,9 +62,7 @@ def _starts_processes(path: Path) -> bool:
                 if name in _PROCESSES:
                     return True
                 continue
-            helpers = (
-                set(_helpers(module, {path.parent, TESTS / "support", TESTS / "support" / "worlds"})) - seen
-            )
+            helpers = set(_helpers(module, {path.parent, *HELPERS})) - seen
             waiting.extend(helpers)
             seen |= helpers
     return False

@@ -12,7 +12,7 @@ import cv2
 import pytest
 
 from bench import __main__ as bench
-from bench.calls import batch, blocking, parts, stepping, streaming, values
+from bench.calls import batch, blocking, original, parts, stepping, streaming, values
 from bench.images import picture, rendering, sizes
 from bench.load import clients, scale, servers, startup, view
 from bench.measuring import baselines, plot, processes
@@ -28,7 +28,7 @@ from bench.measuring.measure import (
     side_by_side,
 )
 from bench.measuring.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
-from bench.world import scenes, sensors
+from bench.world import scenes, sensors, vrep_files
 from simx_server.viewer.launching import missing
 
 TINY = Effort(sets=1, rounds=1, factor=0.02, least=1)
@@ -220,6 +220,15 @@ def test_a_ring_of_sensors_is_measured_beside_the_bare_pass() -> None:
     assert {sensors.PASS, sensors.ONE, sensors.RING, sensors.RING_ALONE} <= {row.what for row in found.rows}
 
 
+def test_a_file_of_v_rep_is_decoded_and_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vrep_files, "BODY", 400_000)
+    monkeypatch.setattr(vrep_files, "SCENE", 200_000)
+    found = vrep_files.measure(TINY)
+    assert {row.what for row in found.rows} == {vrep_files.DECODE, vrep_files.OPEN}
+    assert all(row.median > 0 for row in found.rows)
+    assert [ratio.target for ratio in found.ratios] == [1.5, None, 5.0, 2.0]
+
+
 @pytest.mark.usefixtures("without_opengl")
 def test_starts_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(startup, "FIRST_S", 0.01)
@@ -315,6 +324,12 @@ def test_the_page_is_told_beside_a_server_without_one() -> None:
     assert {ratio.what for ratio in found.ratios if ratio.target} == {view.LOOK, view.SURVEY}
     (grid,) = found.grids
     assert [name for name, _ in grid.lines] == [view.NO_PAGE, *view.LOOKERS]
+
+
+def test_an_original_client_is_told_beside_the_limit_of_its_protocol() -> None:
+    found = original.measure(TINY)
+    assert [row.what for row in found.rows] == [original.PACED, original.LIMIT, original.BARE, original.TCP]
+    assert [each.target for each in found.ratios if each.target] == [original.TARGET]
 
 
 @pytest.mark.parametrize("module", bench.MEASUREMENTS.values())

@@ -17,7 +17,7 @@ import simx_server
 from simx_server.app.doctor import machine
 from simx_server.app.doctor.findings import WARNING
 from simx_server.errors import CommandError
-from simx_server.kinematics.profile import line
+from simx_server.motion_profiles import line
 from simx_server.recording.log_file import MAGIC, LogWriter
 
 NOT_FOR_IMPORT = ("__main__", "python_calls", "python_child", "python_link", "python_confine", "python_guard")

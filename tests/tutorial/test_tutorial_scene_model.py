@@ -185,13 +185,15 @@ def test_names_scripts_ask_for_exist(fresh: Rig, kind: str, names: list[str]) ->
 
 
 def test_every_annotation_names_something_of_the_scene(fresh: Rig) -> None:
+    joints = (mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_TENDON)
     kinds = {
-        "joint": (mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_TENDON),
+        "joint": joints,
         "vision": (mujoco.mjtObj.mjOBJ_CAMERA,),
         "camera": (mujoco.mjtObj.mjOBJ_CAMERA,),
         "proximity": (mujoco.mjtObj.mjOBJ_SITE,),
         "script": (mujoco.mjtObj.mjOBJ_BODY,),
         "model": (mujoco.mjtObj.mjOBJ_BODY,),
+        "object": (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE, *joints),
     }
     found = annotations(fresh.model)
     for annotation in found:

@@ -118,11 +118,14 @@ SCRIPT_FUNCTION = Meaning(
     k.TEXT, "name of a function in the script; `table.name` too", sample="'double'", names="script function"
 )
 SCENE_FILE = Meaning(
-    k.TEXT, "MJCF or URDF file; `x.ttt` loads the scene x", sample="'pioneer_p3dx.ttt'", names="scene file"
+    k.TEXT,
+    "`.ttt`, MJCF or URDF file; without `x.ttt` that name loads the scene x",
+    sample="'pioneer_p3dx.ttt'",
+    names="scene file",
 )
 MODEL_FILE = Meaning(
     k.TEXT,
-    "MJCF, URDF, STL or OBJ file; `x.ttm` loads the model x",
+    "`.ttm`, MJCF, URDF, STL or OBJ file; without `x.ttm` that name loads the model x",
     sample="'models/robots/mobile/pioneer p3dx.ttm'",
     names="model file",
 )

@@ -15,12 +15,15 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import matrix
+from simx_server.scene.geometry.stand_ins import stand_ins
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 Vector = NDArray[np.float64]
+
+_WITH_FORM = (ObjectKind.SHAPE, ObjectKind.OCTREE, ObjectKind.POINT_CLOUD)
 
 
 def of_object(sim: Simulation, handle: int, *, whole_model: bool = False) -> tuple[list[float], list[float]]:
@@ -34,8 +37,10 @@ def of_object(sim: Simulation, handle: int, *, whole_model: bool = False) -> tup
     if item.element == "site" and not whole_model and item.kind == ObjectKind.DUMMY:
         return _of_site(sim.model, item.id)
     handles = {handle, *sim.scene.descendants(handle)} if whole_model else {handle}
-    wanted = {h for h in handles if sim.scene.objects[h].kind == ObjectKind.SHAPE}
-    geoms = [g for g in range(sim.model.ngeom) if sim.scene.owner_of_geom(g, sim.model) in wanted]
+    wanted = [h for h in handles if sim.scene.objects[h].kind in _WITH_FORM]
+    owners = np.array([sim.scene.owner_of_geom(g, sim.model) for g in range(sim.model.ngeom)], np.int64)
+    of_wanted = np.isin(owners, wanted) & ~stand_ins(sim.scene, sim.model, owners)
+    geoms: list[int] = np.flatnonzero(of_wanted).tolist()
     if not geoms:
         raise CommandError(
             f"'{item.name}', a {item.kind.text}, has no extent; shapes have, and dummies that are sites"

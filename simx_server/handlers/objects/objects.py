@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.handlers.registry import handler
+from simx_server.parts.communication.simulator_messages import SELECTION_CHANGED
 from simx_server.scene import properties
 from simx_server.scene.editing import editing
 from simx_server.scene.editing.copying import copy_objects
@@ -88,9 +89,13 @@ def remove_object(world: World, handle: int) -> None:
 
     Differs: objects removed while running return after the stop, as everything else does.
     """
+    objects = world.simulation.scene.objects
     if handle == HANDLE_ALL:
+        world.scripts.of_objects.before_removal(list(objects))
         editing.remove_all(world.simulation)
     else:
+        if handle in objects:
+            world.scripts.of_objects.before_removal([handle])
         editing.remove_object(world.simulation, handle)
         world.object_settings.apply_masks()
 
@@ -98,6 +103,9 @@ def remove_object(world: World, handle: int) -> None:
 @handler("simxRemoveModel")
 def remove_model(world: World, handle: int) -> None:
     """Accept only an object that is marked as a model base."""
+    scene = world.simulation.scene
+    if handle in scene.objects and scene.is_model_base(handle):
+        world.scripts.of_objects.before_removal([handle, *scene.descendants(handle)])
     editing.remove_model(world.simulation, handle)
 
 
@@ -138,4 +146,6 @@ def get_object_selection(world: World) -> list[int]:
 def set_object_selection(world: World, handles: list[int]) -> None:
     """Ignore unknown handles, as V-REP does."""
     known = dict.fromkeys(handle for handle in handles if handle in world.simulation.scene.objects)
+    if world.selection.handles != list(known):
+        world.simulator_messages.post(SELECTION_CHANGED)
     world.selection.handles = list(known)

@@ -18,6 +18,8 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.joints.parameters import READ as JOINT_READ
 from simx_server.joints.parameters import WRITE as JOINT_WRITE
+from simx_server.parts.paths.paths import Follower
+from simx_server.scene.collection import ALL
 from simx_server.scene.editing import editing
 from simx_server.scene.objects import ObjectKind
 
@@ -47,8 +49,15 @@ def _entry(name: str, get: Getter | None, put: Setter | None = None) -> tuple[in
     return number, Entry(name, "intparam" in name, get, put)
 
 
-_LATER = {"objintparam_visible": 36, "jointintparam_dynctrlmode": 2039, "dummyfloatparam_size": 10002}
-"""Parameters of later versions, which scripts pass as numbers."""
+_LATER = {
+    "objintparam_visible": 36,
+    "jointintparam_dynctrlmode": 2039,
+    "dummyintparam_follow_path": 10001,
+    "dummyfloatparam_follow_path_offset": 10002,
+    "dummyfloatparam_size": 10003,
+    "octreefloatparam_voxelsize": 13000,
+}
+"""Parameters that the legacy constants lack, which scripts pass as numbers."""
 
 
 def _only(value: float, why: str) -> tuple[Getter, Setter]:
@@ -122,17 +131,24 @@ _COLOURS, _HANDLES = 0, 2
 """`sim_rendermode_opengl`, `sim_rendermode_colorcoded`, which the legacy constants lack."""
 
 
-def _render_mode(world: World, handle: int) -> float:
+def render_mode(world: World, handle: int) -> float:
+    """Return the render mode of a vision sensor: 0 colours, 2 handles. Raises UnknownHandle, WrongKind."""
     return _HANDLES if world.vision.settings(handle).shows_handles else _COLOURS
 
 
-def _set_render_mode(world: World, handle: int, mode: float) -> None:
+def set_render_mode(world: World, handle: int, mode: float) -> None:
+    """Set the render mode of a vision sensor. Raises UnknownHandle, WrongKind, CommandError: another mode."""
     if mode not in (_COLOURS, _HANDLES):
         raise CommandError(
             f"render mode {mode:g} is not available; give {_COLOURS} for colours, or {_HANDLES} for pixels that are "
             "the handles of what is seen (there are no auxiliary channels, and no other renderers)"
         )
     world.vision.change(handle, shows_handles=mode == _HANDLES)
+
+
+def _entity_to_render(world: World, handle: int) -> float:
+    entity = world.vision.entity(handle)
+    return -1 if entity == ALL else entity
 
 
 _VISION: dict[int, Entry] = dict(
@@ -143,8 +159,12 @@ _VISION: dict[int, Entry] = dict(
         _view("visionintparam_resolution_y", "height"),
         _view("visionfloatparam_perspective_angle", "angle"),
         _view("visionfloatparam_ortho_size", "orthographic_size"),
-        _entry("visionintparam_render_mode", _render_mode, _set_render_mode),
-        _entry("visionintparam_entity_to_render", *_only(-1, "a vision sensor here sees every object")),
+        _entry("visionintparam_render_mode", render_mode, set_render_mode),
+        _entry(
+            "visionintparam_entity_to_render",
+            _entity_to_render,
+            lambda world, handle, value: world.vision.set_entity(handle, ALL if value == -1 else int(value)),
+        ),
     ]
 )
 
@@ -187,6 +207,16 @@ _JOINT: dict[int, Entry] = {
 }
 
 
+def _set_static(world: World, handle: int, value: float) -> None:
+    editing.set_static(world.simulation, handle, bool(value))
+    world.object_settings.apply_masks()
+
+
+def _set_respondable(world: World, handle: int, value: float) -> None:
+    shapes.set_respondable(world.simulation, handle, bool(value))
+    world.object_settings.apply_masks()
+
+
 def _first_velocity(name: str, index: int) -> tuple[int, Entry]:
     return _entry(
         f"shapefloatparam_init_velocity_{name}",
@@ -207,12 +237,12 @@ _SHAPE: dict[int, Entry] = dict(
         _entry(
             "shapeintparam_static",
             lambda world, handle: shapes.is_static(world.simulation, handle),
-            lambda world, handle, value: editing.set_static(world.simulation, handle, bool(value)),
+            _set_static,
         ),
         _entry(
             "shapeintparam_respondable",
             lambda world, handle: shapes.is_respondable(world.simulation, handle),
-            lambda world, handle, value: shapes.set_respondable(world.simulation, handle, bool(value)),
+            _set_respondable,
         ),
         _entry(
             "shapefloatparam_mass",
@@ -252,7 +282,9 @@ _LOOP_CLOSURE = 0
 
 
 def _link_type(world: World, handle: int) -> float:
-    """Return the link type of a site that an equality ties to another."""
+    """Return the type of a dummy's link; a site that an equality of the file ties to another is linked too."""
+    if world.dummy_links.linked(handle) != -1:
+        return world.dummy_links.type(handle)
     sim = world.simulation
     item, model = sim.scene.get(handle), sim.model
     for equality in range(model.neq):
@@ -266,14 +298,49 @@ def _link_type(world: World, handle: int) -> float:
     raise CommandError(f"'{item.name}' is linked to no other dummy")
 
 
+def _follows(world: World, handle: int) -> float:
+    return world.paths.follower(handle) is not None
+
+
+def _set_follows(world: World, handle: int, value: float) -> None:
+    world.paths.set_follower(handle, (world.paths.follower(handle) or Follower()) if value else None)
+
+
+def _offset(world: World, handle: int) -> float:
+    return (world.paths.follower(handle) or Follower()).offset
+
+
+def _set_offset(world: World, handle: int, value: float) -> None:
+    if world.paths.follower(handle) is None:
+        item = world.simulation.scene.get(handle)
+        raise CommandError(f"'{item.name}' does not follow its parent path; set parameter 10001 to 1 first")
+    world.paths.set_follower(handle, Follower(value))
+
+
 _DUMMY: dict[int, Entry] = dict(
     [
-        _entry("dummyintparam_link_type", _link_type),
+        _entry("dummyintparam_follow_path", _follows, _set_follows),
+        _entry("dummyfloatparam_follow_path_offset", _offset, _set_offset),
+        _entry(
+            "dummyintparam_link_type",
+            _link_type,
+            lambda world, handle, value: world.dummy_links.set_type(handle, int(value)),
+        ),
         _entry(
             "dummyfloatparam_size",
             lambda world, handle: editing.dummy_size(world.simulation, handle),
             lambda world, handle, value: editing.set_dummy_size(world.simulation, handle, value),
         ),
+    ]
+)
+
+_OCTREE: dict[int, Entry] = dict(
+    [
+        _entry(
+            "octreefloatparam_voxelsize",
+            lambda world, handle: world.clouds.settings(handle).voxel,
+            lambda world, handle, value: world.clouds.set_voxel_size(handle, value),
+        )
     ]
 )
 
@@ -286,12 +353,12 @@ _BY_KIND: Mapping[ObjectKind, dict[int, Entry]] = MappingProxyType(
         ObjectKind.CAMERA: _CAMERA,
         ObjectKind.LIGHT: _LIGHT,
         ObjectKind.DUMMY: _DUMMY,
+        ObjectKind.OCTREE: _OCTREE,
     }
 )
 
 REFUSED: Mapping[int, str] = MappingProxyType(
     {
-        c.sim_jointfloatparam_ik_weight: "nothing here computes inverse kinematics, so a joint has no weight in it",
         c.sim_objintparam_child_role: "assembly is not available",
         c.sim_objintparam_parent_role: "assembly is not available",
         c.sim_objintparam_manipulation_permissions: "there is no mouse to drag objects with",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.scene.editing import welding
 from simx_server.scene.editing.model_changes import undone_on_failure
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.respondable import collect_masks, compile_hulls
@@ -19,11 +20,14 @@ _LEAST_MASS = 1e-9
 def is_static(sim: Simulation, handle: int) -> bool:
     """Return whether the shape moves only with its parent: it has no own joint, free or other.
 
-    Shapes held by a force sensor count as dynamic, as in V-REP. `scene.editing.set_static` sets the property.
+    Shapes that a force sensor or a joint's own body holds count as dynamic, as in V-REP. `scene.editing.set_static`
+    sets the property.
     """
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
     if item.element != "body":
         return True
+    if welding.holding_joint(sim, item) is not None:
+        return not welding.is_held_link(sim, item)
     return sim.model.body_jntnum[item.id] == 0 and item.element_name not in sim.scene.welded_bodies
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.handlers.files import FILE_IS_ON_CLIENT, file_to_load
+from simx_server.handlers.loading import FILE_IS_ON_CLIENT, file_to_load
 from simx_server.handlers.registry import handler
 from simx_server.parts.user_interface.custom_ui_files import find_ui_file
 from simx_server.runtime.background import Steps

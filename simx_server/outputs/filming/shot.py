@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.sensors.vision.futures import then
 from simx_server.sensors.vision.image import CameraView, Viewpoint
-from simx_server.sensors.vision.vision_sensors import then
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -124,6 +124,7 @@ class Shot:
                 background=PAPER,
                 orthographic_size=fovy * max(1.0, width / height) if eye.orthographic else None,
                 viewpoint=self._viewpoint[1],
+                is_users=True,
             )
         except ValueError as problem:
             raise CommandError(f"the scene's overview cannot be pictured: {problem}") from None

@@ -10,7 +10,7 @@ import cv2
 
 from simx_server.errors import CommandError
 from simx_server.outputs.filming.shot import LONGEST_WAIT, Pixels, Shot
-from simx_server.sensors.vision.vision_sensors import then
+from simx_server.sensors.vision.futures import then
 
 from .mcap_file import McapWriter
 from .messages import plain, set_time

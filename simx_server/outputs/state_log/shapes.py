@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
+from simx_server.sensors.vision.visibility import USERS_GROUP, VISIBLE_GROUPS
 
 from .messages import plain
 
@@ -23,6 +23,8 @@ PLANE = 10.0
 
 _THIN = 0.001
 _GEOM = mujoco.mjtGeom
+
+SEEN_BY_USERS = (*VISIBLE_GROUPS, USERS_GROUP)
 
 
 def scene_update(sim: Simulation, root: str, update: Any) -> Any:
@@ -37,7 +39,7 @@ def scene_update(sim: Simulation, root: str, update: Any) -> Any:
         body = int(model.geom_bodyid[geom])
         handle = sim.scene.by_element("body", body)
         is_placed = body == 0 or handle is not None
-        if not is_placed or int(model.geom_group[geom]) not in VISIBLE_GROUPS or not _colour(model, geom)[3]:
+        if not is_placed or int(model.geom_group[geom]) not in SEEN_BY_USERS or not _colour(model, geom)[3]:
             continue
         if body not in entities:
             frame = root if handle is None else plain(sim.scene.get(handle).name)

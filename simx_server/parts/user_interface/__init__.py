@@ -1,4 +1,4 @@
-"""The user interface of programs: status bar, consoles, dialogs, custom UIs.
+"""The user interface of programs: status bar, consoles, dialogs, custom UIs, windows made from XML.
 
 The server does not have a window. The state is kept and logged, and `UserInterface.describe` returns it to programs
 that show it.
@@ -22,9 +22,13 @@ from .consoles import Consoles
 from .custom_ui_files import UIFileError, find_ui_file, read_ui_file
 from .custom_uis import CustomUI, CustomUIs
 from .dialogs import Dialogs
+from .old_uis import OldUIs
+from .views import Views
+from .xml_uis.windows import Windows
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
+    from simx_server.scene.editing.twins import Twins
     from simx_server.scene.trial.trials import Trials
     from simx_server.world.simulation import Simulation
 
@@ -42,13 +46,19 @@ class UserInterface(Part):
         self._trials = trials
         self.consoles = Consoles(sim)
         self.custom_uis = CustomUIs(sim)
+        self.old_uis = OldUIs(sim, self.custom_uis)
         self.dialogs = Dialogs(sim, self.custom_uis)
+        self.windows = Windows(sim)
+        self.views = Views(sim)
         self.mouse = (0, 0, 0)
         """x and y in pixels and the pressed buttons as bits, last reported by a web viewer; parameters 22, 23, 31."""
 
     def scene_changed(self) -> None:
         self.consoles.scene_changed()
         self.custom_uis.scene_changed()
+        self.old_uis.forget()
+        self.windows.scene_changed()
+        self.views.scene_changed()
 
     def run_stopped(self) -> None:
         self.consoles.run_stopped()
@@ -56,6 +66,9 @@ class UserInterface(Part):
 
     def scene_loaded(self) -> None:
         self._load_annotated()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self.old_uis.update()
 
     def load(self, file: str) -> Steps[list[int]]:
         """Load the custom UIs of a file and return their handles in the file's order.
@@ -80,6 +93,7 @@ class UserInterface(Part):
             "consoles": self.consoles.describe(),
             "dialogs": self.dialogs.describe(),
             "custom_uis": self.custom_uis.describe(),
+            "windows": self.windows.describe(),
         }
 
     def _load_annotated(self) -> None:

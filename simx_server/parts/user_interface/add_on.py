@@ -15,6 +15,9 @@ click         UI, button                             press and release a button
 moveSlider    UI, slider, 0..1000                    drag a slider
 typeText      UI, edit box                  text     replace the text of an edit box
 closeConsole  console                                close a console that its program lets people close
+pressWidget   window, widget                         click a button, check box or radio button of a window of simUI
+enterValue    window, widget                text     enter a number or a text into any other widget
+closeWindow   window                                 close a window that its program lets people close
 ============  ============================  =======  ====================================================
 """
 
@@ -47,6 +50,9 @@ class UserInterfaceAddOn:
                 "moveSlider": (3, 0, self._move_slider),
                 "typeText": (2, 0, self._type_text),
                 "closeConsole": (1, 0, self._close_console),
+                "pressWidget": (2, 0, self._press_widget),
+                "enterValue": (2, 0, self._enter_value),
+                "closeWindow": (1, 0, self._close_window),
             },
         )
 
@@ -77,6 +83,17 @@ class UserInterfaceAddOn:
         if not strings:
             raise CommandError(f"typeText of the add-on {NAME} needs the text as its first string")
         self._interface.custom_uis.type_text(ints[0], ints[1], strings[0])
+
+    def _press_widget(self, ints: list[int], strings: list[str]) -> None:
+        self._interface.windows.press(*ints)
+
+    def _enter_value(self, ints: list[int], strings: list[str]) -> None:
+        if not strings:
+            raise CommandError(f"enterValue of the add-on {NAME} needs the value as its first string")
+        self._interface.windows.enter(ints[0], ints[1], strings[0])
+
+    def _close_window(self, ints: list[int], strings: list[str]) -> None:
+        self._interface.windows.close(ints[0])
 
     def _close_console(self, ints: list[int], strings: list[str]) -> None:
         self._interface.consoles.close_by_user(ints[0])

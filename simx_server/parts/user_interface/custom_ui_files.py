@@ -14,6 +14,10 @@
 
 ``enabled = false`` greys an element out; ``down_label`` is for a button that stays down. JSON has the same keys:
 ``{"ui": [{"name": ..., "element": [...]}]}``.
+
+Further keys hold what V-REP knows of a UI: its sim_ui_property_ bits (``properties``), its columns and rows
+(``size``); of an element its sim_buttonproperty_ bits in place of kind and flags (``property``), and three colours, RGB
+0..1 (``colors``): of the background when it is up, when it is down, and of the label.
 """
 
 from __future__ import annotations
@@ -32,8 +36,9 @@ from simx_client.protocol.files import UI_SUFFIXES as SUFFIXES
 from simx_client.protocol.files import VREP_UI_SUFFIX as VREP_SUFFIX
 from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
+from simx_server.scene.formats.texts.old_uis import FLAGS, KINDS, MAX_ELEMENTS, MAX_PROPERTIES, check_property
 
-from .custom_uis import FLAGS, KINDS, MAX_SLIDER, CustomUI, Element
+from .custom_uis import MAX_LABEL, MAX_SLIDER, VISIBLE, Color, CustomUI, Element
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -44,11 +49,11 @@ logger = logging.getLogger(__name__)
 MAX_FILE = 1 << 20
 """Size in bytes of the largest file that is read."""
 
-MAX_ELEMENTS = 1000
-"""Most elements of one UI."""
-
-_UI_KEYS = ("name", "title", "element")
-_ELEMENT_KEYS = ("id", "kind", "label", "down_label", "position", "enabled", "flags", "place")
+_UI_KEYS = ("name", "title", "element", "properties", "size")
+_ELEMENT_KEYS = (
+    *("id", "kind", "label", "down_label", "position", "enabled", "flags", "place"),
+    *("property", "colors"),
+)
 
 _Value = None | bool | int | float | str | date | time | list[Any] | dict[str, Any]
 """A value of a JSON or TOML file."""
@@ -114,6 +119,17 @@ def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
     ]
 
 
+def read_ui_text(name: str, text: str) -> CustomUI:
+    """Return the UI of an annotation `simx:old_ui:NAME`.
+
+    Raises:
+        UIFileError: a value in it is invalid.
+    """
+    content: Any = json.loads(text)  # the annotation was parsed before
+    given = _table(content, f"UI '{name}'", (*_UI_KEYS, "object"))
+    return _ui({key: value for key, value in {**given, "name": name}.items() if key != "object"}, "its text")
+
+
 def _ui(entry: Any, where: str) -> CustomUI:
     table = _table(entry, where, _UI_KEYS)
     name = _get(table, "name", where, _text)
@@ -128,7 +144,13 @@ def _ui(entry: Any, where: str) -> CustomUI:
         if element.id in elements:
             raise UIFileError(f"{where} ('{name}') has two elements with id {element.id}")
         elements[element.id] = element
-    return CustomUI(name, _get(table, "title", where, _text, name), elements)
+    return CustomUI(
+        name,
+        _get(table, "title", where, _text, name),
+        elements,
+        properties=_get(table, "properties", where, _properties, VISIBLE),
+        size=_get(table, "size", where, _size, (1, 1)),
+    )
 
 
 def _element(entry: Any, where: str) -> Element:
@@ -138,6 +160,7 @@ def _element(entry: Any, where: str) -> Element:
         prop |= flag
     if _get(table, "enabled", where, _bool, True):
         prop |= c.sim_buttonproperty_enabled
+    prop = _get(table, "property", where, _property, prop)
     number = _get(table, "id", where, _int32)
     if number is None:
         raise UIFileError(f"{where} needs an id, a whole number")
@@ -148,6 +171,7 @@ def _element(entry: Any, where: str) -> Element:
         _get(table, "down_label", where, _text, ""),
         _get(table, "position", where, _position, 0),
         _get(table, "place", where, _place),
+        _get(table, "colors", where, _colors, [None, None, None]),
     )
 
 
@@ -179,7 +203,7 @@ def _get(table: dict[str, Any], key: str, where: str, read: Callable[[Any], Any]
 def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError("a text")
-    return value
+    return value[:MAX_LABEL]
 
 
 def _bool(value: Any) -> bool:
@@ -210,6 +234,41 @@ def _flags(value: _Value) -> list[int]:
     if not isinstance(value, list) or not all(isinstance(flag, str) and flag in FLAGS for flag in value):
         raise ValueError(f"a list of {', '.join(FLAGS)}")
     return [FLAGS[flag] for flag in value]
+
+
+def _property(value: Any) -> int:
+    number = _int32(value)
+    try:
+        check_property(number)
+    except CommandError as problem:
+        raise ValueError(str(problem)) from None
+    return number
+
+
+def _properties(value: Any) -> int:
+    if type(value) is not int or not 0 <= value <= MAX_PROPERTIES:
+        raise ValueError("a whole number made of the sim_ui_property_ bits")
+    return value
+
+
+def _size(value: _Value) -> tuple[int, int]:
+    if not isinstance(value, list) or len(value) != 2 or not all(type(cell) is int for cell in value):
+        raise ValueError("two whole numbers: columns, rows")
+    return value[0], value[1]
+
+
+def _colors(value: _Value) -> list[Color | None]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("three colours: up, down, label")
+    return [None if each is None else _color(each) for each in value]
+
+
+def _color(value: _Value) -> Color:
+    if isinstance(value, list) and len(value) == 3:
+        parts = [float(part) for part in value if isinstance(part, int | float) and 0 <= part <= 1]
+        if len(parts) == 3:
+            return parts[0], parts[1], parts[2]
+    raise ValueError("red, green and blue from 0 to 1")
 
 
 def _place(value: _Value) -> list[int]:

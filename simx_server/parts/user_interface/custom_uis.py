@@ -14,6 +14,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.scene.formats.texts.old_uis import (
+    FLAGS,
+    MAX_ELEMENTS,
+    MAX_PROPERTIES,
+    check_property,
+    kind_of,
+)
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
@@ -29,32 +36,10 @@ MAX_SLIDER = 1000
 MAX_LABEL = 10_000
 """Most characters of a label or of typed text; longer texts are cut."""
 
-KINDS = {
-    "button": c.sim_buttonproperty_button,
-    "label": c.sim_buttonproperty_label,
-    "slider": c.sim_buttonproperty_slider,
-    "editbox": c.sim_buttonproperty_editbox,
-}
-"""Kinds of elements by the lowest bits of an element's property."""
+VISIBLE = c.sim_ui_property_visible | c.sim_ui_property_moveable
+"""Properties of a UI for which none are given."""
 
-FLAGS = {
-    "staydown": c.sim_buttonproperty_staydown,
-    "enabled": c.sim_buttonproperty_enabled,
-    "borderless": c.sim_buttonproperty_borderless,
-    "horizontallycentered": c.sim_buttonproperty_horizontallycentered,
-    "ignoremouse": c.sim_buttonproperty_ignoremouse,
-    "isdown": c.sim_buttonproperty_isdown,
-    "transparent": c.sim_buttonproperty_transparent,
-    "nobackgroundcolor": c.sim_buttonproperty_nobackgroundcolor,
-    "rollupaction": c.sim_buttonproperty_rollupaction,
-    "closeaction": c.sim_buttonproperty_closeaction,
-    "verticallycentered": c.sim_buttonproperty_verticallycentered,
-    "downupevent": c.sim_buttonproperty_downupevent,
-}
-
-_KIND_MASK = 0b111
-_ALL_FLAGS = sum(FLAGS.values())
-_KIND_NAMES = {number: name for name, number in KINDS.items()}
+Color = tuple[float, float, float]
 
 
 class Event(NamedTuple):
@@ -78,10 +63,12 @@ class Element:
     """Position of a slider, 0..1000."""
     place: list[int] | None = None
     """[column, row, columns, rows] in the grid of the UI; None: after the previous element."""
+    colors: list[Color | None] = field(default_factory=lambda: [None, None, None])
+    """RGB 0..1 of the background when it is up, when it is down, and of the label; None: the default of the viewer."""
 
     @property
     def kind(self) -> str:
-        return _KIND_NAMES[self.prop & _KIND_MASK]
+        return kind_of(self.prop)
 
     def has(self, flag: int) -> bool:
         return bool(self.prop & flag)
@@ -95,12 +82,32 @@ class CustomUI:
     title: str
     elements: dict[int, Element]
     handle: int = 0
-    is_open: bool = True
-    """False after a button with the close action was used; the program's functions still work."""
-    is_rolled_up: bool = False
+    properties: int = VISIBLE
+    """sim_ui_property_ bits."""
+    size: tuple[int, int] = (1, 1)
+    """Columns and rows."""
+    position: tuple[int, int] = (0, 0)
+    """In pixels; kept for the program."""
     events: deque[Event] = field(default_factory=lambda: deque(maxlen=MAX_EVENTS))
     on_click: Callable[[int], None] | None = None
     """Function called with the id of a button that was clicked."""
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether it was neither closed by a button with the close action nor hidden by its program, whose
+        functions work in any case.
+        """
+        return bool(self.properties & c.sim_ui_property_visible)
+
+    @property
+    def is_rolled_up(self) -> bool:
+        return bool(self.properties & c.sim_ui_property_rolledup)
+
+    def is_shown(self, *, is_running: bool) -> bool:
+        """Return whether people can see and use it now."""
+        return self.is_open and (
+            is_running or not self.properties & c.sim_ui_property_visibleduringsimulationonly
+        )
 
     def element(self, element_id: int, *kinds: str) -> Element:
         """Return an element, of one of these kinds if any are given. Raises CommandError."""
@@ -175,12 +182,33 @@ class CustomUIs(Part):
     def set_property(self, handle: int, element_id: int, prop: int) -> None:
         """Set all property bits at once, including the kind. Raises CommandError."""
         element = self.get(handle).element(element_id)
-        if prop & _KIND_MASK not in _KIND_NAMES or prop & ~(_KIND_MASK | _ALL_FLAGS):
-            raise CommandError(
-                f"{prop:#x} is no property of a button; it is made of the sim_buttonproperty_ bits: "
-                f"one of {', '.join(KINDS)}, and any of {', '.join(FLAGS)}"
-            )
+        check_property(prop)
         element.prop = prop
+
+    def set_properties(self, handle: int, properties: int) -> None:
+        """Set all sim_ui_property_ bits of a UI. Raises CommandError."""
+        if not 0 <= properties <= MAX_PROPERTIES:
+            raise CommandError(f"{properties} is not made of the sim_ui_property_ bits")
+        self.get(handle).properties = properties
+
+    def add_element(self, handle: int, prop: int, place: list[int]) -> int:
+        """Add an element to a UI and return its id, the first that is free.
+
+        Raises:
+            CommandError: no such UI, no such property, or too many elements.
+        """
+        ui = self.get(handle)
+        check_property(prop)
+        if len(ui.elements) >= MAX_ELEMENTS:
+            raise CommandError(f"UI '{ui.name}' has {MAX_ELEMENTS} buttons already; a UI cannot have more")
+        number = next(each for each in range(len(ui.elements) + 1) if each not in ui.elements)
+        ui.elements[number] = Element(number, prop, place=place)
+        return number
+
+    def set_colors(self, handle: int, element_id: int, colors: list[Color | None]) -> None:
+        """Set the colours of an element that are not None, in the order of `Element.colors`. Raises CommandError."""
+        element = self.get(handle).element(element_id)
+        element.colors = [new or old for new, old in zip(colors, element.colors, strict=True)]
 
     def set_label(self, handle: int, element_id: int, up: str, down: str) -> None:
         """Set the labels of an element. Raises CommandError."""
@@ -209,9 +237,9 @@ class CustomUIs(Part):
             if button.has(c.sim_buttonproperty_downupevent):
                 ui.events.append(Event(button.id, button.prop, 0))
         if button.has(c.sim_buttonproperty_rollupaction):
-            ui.is_rolled_up = not ui.is_rolled_up
+            ui.properties ^= c.sim_ui_property_rolledup
         if button.has(c.sim_buttonproperty_closeaction):
-            ui.is_open = False
+            ui.properties &= ~c.sim_ui_property_visible
         if ui.on_click is not None:
             ui.on_click(button.id)
 
@@ -234,7 +262,7 @@ class CustomUIs(Part):
                 "handle": ui.handle,
                 "name": ui.name,
                 "title": ui.title,
-                "visible": ui.is_open,
+                "visible": ui.is_shown(is_running=self._sim.is_running),
                 "rolled_up": ui.is_rolled_up,
                 "elements": [
                     {
@@ -245,6 +273,7 @@ class CustomUIs(Part):
                         "down_label": element.down_label,
                         "position": element.position,
                         "place": element.place,
+                        "colors": element.colors,
                     }
                     for element in ui.elements.values()
                 ],
@@ -257,6 +286,8 @@ class CustomUIs(Part):
         element = ui.element(element_id, kind)
         if not ui.is_open:
             raise CommandError(f"UI '{ui.name}' is closed, so nothing on it can be used")
+        if not ui.is_shown(is_running=self._sim.is_running):
+            raise CommandError(f"UI '{ui.name}' is there only during a simulation; start it first")
         if not element.has(c.sim_buttonproperty_enabled) or element.has(c.sim_buttonproperty_ignoremouse):
             raise CommandError(f"{kind} {element_id} of UI '{ui.name}' cannot be used: it is not enabled")
         return ui, element

@@ -47,6 +47,14 @@ _STYLES: dict[int, tuple[str, tuple[str, ...]]] = {
 """Name and buttons of each style; a plain message has no buttons and stays until it is ended."""
 
 
+_CLOSED = {
+    c.sim_dlgstyle_input: c.sim_dlgret_cancel,
+    c.sim_dlgstyle_ok_cancel: c.sim_dlgret_cancel,
+    c.sim_dlgstyle_yes_no: c.sim_dlgret_no,
+}
+"""Result of a modal dialog without an answer, by style; of other styles it is OK."""
+
+
 @dataclass
 class Dialog:
     """One dialog; ``result`` is sim_dlgret_still_open until it is answered."""
@@ -60,11 +68,19 @@ class Dialog:
     """RGB of the background, then of the text, 0..1; None: the default of the web viewer."""
     dialog_colors: list[float] | None
     ui: CustomUI
+    is_modal: bool = False
+    """Whether its program does not wait for the answer, as it would have in V-REP: see `read_result`."""
     result: int = c.sim_dlgret_still_open
 
     @property
     def is_open(self) -> bool:
         return self.result == c.sim_dlgret_still_open
+
+    def read_result(self) -> int:
+        """Return the result for the program. An open modal dialog counts as closed without a choice."""
+        if self.is_open and self.is_modal:
+            return _CLOSED.get(self.style, c.sim_dlgret_ok)
+        return self.result
 
     @property
     def buttons(self) -> tuple[str, ...]:

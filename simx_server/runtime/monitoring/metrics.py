@@ -11,7 +11,7 @@ import threading
 import time
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import accumulate
 from typing import NamedTuple
@@ -190,6 +190,9 @@ class Metrics:
         self.command_times: dict[str, Histogram] = {}
         """By command name: time on the physics thread, for calls and streams alike."""
 
+        self.more_commands: Container[str] = ()
+        """Names of calls that another protocol brings, beside the table's commands."""
+
         self.failures: dict[str, Failures] = {}
         self._failing = threading.Lock()
         """For `failed` alone, which the render thread uses too."""
@@ -207,7 +210,7 @@ class Metrics:
         """Record how many seconds a command has kept the physics thread, and how many times."""
         histogram = self.command_times.get(command)
         if histogram is None:
-            name = command if command in ANSWERED else UNKNOWN
+            name = command if command in ANSWERED or command in self.more_commands else UNKNOWN
             histogram = self.command_times.setdefault(name, Histogram())
         histogram.add(seconds, times)
 
@@ -222,7 +225,7 @@ class Metrics:
 
     def failed(self, command: str, text: str, *, is_internal: bool = False) -> None:
         """Record that a call ended in an error, with an empty text for a silent one. Any thread."""
-        name = command if command in ANSWERED else UNKNOWN
+        name = command if command in ANSWERED or command in self.more_commands else UNKNOWN
         with self._failing:
             failures = self.failures.setdefault(name, Failures())
             if text:

@@ -1,4 +1,4 @@
-"""Copy objects as V-REP's copy and paste does: whole models, other objects alone.
+"""Copy objects as V-REP's copy and paste does: whole models, or objects alone.
 
 The chosen objects are extracted from the scene's spec together with the elements that act on them, prepared, and added
 to the scene. Joints, motors, sensors, tendons and equalities between copied objects therefore work in the copy;
@@ -10,7 +10,8 @@ top of the tree.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -21,13 +22,16 @@ from simx_server.scene.editing.extracting import extract
 from simx_server.scene.editing.grafting import Element, Graft, graft
 from simx_server.scene.editing.transplant import move_body, move_leaf
 from simx_server.scene.editing.welding import body_name, start_pose
+from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.geometry.placing import body_pose, element_pose, free_joint
 from simx_server.scene.geometry.poses import compose, inverse
+from simx_server.scene.objects import ObjectKind
 from simx_server.scene.registered import concerned
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.scene.live import LiveScene
+    from simx_server.scene.objects import Scene
     from simx_server.world.world import World
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
@@ -35,23 +39,35 @@ _CARRIER_MASS = 1e-3
 """Mass in kg of the body that replaces a copied joint's missing child, and its inertia in kg m^2."""
 
 
-def copy_objects(world: World, handles: list[int]) -> list[int]:
-    """Copy objects, stopped or running; return the handle of each copy, of a model only its base's.
+@dataclass(frozen=True)
+class Kept:
+    """Settings that copies share with their originals."""
+
+    models: bool = True
+    """A model base is copied with all below it."""
+    scripts: bool = True
+    data: bool = True
+    """Custom data."""
+    references: bool = True
+    """References of objects to others (sim.setReferencedHandles)."""
+    textures: bool = True
+
+
+def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> list[int]:
+    """Copy objects, stopped or running; return the handle of each copy, of a whole model only its base's.
 
     Unknown handles are skipped. Raises CommandError when MuJoCo cannot represent the result.
     """
     sim = world.simulation
+    kept = kept or Kept()
+    world.scripts.of_objects.before_copy(_chosen(sim.scene, handles, kept)[1])
     scene = sim.scene
-    wanted = [handle for handle in dict.fromkeys(handles) if handle in scene.objects]
-    models = [handle for handle in wanted if scene.is_model_base(handle)]
-    inside = {below for base in models for below in scene.descendants(base)}
-    shown = [handle for handle in wanted if handle not in inside]
-    chosen = set(shown).union(inside)
+    shown, chosen = _chosen(scene, handles, kept)
     if not chosen:
         return []
     sim.refresh()
     pruned = _Pruned(world, chosen)
-    added = graft(world, pruned.graft())
+    added = graft(world, pruned.graft(kept))
     items = {handle: scene.objects[handle] for handle in sorted(chosen)}
     copies = {
         handle: added[item.element, item.element_name]
@@ -64,13 +80,30 @@ def copy_objects(world: World, handles: list[int]) -> list[int]:
     for handle, copy in copies.items():
         if handle in scene.model_properties:
             sim.scene.set_model_property(copy, scene.model_properties[handle])
+    if not kept.textures:
+        _color_plainly(sim, copies)
     properties.apply(sim)
     sim.joints.copy_settings(copies)
     world.vision.copy_settings(copies)
     world.object_settings.copy_settings(copies)
-    world.custom_data.copy(copies)
+    world.paths.copy_settings(copies)
+    world.clouds.copy_settings(copies)
+    world.custom_data.copy(copies, data=kept.data, references=kept.references)
+    world.scripts.of_objects.copied(sorted(chosen))
     sim.changed()
     return [copies[handle] for handle in shown if handle in copies]
+
+
+def _chosen(scene: Scene, handles: list[int], kept: Kept) -> tuple[list[int], set[int]]:
+    """Return the objects whose copies are returned, and all that are copied."""
+    wanted = [handle for handle in dict.fromkeys(handles) if handle in scene.objects]
+    models = [handle for handle in wanted if kept.models and scene.is_model_base(handle)]
+    inside = {below for base in models for below in scene.descendants(base)}
+    shown = [handle for handle in wanted if handle not in inside]
+    chosen = set(shown).union(inside)
+    if not kept.scripts:
+        chosen = {handle for handle in chosen if scene.objects[handle].kind != ObjectKind.SCRIPT}
+    return shown, chosen
 
 
 class _Pruned:
@@ -90,15 +123,24 @@ class _Pruned:
             if not whole:
                 self._make_carrier(sim.model.body(body).name)
 
-    def graft(self) -> Graft:
+    def graft(self, kept: Kept) -> Graft:
         """Return the remaining spec, ready to be added."""
+        if not kept.textures:
+            _strip_textures(self.spec, self.sim.scene.spec.materials)
+        dropped = set[str]() if kept.scripts else set(SCRIPT_NOTES)
+        if not kept.data:
+            dropped.add("data")
         scene = self.sim.scene
         bodies = {body.name for body in self.spec.bodies}
         placed = {name for array, name in self.moved if array == "body_"}
         return Graft(
             spec=self.spec,
             names={(item.element, item.element_name): item.name for item in self.items},
-            annotations={item.name: dict(item.annotations) for item in self.items if item.annotations},
+            annotations={
+                item.name: {kind: note for kind, note in item.annotations.items() if kind not in dropped}
+                for item in self.items
+                if item.annotations
+            },
             registered=_concerning(self.world, {item.name for item in self.items}),
             copies=True,
             moved=self.moved,
@@ -202,6 +244,27 @@ class _Pruned:
         self.carriers.add(name)
 
 
+def _strip_textures(spec: mujoco.MjSpec, materials: Iterable[Any]) -> None:
+    """Take the textured materials from the shapes of a spec."""
+    textured = {material.name for material in materials if any(material.textures)}
+    for geom in spec.geoms:
+        if geom.material in textured:
+            geom.material = ""
+
+
+def _color_plainly(sim: LiveScene, copies: Mapping[int, int]) -> None:
+    """Give copied shapes that lost a textured material its plain colour."""
+    model, objects = sim.model, sim.scene.objects
+    for original, copy in copies.items():
+        if objects[original].element != "body":
+            continue
+        first, other = (int(model.body_geomadr[objects[handle].id]) for handle in (original, copy))
+        for index in range(int(model.body_geomnum[objects[original].id])):
+            material = int(model.geom_matid[first + index])
+            if material >= 0 and model.geom_matid[other + index] < 0:
+                model.geom_rgba[other + index] = model.mat_rgba[material]
+
+
 def _let_fall(body: Any) -> None:
     """Remove the gravity compensation from a body and all fixed to it: only its motors had made it weightless."""
     body.gravcomp = 0.0
@@ -217,6 +280,7 @@ def _concerning(world: World, objects: Collection[str]) -> dict[str, dict[str, A
         "collision": world.meters.collisions.names(),
         "distance": world.meters.distances.names(),
         "ik": world.ik_groups.names(),
+        "old_ui": world.user_interface.old_uis.names(),
     }
     present = world.simulation.scene.annotations.registered
     return concerned(

@@ -27,7 +27,14 @@ from simx_server.errors import CommandError
 from simx_server.scene import properties
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.transplant import delete, delete_all, find_body, move_leaf
-from simx_server.scene.editing.welding import body_name, body_under, is_link, move_body_object, set_static
+from simx_server.scene.editing.welding import (
+    body_name,
+    body_under,
+    holding_joint,
+    is_link,
+    move_body_object,
+    set_static,
+)
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.geometry.placing import (
     body_pose,
@@ -116,7 +123,8 @@ def remove_object(sim: LiveScene, handle: int) -> None:
     item = sim.scene.get(handle)
     children = sim.scene.children(handle)
     body = sim.model.body(item.body).name
-    hollow = item.element == "body" and (bool(children) or is_link(sim, item.id))
+    is_held = holding_joint(sim, item) is not None
+    hollow = item.element == "body" and (bool(children) or is_link(sim, item.id) or is_held)
     start = _pose_in_parent(sim, item.body)
 
     def surgery(spec: mujoco.MjSpec) -> None:
@@ -274,6 +282,8 @@ def _hollow_out(sim: LiveScene, spec: mujoco.MjSpec, item: SceneObject) -> None:
     model, body = sim.model, spec.body(item.element_name)
     for geom in list(body.geoms):
         delete(spec, "geom", geom.name)
+    if model.body_mass[item.id] == 0:  # static: the spec has its mass
+        return
     body.explicitinertial = True
     body.mass = float(model.body_mass[item.id])
     body.inertia[:] = model.body_inertia[item.id]

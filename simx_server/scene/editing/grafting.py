@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,6 @@ from simx_server.scene.tree import GRAFT_END, Addition
 from simx_server.world import physics_warnings
 
 if TYPE_CHECKING:
-    from simx_server.scene.objects import Scene
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
@@ -44,7 +43,7 @@ class Graft:
     registered: Mapping[str, Mapping[str, Annotation]] = field(
         default_factory=dict[str, Mapping[str, Annotation]]
     )
-    """Collections, collision and distance objects and IK groups in the spec: per kind, by name."""
+    """Collections, collision and distance objects, IK groups and old custom UIs of the spec: per kind, by name."""
     copies: bool = False
     """Whether each element has the name of one in the scene, whose state it takes over."""
     moved: Collection[Element] = ()
@@ -96,10 +95,12 @@ def graft(world: World, addition: Graft) -> dict[Element, int]:
             annotations={names[old]: renamed(note, names) for old, note in addition.annotations.items()},
             copies=addition.copies,
             hidden=frozenset(prefix + name for name in addition.hidden),
+            registered={
+                kind: {names[name]: renamed_registered(note, names) for name, note in notes.items()}
+                for kind, notes in addition.registered.items()
+            },
         ),
     )
-    if addition.registered:
-        _register(sim.scene, addition.registered, names)
     if addition.copies:
         for (name, array), value in scene.withheld.items():
             if mujoco.mj_name2id(sim.model, mujoco.mjtObj.mjOBJ_GEOM, prefix + name) >= 0:
@@ -121,16 +122,8 @@ def _names(world: World, addition: Graft) -> dict[str, str]:
     if addition.registered:
         meters = world.meters.collisions, world.meters.distances, world.ik_groups
         taken = taken | {name for each in (world.collections, *meters) for name in each.names()}
+        taken |= {ui.name for ui in world.user_interface.custom_uis}
     return copy_names(wanted, taken)
-
-
-def _register(scene: Scene, added: Mapping[str, Mapping[str, Annotation]], names: Mapping[str, str]) -> None:
-    """Add entries to the registered ones. The old mapping is not changed: the stop may restore it."""
-    registered = {kind: dict(notes) for kind, notes in scene.annotations.registered.items()}
-    for kind, notes in added.items():
-        for name, note in notes.items():
-            registered.setdefault(kind, {})[names[name]] = renamed_registered(note, names)
-    scene.annotations = replace(scene.annotations, registered=registered)
 
 
 def _strip(spec: mujoco.MjSpec) -> None:

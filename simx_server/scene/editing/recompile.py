@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from simx_server.errors import CommandError
 from simx_server.scene.editing.successor import succeed
 from simx_server.scene.editing.transfer import carry_over
 from simx_server.scene.editing.twins import Names, Twins
-from simx_server.scene.formats.loader import SceneError, compile_spec
+from simx_server.scene.formats.loader import SceneError, compile_spec, take_weight
 from simx_server.scene.tree import Addition
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ def edit(
     hidden: str | None = None,
     weightless: set[str] | None = None,
     added: Addition | None = None,
+    reweighed: Collection[str] = (),
 ) -> None:
     """Operate on a copy of the spec, compile it, carry the state over. A failure leaves all as it was.
 
@@ -44,6 +45,7 @@ def edit(
         welded, weightless: the scene's sets of these names from now on.
         hidden: name of one more body without an object.
         added: the spec that the surgery adds.
+        reweighed: names of bodies whose mass and inertia the surgery sets.
     """
     sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
     sim.refresh()
@@ -61,9 +63,13 @@ def edit(
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
     # A body that only replaces a copy's missing link keeps its given weight.
-    reweighed = (old.weightless_bodies ^ weights) | (added.hidden if added is not None else set[str]())
-    differs = carry_over(sim.model, sim.data, model, data, twins, moved, reweighed, copies)
-    differs |= _take_weight(model, weights)
+    own_weight = {
+        *reweighed,
+        *(old.weightless_bodies ^ weights),
+        *(added.hidden if added is not None else ()),
+    }
+    differs = carry_over(sim.model, sim.data, model, data, twins, moved, own_weight, copies)
+    differs |= take_weight(model, weights)
     if differs:
         # Compute the solver's values from masses and places: the carried ones differ from the compiled ones.
         try:
@@ -74,7 +80,15 @@ def edit(
     annotations, names = old.annotations, None
     if added is not None:
         hidden_bodies |= added.hidden
-        annotations = replace(annotations, objects={**annotations.objects, **added.annotations})
+        # New mappings: the stop may restore the old ones.
+        annotations = replace(
+            annotations,
+            objects={**annotations.objects, **added.annotations},
+            registered={
+                kind: {**annotations.registered.get(kind, {}), **added.registered.get(kind, {})}
+                for kind in annotations.registered.keys() | added.registered.keys()
+            },
+        )
         names = added.names
     scene, touched = succeed(old, sim.model, spec, model, twins, annotations, hidden_bodies, names)
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
@@ -117,16 +131,3 @@ def _check_tree(scene: Scene, touched: set[int]) -> None:
             way.append(handle)
             handle = scene.objects[handle].parent if handle in scene.objects else -1
         sound.update(way)
-
-
-def _take_weight(model: mujoco.MjModel, names: set[str]) -> bool:
-    """Make bodies weigh nothing, in the model only: the spec keeps their mass for their release.
-
-    Returns whether there are any.
-    """
-    ids = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) for name in names]
-    present = [body for body in ids if body >= 0]
-    if present:
-        model.body_mass[present] = 0.0
-        model.body_inertia[present] = 0.0
-    return bool(present)

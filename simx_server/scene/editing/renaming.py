@@ -60,9 +60,19 @@ def set_alias(sim: LiveScene, handle: int, alias: str) -> None:
 
 def annotate(sim: LiveScene, handle: int, kind: str, values: dict[str, Value]) -> None:
     """Add an annotation to the object as if it were in the scene's file. Raises UnknownHandle."""
+    _replace_note(sim, handle, kind, {**sim.scene.get(handle).annotations.get(kind, {}), **values})
+
+
+def drop_key(sim: LiveScene, handle: int, kind: str, key: str) -> None:
+    """Remove a key of an annotation; do nothing without one. Raises UnknownHandle."""
+    note = sim.scene.get(handle).annotations.get(kind, {})
+    if key in note:
+        _replace_note(sim, handle, kind, {each: value for each, value in note.items() if each != key})
+
+
+def _replace_note(sim: LiveScene, handle: int, kind: str, note: dict[str, Value]) -> None:
     scene = sim.scene
     item = scene.get(handle)
-    note = {**item.annotations.get(kind, {}), **values}
     item.annotations = {**item.annotations, kind: note}
     notes = scene.annotations.objects
     scene.annotations = replace(scene.annotations, objects={**notes, item.name: dict(item.annotations)})

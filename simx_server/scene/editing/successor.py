@@ -113,7 +113,11 @@ class _Successor(Builder):
                 for child in np.flatnonzero(self.model.body_parentid == body).tolist():
                     heapq.heappush(waiting, child)
         self.add_tendons()
-        self.all |= dict(sorted(self.objects.items()))
+        changed = self.arrange()
+        for old, new in changed.items():
+            self.owners[self.owners == old] = -2 - new
+        self.owners = np.where(self.owners <= -2, -2 - self.owners, self.owners)
+        self.all |= self.objects
 
     def add_world(self) -> None:
         for geom in self._world.get("geom", ()):
@@ -132,13 +136,14 @@ class _Successor(Builder):
 
     def overrides(self) -> dict[int, int]:
         """Return the parents that differ from the bodies' tree, without those of and in removed objects."""
-        if not self._gone:
-            return dict(self.old.parent_overrides)
-        return {
-            handle: parent
-            for handle, parent in self.old.parent_overrides.items()
-            if handle in self.all and (parent == -1 or parent in self.all)
-        }
+        kept = self.old.parent_overrides
+        if self._gone:
+            kept = {
+                handle: parent
+                for handle, parent in kept.items()
+                if handle in self.all and (parent == -1 or parent in self.all)
+            }
+        return {**kept, **self.annotated_parents()}
 
     # --- objects that stay -----------------------------------------------------------------------
 

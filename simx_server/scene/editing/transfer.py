@@ -28,7 +28,7 @@ _ARRAYS = (
     ),
     *("light_active", "light_diffuse", "light_ambient", "light_specular", "jnt_range", "jnt_limited"),
     *("jnt_pos", "jnt_axis"),
-    *("jnt_stiffness", "tendon_range", "tendon_limited"),
+    *("jnt_stiffness", "tendon_range", "tendon_limited", "mat_rgba", "mat_emission", "mat_specular"),
 )
 """Model arrays of settings a command may have written. The joints write the actuators' arrays themselves."""
 
@@ -75,9 +75,13 @@ def carry_over(
         all_old, all_new = _span(old), _span(new)
         own_place = _among(names, new, placed.get(prefix, ()))
         own_weight = _among(names, new, reweighed) if prefix == "body_" else None
+        if prefix == "body_":  # bodies that an edit has left without any mass get some, to stay movable
+            gained = (old_model.body_mass[old] == 0) & (new_model.body_mass[new] > 0)
+            own_weight = gained if own_weight is None else own_weight | gained
         for array in arrays:
             keeps = None
-            if array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")):
+            # Nothing writes the sizes of geoms but edits, which also say that these are moved.
+            if array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")) or array == "geom_size":
                 keeps = own_place
             if array in _INERTIA and own_weight is not None:
                 keeps = own_weight if keeps is None else keeps | own_weight

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.editing.element_copies import LEAVES, Copier
+from simx_server.scene.editing.least_mass import keep_movable
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scene.tree import INTERNAL
 
@@ -56,6 +57,7 @@ def move_body(
     Raises CommandError for bodies with plugins.
     """
     old = spec.body(name)
+    above = old.parent.name
     _rename_all(old)
     new = find_body(spec, new_parent).add_body()
     _AS_BEFORE.body(old, new)
@@ -67,6 +69,8 @@ def move_body(
         for joint in list(new.joints):
             if joint.type == mujoco.mjtJoint.mjJNT_FREE:
                 delete(spec, "joint", joint.name)
+    if spec.body(above) is not None:
+        keep_movable(spec, above)
 
 
 def move_leaf(
@@ -101,11 +105,13 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
     """Delete many (element, name) at once, which is much faster than `delete` for each. Missing ones are skipped."""
     doomed: dict[str, set[str]] = {kind: set() for kind in (*OBJECT_TYPES, "pair")}
     wanted = list(elements)
+    carriers: set[str] = set()
     for element, name in wanted:
         found = getattr(spec, element)(name)
         if found is not None:
             doomed[element].add(name)
             if element == "body":
+                carriers.add(found.parent.name)
                 _doom_below(found, doomed)
     for reference in _references(spec, doomed):
         spec.delete(reference)
@@ -113,6 +119,8 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
         found = getattr(spec, element)(name)  # None: it was deleted with its body
         if found is not None:
             spec.delete(found)
+    for name in carriers - doomed["body"]:
+        keep_movable(spec, name)
 
 
 def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:

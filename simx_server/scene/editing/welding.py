@@ -31,7 +31,7 @@ def move_body_object(sim: LiveScene, item: SceneObject, parent: int) -> None:
     if free_joint(sim.model, body) >= 0:
         if links:
             _weld(sim, body, target, sim.scene.welded_bodies | {name}, weightless=False, parents=parents)
-    elif name in sim.scene.welded_bodies and not links:
+    elif (name in sim.scene.welded_bodies or is_held_link(sim, item)) and not links:
         release(sim, body, parents)
     elif target != int(sim.model.body_parentid[body]):
         was_fixed = name not in sim.scene.welded_bodies and sim.model.body_weldid[body] == 0
@@ -40,10 +40,28 @@ def move_body_object(sim: LiveScene, item: SceneObject, parent: int) -> None:
 
 
 def _links(sim: LiveScene, item: SceneObject) -> bool:
-    """Return whether this parent holds a free body: force sensors do, and joints without a link."""
+    """Return whether this parent holds a free body: force sensors do, and joints with a body without an object."""
     if item.kind == ObjectKind.FORCE_SENSOR:
         return True
-    return item.element == "joint" and sim.model.body(item.body).name in sim.scene.hidden_bodies
+    return item.element == "joint" and sim.scene.by_element("body", item.body) is None
+
+
+def holding_joint(sim: LiveScene, item: SceneObject) -> int | None:
+    """Return the handle of the joint that holds a jointless body; None if its body lies in no joint's own body.
+
+    The scenes of V-REP are so: the joint has a body without an object, and all below it lies in that.
+    """
+    if item.element != "body" or sim.model.body_jntnum[item.id]:
+        return None
+    above = sim.scene.objects.get(item.parent)
+    if above is None or above.element != "joint" or above.body != sim.model.body_parentid[item.id]:
+        return None
+    return above.handle
+
+
+def is_held_link(sim: LiveScene, item: SceneObject) -> bool:
+    """Return whether a joint's own body holds a shape that is dynamic."""
+    return holding_joint(sim, item) is not None and item.element_name not in sim.scene.weightless_bodies
 
 
 def set_static(sim: LiveScene, handle: int, static: bool) -> None:
@@ -56,15 +74,29 @@ def set_static(sim: LiveScene, handle: int, static: bool) -> None:
         raise CommandError(
             f"'{item.name}' is a part of a mechanism or of the world; only single bodies can be static"
         )
-    parent = item.parent
+    parent, joint = item.parent, holding_joint(sim, item)
+    if joint is not None:
+        _set_link_static(sim, item, joint, static)
+        return
     if static and free_joint(sim.model, item.id) >= 0:
         target = body_under(sim, parent)
+        if is_carried(sim.model, target, item.id):  # a force sensor of the body itself is its parent
+            target = int(sim.model.body_parentid[item.id])
         _weld(
             sim, item.id, target, sim.scene.welded_bodies, weightless=bool(sim.model.body_weldid[target] != 0)
         )
     elif not static and free_joint(sim.model, item.id) < 0:
         release(sim, item.id)
     sim.scene.override_parent(handle, parent)
+
+
+def _set_link_static(sim: LiveScene, item: SceneObject, joint: int, static: bool) -> None:
+    """Make a link static, which adds no mass and whose joint physics does not move, or dynamic."""
+    names = {item.element_name}
+    weightless = sim.scene.weightless_bodies | names if static else sim.scene.weightless_bodies - names
+    if weightless != sim.scene.weightless_bodies:
+        edit(sim, lambda spec: None, set(), weightless=weightless)
+        sim.joints.fix(joint, static)
 
 
 def body_under(sim: LiveScene, parent: int) -> int:

@@ -1,4 +1,5 @@
-"""Load a scene from a file: MJCF or URDF, prepared through MjSpec to represent V-REP's names and joint modes.
+"""Load a scene from a file: MJCF, URDF or V-REP's own, prepared through MjSpec to represent V-REP's names and joint
+modes.
 
 Preparation adds, it does not remove:
 * names for elements without one, so that an edit finds every element again;
@@ -11,7 +12,6 @@ Preparation adds, it does not remove:
 
 from __future__ import annotations
 
-import io
 import logging
 import math
 from collections.abc import Iterable
@@ -22,12 +22,11 @@ import mujoco
 
 from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.formats.annotations import SceneError, read_annotations
-from simx_server.scene.formats.includes import shipped_includes
 from simx_server.scene.formats.model_copies import copy_models
 from simx_server.scene.formats.mounting import mount_bodies
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.surroundings import surround
-from simx_server.scene.formats.urdf import is_urdf, read_urdf
+from simx_server.scene.formats.specs import one_line, read_scene
+from simx_server.scene.formats.urdf.reading import is_urdf, read_urdf
 from simx_server.scene.objects import Scene
 from simx_server.scene.tree import INTERNAL, build_scene
 from simx_server.world import physics_warnings
@@ -40,7 +39,18 @@ ADDED_ACTUATOR = INTERNAL + "motor:"
 """Prefix of the names of added actuators; the rest is the joint's name."""
 
 
-_TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
+def take_weight(model: mujoco.MjModel, names: set[str]) -> bool:
+    """Make bodies weigh nothing, in the model only: the spec keeps their mass for their release.
+
+    Returns whether there are any.
+    """
+    ids = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) for name in names]
+    present = [body for body in ids if body >= 0]
+    if present:
+        model.body_mass[present] = 0.0
+        model.body_inertia[present] = 0.0
+    return bool(present)
+
 
 ITERATIONS = ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations")
 MOST_ITERATIONS = 10_000
@@ -66,43 +76,10 @@ def load_scene(
         SceneError: the file cannot be a scene.
     """
     file = Path(path).resolve()
-    return build(read_scene(file, sources, name), file if name is None else file.with_name(name))
-
-
-def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
-    """Return the spec of a file, as `read_spec`; a robot of a URDF gets V-REP's default scene. Raises SceneError."""
-    sources = sources or Sources.of()
-    spec = read_spec(file, sources, name)
-    if is_urdf_file(file, sources):
-        surround(spec, sources)
-    return spec
-
-
-def read_spec(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
-    """Return the unchanged spec of an MJCF or URDF file, or of either in a zip. Raises SceneError."""
-    sources, name = sources or Sources.of(), name or file.name
-    try:
-        if file.suffix == ".zip":
-            return mujoco.MjSpec.from_zip(io.BytesIO(sources.read(file)))
-        if is_urdf_file(file, sources):
-            return read_urdf(sources.read(file), name, file, sources)
-        shipped = shipped_includes(file, sources)
-        if sources.contents is None:
-            return mujoco.MjSpec.from_file(str(file), include=shipped)
-        with sources.contents.as_files(shipped) as files:
-            spec = mujoco.MjSpec.from_file(str(file), vfs=files)
-        spec.assets = dict(sources.contents.assets)
-        return spec
-    except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
-        text = _one_line(error).replace(file.name, name)
-        if "Element 'include'" in text:
-            text += f"; it is searched beside the scene, then in the shipped scenes {sources.shipped}"
-        raise SceneError(f"cannot read '{name}': {text}") from error
-
-
-def is_urdf_file(file: Path, sources: Sources) -> bool:
-    """Return whether a file is a URDF (or xacro); raises OSError."""
-    return file.suffix.lower() in _TEXTS and is_urdf(sources.read(file))
+    read = read_scene(file, sources, name)
+    scene, model = build(read.spec, file if name is None else file.with_name(name))
+    scene.import_report = read.report
+    return scene, model
 
 
 def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
@@ -114,7 +91,7 @@ def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
         else:
             spec = mujoco.MjSpec.from_string(xml)
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
-        raise SceneError(f"cannot read the scene text: {_one_line(error)}") from error
+        raise SceneError(f"cannot read the scene text: {one_line(error)}") from error
     return build(spec, None)
 
 
@@ -143,7 +120,7 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
         raise
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         name = path.name if path is not None else spec.modelname
-        raise SceneError(f"cannot compile '{name}': {_one_line(error)}") from error
+        raise SceneError(f"cannot compile '{name}': {one_line(error)}") from error
     if not 0 < model.opt.timestep <= LONGEST_STEP:
         raise SceneError(
             f"option timestep is {model.opt.timestep}; valid is a number above 0, up to {LONGEST_STEP} s"
@@ -153,7 +130,27 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
             raise SceneError(f"option {name} is {count}; at most {MOST_ITERATIONS} are valid")
     scene = build_scene(spec, model, annotations, path)
     scene.welded_bodies |= mounted
+    _weigh_nothing(scene, model)
+    scene.welded_bodies |= {
+        item.element_name
+        for item in scene.objects.values()
+        if item.element == "body" and not item.annotations.get("shape", {}).get("static", True)
+    }
     return scene, model
+
+
+def _weigh_nothing(scene: Scene, model: mujoco.MjModel) -> None:
+    """Make the static shapes that ride on moving bodies weigh nothing, as in V-REP."""
+    moving = {
+        item.element_name
+        for item in scene.objects.values()
+        if item.element == "body"
+        and item.annotations.get("shape", {}).get("static", False)
+        and model.body_weldid[item.id] != 0
+    }
+    scene.weightless_bodies |= moving
+    if take_weight(model, moving):
+        mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
 def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:
@@ -262,7 +259,3 @@ def _give_names(elements: Iterable[Any], stem: str) -> None:
             while f"{stem}{count}" in taken:
                 count += 1
             element.name = f"{stem}{count}"
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())

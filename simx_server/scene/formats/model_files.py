@@ -1,4 +1,4 @@
-"""Model files: a tree of objects under one base, read from MJCF, URDF or a mesh.
+"""Model files: a tree of objects under one base, read from MJCF, URDF, a V-REP file or a mesh.
 
 The one top-level object of the file is the base; of several it is the one annotated `simx:model base=yes`, else the
 first body, and the others become its children in the tree. Geoms in the file's world itself become one body, named
@@ -9,20 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
 
 import mujoco
 
 from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.editing.transplant import gather_geoms
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.loader import build, read_spec
+from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.loose_meshes import settle
 from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.specs import SpecOfFile, read_spec
 from simx_server.scene.objects import Scene
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,8 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
     """
     name = name or path.name
     is_mesh = path.suffix.lower() in MESH_SUFFIXES
-    spec = _mesh_spec(path, name, sources) if is_mesh else read_spec(path, sources, name)
+    read = SpecOfFile(_mesh_spec(path, name, sources)) if is_mesh else read_spec(path, sources, name)
+    spec = read.spec
     if list(spec.worldbody.geoms):
         stem = PurePosixPath(name).stem
         taken = {body.name for body in spec.bodies}
@@ -53,6 +51,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
             stem += "_base"
         gather_geoms(spec, stem)
     scene, _ = build(spec, path.with_name(name))
+    scene.import_report = read.report
     top = scene.children(-1)
     if not top:
         raise SceneError(f"'{name}' has no objects, so it is no model")

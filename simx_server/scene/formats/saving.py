@@ -9,8 +9,10 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.loader import compile_spec, read_scene
+from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.specs import read_scene
+from simx_server.scene.formats.vrep.recognising import is_vrep_file
 
 
 def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
@@ -19,7 +21,12 @@ def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
     Raises SceneError: the scene cannot be read or written.
     """
     file = file.resolve()
-    spec = read_scene(file, sources)
+    if is_vrep_file(file):
+        raise SceneError(
+            f"'{file.name}' contains meshes, textures and scripts, which do not fit into one MJCF file; write a "
+            "folder with --convert FOLDER"
+        )
+    spec = read_scene(file, sources).spec
     try:
         compile_spec(spec)
         for assets, folder in (

@@ -1,20 +1,32 @@
-"""Add V-REP's default scene to a file without one: a URDF is a robot without floor, light or camera."""
+"""Add V-REP's default scene to a file without one: a URDF or a `.ttm` has no floor, light or camera."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import mujoco
 
-from simx_server.scene.editing.element_copies import Copier, agree
+from simx_server.scene.editing.element_copies import LEAVES, Copier, agree
+from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.sources import Sources
+from simx_server.scene.names import copy_names
 
-PARTS = ("parts/settings.xml", "parts/default_scene.xml")
+DEFAULT_SCENE = "parts/default_scene.xml"
+PARTS = ("parts/settings.xml", DEFAULT_SCENE)
 """Parts of the shipped scenes."""
 
 
-def surround(spec: mujoco.MjSpec, sources: Sources) -> None:
-    """Add the floor, lights and view cameras of V-REP's empty scene, and its settings of physics and drawing.
+def surround(spec: mujoco.MjSpec, sources: Sources, *, with_settings: bool = True) -> None:
+    """Add the floor, lights and view cameras of V-REP's empty scene.
 
-    Raises ValueError where MuJoCo cannot read the shipped parts.
+    A name of the default scene that the spec has already becomes `NAME#0` there, as in V-REP.
+
+    Args:
+        with_settings: also take the settings of physics and drawing.
+
+    Raises:
+        ValueError: MuJoCo cannot read the shipped parts.
     """
     includes = "".join(f'<include file="{(sources.shipped / part).as_posix()}"/>' for part in PARTS)
     text = f"<mujoco>{includes}</mujoco>"
@@ -23,9 +35,44 @@ def surround(spec: mujoco.MjSpec, sources: Sources) -> None:
     else:
         with sources.contents.as_files() as files:
             scene = mujoco.MjSpec.from_string(text, vfs=files)
+    _rename(scene, spec)
     copier = Copier(lambda name: name)
     for kind in ("texture", "material", "text", "numeric"):
+        present = {element.name for element in getattr(spec, f"{kind}s")}
         for element in getattr(scene, f"{kind}s"):
-            copier.element(element, getattr(spec, f"add_{kind}")(name=element.name))
+            if element.name not in present:
+                copier.element(element, getattr(spec, f"add_{kind}")(name=element.name))
     copier.everything(scene, spec)
-    agree(spec, scene)
+    if with_settings:
+        agree(spec, scene)
+
+
+def _rename(scene: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
+    """Rename the elements of a scene whose names the spec uses."""
+    objects = _rename_some(_objects(scene), _objects(spec))
+    for text in scene.texts:
+        if text.name.startswith(PREFIX):
+            start, sign, name = text.name.rpartition(":")
+            text.name = start + sign + objects.get(name, name)
+    textures = _rename_some(scene.textures, spec.textures)
+    materials = _rename_some(scene.materials, spec.materials)
+    for material in scene.materials:
+        material.textures = [textures.get(name, name) for name in material.textures]
+    for geom in scene.geoms:
+        geom.material = materials.get(geom.material, geom.material)
+
+
+def _objects(spec: mujoco.MjSpec) -> list[Any]:
+    return [*spec.bodies[1:], *(leaf for many in LEAVES.values() for leaf in getattr(spec, many))]
+
+
+def _rename_some(elements: Iterable[Any], others: Iterable[Any]) -> dict[str, str]:
+    """Give elements new names where others have theirs; return old name to new."""
+    elements = [element for element in elements if element.name]
+    taken = {other.name for other in others}
+    new: dict[str, str] = {}
+    for element in elements:
+        if element.name in taken:
+            all_taken = taken | {each.name for each in elements}
+            new[element.name] = element.name = copy_names([element.name], all_taken)[element.name]
+    return new

@@ -68,7 +68,7 @@ def set_inertia(sim: LiveScene, handle: int, mass: float, inertia: Array, centre
 
     with undone_on_failure(sim):
         # This is an edit, because MuJoCo's compiler treats a body with a simple inertia differently.
-        edit(sim, surgery, set())
+        edit(sim, surgery, set(), reweighed={name})
         model = sim.model
         body = model.body(name).id
         model.body_mass[body], model.body_inertia[body] = mass, moments
@@ -86,6 +86,10 @@ def compute_inertia(sim: LiveScene, handle: int, density: float) -> None:
     spec = sim.scene.spec.copy()
     target = spec.body(name)
     target.explicitinertial = False
+    target.mass, target.inertia[:] = 0.0, 0.0
+    # The compiler takes the values of a body whose centre of mass is a number, whatever the flag says.
+    target.ipos[:] = (np.nan, 0.0, 0.0)
+    target.fullinertia[:] = (np.nan, 0.0, 0.0, 0.0, 0.0, 0.0)
     for geom in target.geoms:
         geom.mass, geom.density = np.nan, density
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 
 import mujoco
 
@@ -28,7 +29,7 @@ def overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> dict[t
     found: dict[tuple[str, str], float] = {}
     for contact in scratch.contact:
         depth = -float(contact.dist)
-        if depth <= _TOLERANCE or min(contact.geom) < 0:
+        if depth <= _TOLERANCE or min(contact.geom) < 0 or _are_immovable(model, contact.geom):
             continue
         first, second = sorted(_name(scene, model, int(geom)) for geom in contact.geom)
         found[first, second] = max(depth, found.get((first, second), 0.0))
@@ -48,6 +49,11 @@ def log_overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> No
         ", ".join(pairs[:_MOST_NAMED]),
         more,
     )
+
+
+def _are_immovable(model: mujoco.MjModel, geoms: Iterable[int]) -> bool:
+    """Return whether physics moves none of these geoms: what only kinematic joints carry is not pushed apart."""
+    return not any(model.body_invweight0[model.geom_bodyid[geom]].any() for geom in geoms)
 
 
 def _name(scene: Scene, model: mujoco.MjModel, geom: int) -> str:

@@ -6,7 +6,7 @@ so that it points along +z with +x to the left; a light shines along +z (MuJoCo 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -94,6 +94,23 @@ def carry_followers(sim: LiveScene, item: SceneObject, move: Callable[[], None])
 def place_without_followers(sim: LiveScene, item: SceneObject, pose: Pose) -> None:
     """Give a child of a placed object a world pose: it moves with its joints."""
     _place_element(sim, item, object_pose(sim, item), pose, with_joints=True)
+    sim.changed()
+
+
+def place_all(sim: LiveScene, placed: Sequence[tuple[SceneObject, Pose]]) -> None:
+    """Place several objects as `place` does, but at less cost; none of them is below another one."""
+    sim.refresh()
+    moves: list[tuple[SceneObject, Pose, Pose]] = []
+    for item, pose in placed:
+        before = object_pose(sim, item)
+        moves.append((item, before, pose))
+        delta = compose(pose, inverse(before))
+        for handle in _followers(sim, item):
+            follower = sim.scene.get(handle)
+            pose_before = object_pose(sim, follower)
+            moves.append((follower, pose_before, compose(delta, pose_before)))
+    for item, before, pose in moves:
+        _place_element(sim, item, before, pose, with_joints=item.element != "joint")
     sim.changed()
 
 

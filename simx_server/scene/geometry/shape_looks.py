@@ -1,8 +1,9 @@
-"""Appearance of a shape: its triangles, its primitive type, its colour."""
+"""Appearance of a shape: its triangles, its primitive type."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -13,15 +14,10 @@ from simx_server.errors import CommandError
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import matrix
 from simx_server.scene.objects import ObjectKind
+from simx_server.sensors.triangles import corners_of
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
-
-AMBIENT_DIFFUSE, TRANSPARENCY = 0, 4
-"""`sim_colorcomponent_*` of geoms; highlight and emission belong to materials, which shapes share."""
-
-_UNSET = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour of a geom without one: then the colour of its material is used."""
 
 _GEOM = mujoco.mjtGeom
 _PURE: dict[int, int] = {
@@ -39,7 +35,7 @@ _PURE: dict[int, int] = {
 def geoms_of(world: World, handle: int) -> list[int]:
     """Return the ids of a shape's geoms. Raises UnknownHandle, WrongKind."""
     world.simulation.scene.get_kind(handle, ObjectKind.SHAPE)
-    return world.instants.now().geoms_of([handle]).tolist()
+    return world.instants.now(with_points=False).geoms_of([handle]).tolist()
 
 
 def triangles(world: World, handle: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -49,19 +45,66 @@ def triangles(world: World, handle: int) -> tuple[NDArray[np.float64], NDArray[n
     """
     sim = world.simulation
     sim.scene.get_kind(handle, ObjectKind.SHAPE)
-    instant = world.instants.now()
+    geoms = world.instants.now(with_points=False).geoms_of([handle]).tolist()
+    return indexed(np.concatenate([part_corners(world, handle, geom) for geom in geoms]))
+
+
+def part_corners(world: World, handle: int, geom: int) -> NDArray[np.float64]:
+    """Return the triangles (n, 3, 3) of a geom of a shape in the shape's frame, metres; those of a mesh in its order.
+
+    Curved primitives are faceted. Raises CommandError: an infinite plane.
+    """
+    sim, instant = world.simulation, world.instants.now(with_points=False)
+    if sim.model.geom_type[geom] == _GEOM.mjGEOM_PLANE:
+        raise CommandError(f"'{sim.scene.get(handle).name}' is a plane, which has no triangles")
     position, quat = frames.get_pose(sim, handle)
-    axes = np.array(matrix(quat))
-    found: list[NDArray[np.float64]] = []
-    for geom in instant.geoms_of([handle]).tolist():
-        if sim.model.geom_type[geom] == _GEOM.mjGEOM_PLANE:
-            raise CommandError(f"'{sim.scene.get(handle).name}' is a plane, which has no triangles")
-        corners = instant.surroundings.triangles.of(geom)[0]
-        world = corners @ instant.geom_xmat[geom].reshape(3, 3).T + instant.geom_xpos[geom]
-        found.append((world - np.array(position)) @ axes)
-    corners = np.concatenate(found).reshape(-1, 3)
-    points, index = np.unique(corners.round(9), axis=0, return_inverse=True)
+    corners = corners_of(sim.model, geom)
+    placed = corners @ instant.geom_xmat[geom].reshape(3, 3).T + instant.geom_xpos[geom]
+    return (placed - np.array(position)) @ np.array(matrix(quat))
+
+
+def indexed(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the different points (n, 3) of triangles (m, 3, 3), and faces (m, 3) of their indices."""
+    points, index = np.unique(corners.reshape(-1, 3).round(9), axis=0, return_inverse=True)
     return points, index.reshape(-1, 3).astype(np.int64)
+
+
+def normals(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the unit normals (m, 3) of faces (m, 3); zeros for a face without area."""
+    corners = points[faces]
+    found = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(found, axis=1, keepdims=True)
+    return np.divide(found, lengths, out=np.zeros_like(found), where=lengths > 0)
+
+
+@dataclass(frozen=True, slots=True)
+class PartTexture:
+    """The texture of a mesh."""
+
+    number: int
+    """MuJoCo's id."""
+    pixels: NDArray[np.uint8]
+    """(rows, columns, 4) red, green, blue and 255; the first row has v = 0."""
+    coordinates: NDArray[np.float32]
+    """(m, 3, 2) u and v of the corners of each face."""
+
+
+def part_texture(model: mujoco.MjModel, geom: int) -> PartTexture | None:
+    """Return the texture of a geom that is a mesh with texture coordinates."""
+    material, mesh = int(model.geom_matid[geom]), int(model.geom_dataid[geom])
+    if material < 0 or model.geom_type[geom] != _GEOM.mjGEOM_MESH or model.mesh_texcoordadr[mesh] < 0:
+        return None
+    number = int(model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)])
+    if number < 0 or model.tex_type[number] != mujoco.mjtTexture.mjTEXTURE_2D:
+        return None
+    size = (int(model.tex_height[number]), int(model.tex_width[number]), int(model.tex_nchannel[number]))
+    start = int(model.tex_adr[number])
+    texels = model.tex_data[start : start + math.prod(size)].reshape(size)
+    pixels = np.full((*size[:2], 4), 255, np.uint8)
+    pixels[..., :3] = texels[..., :3]
+    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    places = int(model.mesh_texcoordadr[mesh]) + model.mesh_facetexcoord[first : first + count]
+    return PartTexture(number, pixels, model.mesh_texcoord[places])
 
 
 def pure_type(world: World, handle: int) -> tuple[int, list[float]]:
@@ -92,44 +135,5 @@ def pure_type(world: World, handle: int) -> tuple[int, list[float]]:
 
 def is_convex(world: World, handle: int) -> bool:
     """Return whether all parts of a shape are convex. Raises UnknownHandle, WrongKind."""
-    surroundings = world.instants.now().surroundings
+    surroundings = world.instants.now(with_points=False).surroundings
     return all(surroundings.triangles.is_solid(geom) for geom in geoms_of(world, handle))
-
-
-def color(world: World, handle: int, component: int) -> list[float]:
-    """Return the RGB 0..1 of a shape's first geom; for TRANSPARENCY three times 0 (opaque) to 1.
-
-    Raises UnknownHandle, WrongKind, CommandError: another component.
-    """
-    _check(component)
-    geom, model = geoms_of(world, handle)[0], world.simulation.model
-    rgba, material = model.geom_rgba[geom], int(model.geom_matid[geom])
-    if material >= 0 and np.allclose(rgba, _UNSET):
-        rgba = model.mat_rgba[material]
-    return [1.0 - float(rgba[3])] * 3 if component == TRANSPARENCY else rgba[:3].tolist()
-
-
-def set_color(world: World, handle: int, component: int, values: Sequence[float]) -> None:
-    """Set the colour of all geoms of a shape; a material keeps its texture, tinted. Raises as `color`."""
-    sim = world.simulation
-    _check(component)
-    if len(values) < (1 if component == TRANSPARENCY else 3):
-        raise CommandError("a colour is {red, green, blue}, each 0 to 1")
-    for geom in geoms_of(world, handle):
-        rgba, material = sim.model.geom_rgba[geom], int(sim.model.geom_matid[geom])
-        if material >= 0 and np.allclose(rgba, _UNSET):
-            rgba[:] = sim.model.mat_rgba[material]
-        if component == TRANSPARENCY:
-            rgba[3] = 1.0 - min(max(values[0], 0.0), 1.0)
-        else:
-            rgba[:3] = np.clip(values[:3], 0.0, 1.0)
-    sim.model_edited()
-    sim.changed()
-
-
-def _check(component: int) -> None:
-    if component not in (AMBIENT_DIFFUSE, TRANSPARENCY):
-        raise CommandError(
-            f"of a shape's colours component {AMBIENT_DIFFUSE} (ambient and diffuse) and {TRANSPARENCY} (transparency) "
-            f"are available, not {component}"
-        )

@@ -32,7 +32,8 @@ from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 from simx_server.scene.formats.model_files import read_model
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.urdf import count_links
+from simx_server.scene.formats.urdf.reading import count_links
+from simx_server.scene.formats.vrep.recognising import is_vrep
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.trial.gathering import gather
 from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
@@ -78,6 +79,9 @@ def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
         problem = CommandError(f"'{request['name']}' is nested too deeply")
     except (CommandError, ValueError, RuntimeError, mujoco.FatalError) as error:
         problem = error
+    except Exception as error:  # a fault of this program, which the client's file must not hide
+        text = f"'{request['name']}' cannot be loaded: internal error, {type(error).__name__}: {error}"
+        problem = SceneError(text)
     # The limit itself must not prevent the report that it was passed.
     if resource is not None and top is not None:
         resource.setrlimit(resource.RLIMIT_AS, top)
@@ -131,8 +135,13 @@ def _try(request: Mapping[str, Any], limits: Limits) -> dict[str, str]:
     sources = sources.holding(contents)
     if sources.within is not None:
         check_references(path, sources.within, contents)
-    links = count_links(contents.read(path))
+    data = contents.read(path)
+    links = count_links(data)
     limits.check("objects", links, f"'{name}' has {links} links")
+    if is_vrep(data, path.name):
+        from simx_server.scene.formats.vrep.opening import prepare_for_trial  # slow, and often not needed
+
+        prepare_for_trial()
     _open_no_more_files()
     _WORK[request["kind"]](path, name, sources, limits)
     return digests(contents)
@@ -153,7 +162,8 @@ def _load_model(path: Path, name: str, sources: Sources, limits: Limits) -> None
     model = read_model(path, name, sources)
     limits.check("objects", len(model.scene.objects), "remove some")
     spec = model.scene.spec.copy()
-    settle_loose_meshes(spec)
+    if model.scene.import_report is None:
+        settle_loose_meshes(spec)
     scene = mujoco.MjSpec()
     scene.attach(spec, prefix="m/", frame=scene.worldbody.add_frame())
     _run(scene.compile(), limits)

@@ -12,19 +12,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from simx_client.protocol.files import MESH_SUFFIXES, UI_SUFFIXES
+from simx_client.protocol.files import MESH_SUFFIXES, UI_SUFFIXES, VREP_FILES
 from simx_server.errors import CommandError
 from simx_server.files.regular_files import is_file, no_regular_file, read_of_client, read_regular
 from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
-from simx_server.scene.formats.urdf import is_urdf, urdf_files
+from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
+from simx_server.scene.formats.vrep.recognising import is_vrep
 
 _TEXTS = (".xml", ".mjcf", ".urdf")
 _PARTS = ("include", "model")
 """Elements that insert the elements of another file."""
 
-_ALONE = (".zip", *MESH_SUFFIXES, *UI_SUFFIXES)
+_ALONE = (".zip", *MESH_SUFFIXES, *UI_SUFFIXES, *VREP_FILES)
 """Endings of files that do not name others."""
 
 
@@ -36,13 +37,16 @@ def gather(file: Path, sources: Sources) -> Contents:
     """
     gathering = _Gathering(sources)
     data = read_of_client(file)
-    if file.suffix.lower() in _ALONE:
+    is_of_vrep = is_vrep(data, file.name)
+    if is_of_vrep or file.suffix.lower() in _ALONE:
         gathering.assets[str(file)] = data
-        return Contents(gathering.texts, gathering.assets)
-    gathering.text(file, file.parent, ())
-    if is_urdf(data):
+    else:
+        gathering.text(file, file.parent, ())
+    is_robot = not is_of_vrep and is_urdf(data)
+    if is_robot:
         for mesh in urdf_files(file, sources):
             gathering.asset(mesh)
+    if is_robot or is_of_vrep:  # which may be a model, to stand on the default floor
         for part in PARTS:
             gathering.text(sources.shipped / part, sources.shipped, ())
     return Contents(gathering.texts, gathering.assets)

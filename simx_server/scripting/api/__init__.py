@@ -13,10 +13,15 @@ from types import MappingProxyType
 from simx_client.protocol import constants
 
 from .base import HANDLE_SELF, ApiPart
-from .custom_uis import CustomUIFunctions
+from .clouds.octrees import OctreeFunctions
+from .clouds.point_clouds import PointCloudFunctions
+from .communication.signals import SignalFunctions
+from .communication.tubes import TubeFunctions
+from .communication.wireless import WirelessFunctions
+from .constant_tables import TABLES
 from .engine import EngineFunctions
 from .graphs import GraphFunctions
-from .main_scripts import MainScriptFunctions
+from .looks.textures import TextureFunctions
 from .messages import MessageFunctions
 from .motion.configurations import ConfigurationFunctions
 from .motion.ik import IkFunctions
@@ -28,6 +33,8 @@ from .motion.ompl_flat import FlatOmplFunctions
 from .motion.profiles import ProfileFunctions
 from .motion.sim_ik_worlds import SimIk
 from .objects.collisions import CollisionFunctions
+from .objects.colors import ColorFunctions
+from .objects.compounds import CompoundFunctions
 from .objects.custom_data import CustomDataFunctions
 from .objects.drawing import DrawingFunctions
 from .objects.dynamics import DynamicsFunctions
@@ -35,47 +42,49 @@ from .objects.joints import JointFunctions
 from .objects.object_names import ObjectNameFunctions
 from .objects.object_parameters import ObjectParameterFunctions
 from .objects.objects import ObjectFunctions
+from .objects.particles import ParticleFunctions
 from .objects.poses import PoseFunctions
 from .objects.selection import SelectionFunctions
 from .objects.sensors import SensorFunctions
 from .objects.shapes import ShapeFunctions
+from .objects.sizes import SizeFunctions
 from .parameters import ParameterFunctions
+from .paths.flat_paths import FlatPathFunctions
+from .paths.following import PathFollowingFunctions
+from .paths.path_making import PathMakingFunctions
+from .paths.path_objects import PathObjectFunctions
+from .paths.path_planning import PathPlanningFunctions
+from .plugins import PluginFunctions
+from .processes import ProcessFunctions
+from .properties.functions import PropertyFunctions
+from .properties.several_values import TablePropertyFunctions
+from .properties.single_values import SinglePropertyFunctions
 from .remote_api import RemoteApiFunctions, RemoteApiNamespace
-from .scripts import ScriptFunctions
-from .signals import SignalFunctions
+from .scripts.attributes import ScriptAttributeFunctions
+from .scripts.main_scripts import MainScriptFunctions
+from .scripts.making import ScriptMakingFunctions
+from .scripts.scheduling import SchedulingFunctions
+from .scripts.scripts import ScriptFunctions
+from .scripts.threads import ThreadFunctions
 from .simulation import SimulationFunctions
 from .simx import SimxFunctions
-from .threads import ThreadFunctions
-from .tubes import TubeFunctions
+from .stand_ins.devices import SimChai3d, SimMtb
+from .stand_ins.messaging import SimB0, SimZmq
+from .stand_ins.ros import OldRosFunctions, SimRos
+from .stand_ins.ros2 import SimRos2
+from .stand_ins.ros_bridge import RosBridgeFunctions
+from .user_interface.old_uis import CustomUIFunctions
+from .user_interface.sim_ui_namespace import SimUi
+from .user_interface.views import ViewFunctions
 from .values.bits import BitFunctions
 from .values.buffers import BufferFunctions
 from .values.matrices import MatrixFunctions
 from .values.packing import PackingFunctions
+from .vision.image_files import ImageFileFunctions
 from .vision.sim_vision import SimVision
 from .vision.vision import VisionFunctions
-from .window import WindowFunctions
 
 __all__ = ["HANDLE_SELF", "NAMESPACES", "ApiPart", "SimApi", "known_constants"]
-
-_LATER_CONSTANTS = MappingProxyType(
-    {
-        "handleflag_axis": 0x400000,
-        "handle_scene": -12,
-        "handle_app": -13,
-        "verbosity_none": 100,
-        "verbosity_errors": 200,
-        "verbosity_warnings": 300,
-        "verbosity_loadinfos": 400,
-        "verbosity_scripterrors": 420,
-        "verbosity_scriptwarnings": 430,
-        "verbosity_scriptinfos": 450,
-        "verbosity_msgs": 450,
-        "verbosity_infos": 500,
-        "verbosity_debug": 600,
-        "verbosity_trace": 700,
-    }
-)
-"""Constants that scripts use and that the remote API's module does not have."""
 
 
 class SimApi(
@@ -94,6 +103,7 @@ class SimApi(
     CustomDataFunctions,
     CustomUIFunctions,
     TubeFunctions,
+    WirelessFunctions,
     DynamicsFunctions,
     EngineFunctions,
     MatrixFunctions,
@@ -101,13 +111,31 @@ class SimApi(
     ObjectParameterFunctions,
     PackingFunctions,
     ParameterFunctions,
+    PropertyFunctions,
+    SinglePropertyFunctions,
+    TablePropertyFunctions,
     SelectionFunctions,
-    WindowFunctions,
+    ViewFunctions,
     VisionFunctions,
+    ImageFileFunctions,
     ShapeFunctions,
+    CompoundFunctions,
+    ColorFunctions,
+    TextureFunctions,
+    SizeFunctions,
     DrawingFunctions,
+    PointCloudFunctions,
+    OctreeFunctions,
+    ParticleFunctions,
     ScriptFunctions,
+    ScriptAttributeFunctions,
+    ScriptMakingFunctions,
+    SchedulingFunctions,
+    PluginFunctions,
+    ProcessFunctions,
     RemoteApiFunctions,
+    OldRosFunctions,
+    RosBridgeFunctions,
     MainScriptFunctions,
     GraphFunctions,
     IkFunctions,
@@ -116,6 +144,11 @@ class SimApi(
     MotionFunctions,
     MoveFunctions,
     OldMoveFunctions,
+    PathObjectFunctions,
+    PathMakingFunctions,
+    PathFollowingFunctions,
+    PathPlanningFunctions,
+    FlatPathFunctions,
 ):
     """All functions of ``sim``, for one script."""
 
@@ -126,8 +159,15 @@ NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
         "simIK": SimIk,
         "simOMPL": OmplFunctions,
         "simRemoteApi": RemoteApiNamespace,
+        "simROS": SimRos,
+        "simROS2": SimRos2,
+        "simUI": SimUi,
         "simVision": SimVision,
         "simx": SimxFunctions,
+        "simB0": SimB0,
+        "simCHAI3D": SimChai3d,
+        "simMTB": SimMtb,
+        "simZMQ": SimZmq,
     }
 )
 """Globals of scripts; each is a class assembled as `SimApi` is."""
@@ -135,10 +175,10 @@ NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
 
 @cache
 def known_constants() -> Mapping[str, int]:
-    """Return the constants ``sim_NAME`` of the remote API, keyed by ``NAME``."""
+    """Return V-REP's constants ``sim_NAME`` by ``NAME``: those of the remote API, and all others."""
     found = {
         name.removeprefix("sim_"): value
         for name, value in vars(constants).items()
         if name.startswith("sim_") and isinstance(value, int)
     }
-    return MappingProxyType(found | dict(_LATER_CONSTANTS))
+    return MappingProxyType({**TABLES, **found})

@@ -39,8 +39,8 @@ class ApiPart:
 
     @property
     def _owner(self) -> int:
-        """Return the object that the script belongs to; -1 for a main script."""
-        return self._script.owner
+        """Return the object in which the script lies, since CoppeliaSim 4.7 a script object; -1 for a main script."""
+        return self._script.home
 
     @property
     def _signal_owner(self) -> object:
@@ -58,6 +58,10 @@ class ApiPart:
             raise ScriptError(f"the script has no function '{callback}'")
         return partial(interpreter.call, callback)
 
+    def _say_once(self, text: str) -> None:
+        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before."""
+        self._world.scripts.say_once(text)
+
     @contextmanager
     def _at_no_cost(self) -> Generator[None]:
         """Work within a separate time limit: the time does not count against the script's limit."""
@@ -66,6 +70,18 @@ class ApiPart:
             yield
         finally:
             self._script.switching.spent += time.thread_time() - before
+
+    def _script_at(self, handle: int) -> Script:
+        """Return the script with this handle; sim.handle_self is the caller. Raises ScriptError."""
+        if handle == HANDLE_SELF:
+            return self._script
+        found = self._world.scripts.get(handle)
+        if found is None:
+            listed = ", ".join(
+                f"{one.handle} {self._world.scripts.describe(one)}" for one in self._world.scripts.all()
+            )
+            raise ScriptError(f"no script with handle {handle}; scripts of this scene: {listed or 'none'}")
+        return found
 
     def _self(self, handle: int) -> int:
         return self._owner if handle == HANDLE_SELF else handle

@@ -10,15 +10,14 @@ from simx_server.parts.graphs import CUMULATIVE, Color, Curve, Graph, Stream, sp
 
 from ...errors import CommandError
 from ..interpreter import Constant
+from ..script import ScriptKind
 from .base import ApiPart
 
 _TIME_CURVE, _XYZ_CURVE = 0, 2
 
 
 class GraphFunctions(ApiPart):
-    """Functions for graphs. Scenes have no graph objects, so any object can represent a graph: a dummy of its name
-    is enough.
-    """
+    """Functions for graphs. Any object can represent a graph: beside graph objects a dummy of its name is enough."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "stream_transf_raw": 0,
@@ -47,7 +46,8 @@ class GraphFunctions(ApiPart):
 
         Partly: options and the range of cyclic values are ignored.
         """
-        return self._graph(graph).add(Stream(name, unit, _color(color, (1.0, 0.0, 0.0))))
+        stream = Stream(name, unit, _color(color, (1.0, 0.0, 0.0)), lasts=self._stays)
+        return self._graph(graph).add(stream)
 
     def setGraphStreamValue(self, graph: int, stream: int, value: float) -> None:
         """Set a stream's value, recorded at the end of the simulation step or by sim.handleGraph."""
@@ -91,7 +91,13 @@ class GraphFunctions(ApiPart):
                 found.stream(stream)
         constants = [*(defaults or []), 0.0, 0.0, 0.0][:dimensions]
         curve = Curve(
-            name, tuple(streams[:dimensions]), tuple(constants), unit, _color(color, (1.0, 1.0, 0.0)), width
+            name,
+            tuple(streams[:dimensions]),
+            tuple(constants),
+            unit,
+            _color(color, (1.0, 1.0, 0.0)),
+            width,
+            lasts=self._stays,
         )
         return found.add(curve)
 
@@ -152,6 +158,11 @@ class GraphFunctions(ApiPart):
         for handle in self._world.graphs.handles() if every else [self._self(graph)]:
             self._world.graphs.reset(handle)
         return 1
+
+    @property
+    def _stays(self) -> bool:
+        """Return whether the script outlives the run, and with it what it adds to a graph."""
+        return self._script.kind == ScriptKind.CUSTOMIZATION
 
     def _graph(self, handle: int) -> Graph:
         return self._world.graphs.get(self._self(handle))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from types import MappingProxyType
 
-from simx_client.protocol import constants as c
 from simx_server.handlers.user_interface import consoles, dialogs
 
 from ...errors import CommandError
@@ -15,12 +14,13 @@ logger = logging.getLogger(__name__)
 
 _LEVEL = 0x0FFF
 _UNDECORATED = 0xF000
+_ONCE = 0x20000
 _ERRORS, _WARNINGS, _SHOWN = (200, 420), (300, 430), 450
 """sim.verbosity_errors and _scripterrors, _warnings and _scriptwarnings; levels above _scriptinfos are not shown.
 """
 
-_OK, _RETURN_OK = 0, 3
-"""`sim_msgbox_buttons_ok`, `sim_msgbox_return_ok`."""
+_CLOSED = {0: 3, 1: 1, 2: 0, 3: 0}
+"""sim.msgbox_buttons_ok, _yesno, _yesnocancel and _okcancel: the result of a box that is closed without a choice."""
 
 
 class MessageFunctions(ApiPart):
@@ -32,9 +32,9 @@ class MessageFunctions(ApiPart):
             "verbosity_questions": 410,
             "verbosity_tracelua": 800,
             "verbosity_traceall": 900,
-            "verbosity_undecorated": 0xF000,
+            "verbosity_undecorated": _UNDECORATED,
             "verbosity_onlyterminal": 0x10000,
-            "verbosity_once": 0x20000,
+            "verbosity_once": _ONCE,
             "msgbox_type_info": 0,
             "msgbox_type_question": 1,
             "msgbox_type_warning": 2,
@@ -58,7 +58,8 @@ class MessageFunctions(ApiPart):
 
     def addLog(self, verbosity: int | None = None, text: str | None = None) -> None:
         """Write to the status bar up to sim.verbosity_scriptinfos; write more detailed levels only to the server's
-        log when it logs debug messages. Adding sim.verbosity_undecorated to the level omits the script's name.
+        log when it logs debug messages. Adding sim.verbosity_undecorated to the level omits the script's name;
+        with sim.verbosity_once a text is written only the first time in a scene.
         """
         if text is None:
             return
@@ -70,10 +71,23 @@ class MessageFunctions(ApiPart):
             if level & _UNDECORATED == _UNDECORATED
             else f"[{item.name if item else 'script'}:{kind}] {text}"
         )
+        if level & _ONCE:
+            if text in self._world.scripts.told:
+                return
+            self._world.scripts.told.add(text)
         if level & _LEVEL <= _SHOWN:
             self._world.status_bar.add(shown)
         else:
             logger.debug("%s", shown)
+
+    def getSimulatorMessage(self) -> tuple[int, list[int], list[float]]:
+        """Return and remove the script's next message, sim.message_object_selection_changed or
+        sim.message_model_loaded (with the model's handle), and its numbers; -1 without one.
+
+        Partly: messages do not come from keys, the mouse and custom UIs, which have sim.getUIEventButton.
+        """
+        found = self._world.simulator_messages.take(self._script.handle)
+        return (-1, [], []) if found is None else (found.kind, list(found.values), [])
 
     def auxiliaryConsoleOpen(
         self,
@@ -123,19 +137,20 @@ class MessageFunctions(ApiPart):
         """Show a dialog and return its handle and the handle of its UI. `style`: sim.dlgstyle_*; colours: RGB of
         background and text, 0..1.
 
-        Partly: no dialog is modal, the simulation continues.
+        Partly: a modal dialog does not wait for the user. It is printed to the status bar and shown, and as long as
+        it is open, its result is that of a dialog closed without a choice: OK, no, or cancel.
         """
-        if modal:
-            raise CommandError(
-                "a modal dialog would stop the server for everybody; leave it out, and ask sim.getDialogResult later"
-            )
-        return dialogs.display_dialog(
+        dialog, ui = dialogs.display_dialog(
             self._world, title, text, style, initial or "", title_colors, dialog_colors
         )
+        if modal:
+            self._world.user_interface.dialogs.get(dialog).is_modal = True
+            self._world.status_bar.add(f"{title}: {text}" if title else text)
+        return dialog, ui
 
     def getDialogResult(self, dialog: int) -> int:
         """Return the answer of a dialog, sim.dlgret_still_open until there is one."""
-        return dialogs.get_dialog_result(self._world, dialog)
+        return self._world.user_interface.dialogs.get(dialog).read_result()
 
     def getDialogInput(self, dialog: int) -> str:
         return dialogs.get_dialog_input(self._world, dialog)
@@ -145,15 +160,13 @@ class MessageFunctions(ApiPart):
         return 1
 
     def msgBox(self, _kind: int, buttons: int, title: str, text: str) -> int:
-        """Print a message with only an OK button to the status bar and return sim.msgbox_return_ok, as if it had
-        been read.
+        """Print a message to the status bar and return sim.msgbox_return_ok, as if it had been read.
 
-        Partly: a box with a choice is an error, since it would stop the server until somebody answers.
+        Partly: a box with a choice counts as closed without one, since waiting would stop the server: the result is
+        sim.msgbox_return_no, or sim.msgbox_return_cancel where there is such a button.
         """
-        if buttons != _OK:
-            raise CommandError(
-                "a box that waits for a choice would stop the server for everybody; show it with sim.displayDialog, "
-                f"style sim.dlgstyle_yes_no ({c.sim_dlgstyle_yes_no}), and ask sim.getDialogResult in later passes"
-            )
+        if buttons not in _CLOSED:
+            known = ", ".join(map(str, _CLOSED))
+            raise CommandError(f"{buttons} is not a kind of buttons of a message box; those are {known}")
         self._world.status_bar.add(f"{title}: {text}" if title else text)
-        return _RETURN_OK
+        return _CLOSED[buttons]

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from simx_server.parts.custom_data import APPLICATION, HIDDEN
+from simx_server.parts.custom_data import APPLICATION, NAMED
 
 from ...errors import CommandError
 from ...handlers import parameters
 from .base import ApiPart
-
-_NAMED = HIDDEN + "named/"
-"""Prefix of the names under which named parameters are stored."""
 
 
 class ParameterFunctions(ApiPart):
@@ -21,7 +18,6 @@ class ParameterFunctions(ApiPart):
 
     CONSTANTS = MappingProxyType(
         {
-            "floatparam_physicstimestep": 3,
             "intparam_program_full_version": 39,
             "stringparam_scene_path": 14,
             "stringparam_scene_name": 15,
@@ -74,11 +70,11 @@ class ParameterFunctions(ApiPart):
 
     def getNamedStringParam(self, name: str) -> bytes | None:
         """Return the value that a script of this server stored under a name; nil when there is none."""
-        return self._world.custom_data.read(APPLICATION, f"{_NAMED}{name}")
+        return self._world.custom_data.read(APPLICATION, f"{NAMED}{name}")
 
     def setNamedStringParam(self, name: str, value: bytes) -> int:
         """Store a value until the server exits; '' removes it."""
-        self._world.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
+        self._world.custom_data.write(APPLICATION, f"{NAMED}{name}", value)
         return 1
 
     # Names of V-REP 3.

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import random
+import shlex
 import time
 from typing import NoReturn
 
 from simx_client.protocol import constants as c
-from simx_server.world.simulation import SimulationState
+from simx_client.protocol.files import is_vrep_name
 
 from ...errors import CommandError
-from ...handlers import files
+from ...handlers import script_files
+from ...handlers.simulation import simulation_state
 from .base import ApiPart
 
 _MILLISECONDS = 1 << 31
@@ -39,17 +41,7 @@ class SimulationFunctions(ApiPart):
         """Return sim.simulation_stopped, _paused, _advancing_firstafterstop, _advancing_running or
         _advancing_abouttostop.
         """
-        match self._sim.state:
-            case SimulationState.STOPPED:
-                return c.sim_simulation_stopped
-            case SimulationState.PAUSED:
-                return c.sim_simulation_paused
-            case SimulationState.RUNNING if self._sim.is_stopping:
-                return c.sim_simulation_advancing_abouttostop
-            case SimulationState.RUNNING if self._sim.step_count == 0:
-                return c.sim_simulation_advancing_firstafterstop
-            case _:
-                return c.sim_simulation_advancing_running
+        return simulation_state(self._world)
 
     def getSimulationStopping(self) -> bool:
         """Return whether the run is ending, or a script has requested its end."""
@@ -73,12 +65,12 @@ class SimulationFunctions(ApiPart):
         self._sim.stop_soon()
         return 1
 
-    def loadScene(self, file: str) -> int:
+    def loadScene(self, file: bytes) -> int:
         """Replace the scene, which ends the script; only while stopped, as soon as all scripts are done; return 1.
 
-        Partly: files are MJCF or URDF, and for a `.ttt` file its replacement in one of these formats.
+        The argument is a file, `.ttt`, MJCF or URDF, or the content of a `.ttt` file.
         """
-        files.load_scene_of_server(self._world, file)
+        script_files.load_scene_of_server(self._world, file)
         return 1
 
     def closeScene(self) -> int:
@@ -90,11 +82,18 @@ class SimulationFunctions(ApiPart):
 
     def saveScene(self, _file: str) -> NoReturn:
         """Raise an error. Not here: people write scenes as files."""
-        raise CommandError("scenes are not saved here: write what is to stay into the scene's MJCF file")
+        raise CommandError(f"scenes are not saved here: {self._how_to_edit('scene')}")
 
     def saveModel(self, _base: int, _file: str | None = None) -> NoReturn:
         """Raise an error. Not here: people write models as files."""
-        raise CommandError("models are not saved here: write what is to stay into the model's MJCF file")
+        raise CommandError(f"models are not saved here: {self._how_to_edit('model')}")
+
+    def _how_to_edit(self, what: str) -> str:
+        path = self._sim.scene.path
+        if path is not None and is_vrep_name(path.name):
+            command = f"simx-server {shlex.quote(path.name)} --convert FOLDER"
+            return f"write the scene as MJCF with `{command}`, and what is to stay into that file"
+        return f"write what is to stay into the {what}'s MJCF file"
 
     def announceSceneContentChange(self) -> int:
         """Return 0. Partly: nothing can be undone, so this has no effect."""
@@ -116,6 +115,8 @@ class SimulationFunctions(ApiPart):
         """Return milliseconds of the wall clock; with an earlier result, those since then. -1, -2: the clock itself."""
         now = int(time.monotonic() * 1000) % _MILLISECONDS
         return now if since < 0 else (now - since) % _MILLISECONDS
+
+    getSystemTimeInMilliseconds = getSystemTimeInMs
 
     def getRandom(self, seed: int | None = None) -> float:
         """Return a random number from 0 to below 1. Each script has its own sequence, the same in every run; a seed

@@ -1,5 +1,7 @@
 """Scripts that process images (``sysCall_vision``), and scripts that are called on detections (``sysCall_trigger``).
 
+A trigger is a detection by a vision or proximity sensor, or the overload of a force sensor.
+
 A vision sensor whose script has one of the two is rendered in each simulation step, after physics and before the
 scripts' sensing; all others are rendered on request. The first packet is of the image as rendered; the script's
 result decides whether the sensor detects, and its packets follow. For a sensor with explicit handling or external
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
     from simx_server.scripting.interpreter import Plain
     from simx_server.scripting.script import Script
+    from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
@@ -44,11 +47,13 @@ class VisionCallBacks:
         status_bar: StatusBar,
         vision: VisionSensors,
         proximity: ProximitySensors,
+        force: ForceSensors,
     ) -> None:
         self._sim = sim
         self._status_bar = status_bar
         self._vision = vision
         self._proximity = proximity
+        self._force = force
         self._notify = notify
         self._judged: frozenset[int] = frozenset()
         self._told: frozenset[int] = frozenset()
@@ -74,6 +79,10 @@ class VisionCallBacks:
         for handle in sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
             if handle in self._told:
                 self._tell_of_proximity(handle)
+        for handle, reading in self._force.overloaded.items():
+            if handle in self._told:
+                known = {"handle": handle, "force": list(reading.force), "torque": list(reading.torque)}
+                self._notify(handle, TRIGGER, known)
 
     def _judge(self, handle: int) -> None:
         """Process a sensor's new image."""

@@ -12,10 +12,11 @@ import itertools
 import logging
 import re
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sized
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sized
+from functools import lru_cache
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar, cast
 
 from simx_client.protocol.cli.installing import package_line
 from simx_server.errors import CommandError
@@ -24,15 +25,19 @@ from simx_server.scripting.interpreter import (
     MAX_DEPTH,
     MEMORY_LIMIT,
     NOT_IN_A_THREAD,
+    OLD_SPACES,
     PATIENCE,
     TIME_LIMIT,
     Api,
+    Constant,
     Plain,
     ScriptError,
     Waiting,
+    no_such_module,
     no_such_plugin,
     refusal,
 )
+from simx_server.scripting.modules import own_modules
 
 from .sources import too_much
 from .turns import with_turns
@@ -80,6 +85,15 @@ _FAILED = (False, b"failed inside the server; its log says why")
 _MANY = 5000
 """Items of a table that are converted in about 3 ms; after this number the clock is checked."""
 
+_MANY_SIMPLE = 20 * _MANY
+"""Simple items of a table that are passed on as fast: nothing has to be converted."""
+
+_SIMPLE: Final = frozenset({bool, float, int, bytes, type(None)})
+"""Types that lupa returns for values of Lua."""
+
+_UNCHANGED: Final = frozenset({bool, float, bytes})
+"""Types of items that enter Lua as they are. Not int: Lua's integers have 64 bits."""
+
 _LONGEST_LINE = 100_000
 """Maximum bytes of a printed line, and of an error's text."""
 
@@ -118,10 +132,7 @@ class LuaInterpreter:
             attribute_filter=_deny,
             max_memory=MEMORY_LIMIT,
         )
-        known = {
-            space: {name: False if constant is None else constant for name, constant in names.items()}
-            for space, names in api.namespaces().items()
-        }
+        known = _encoded(_Same(api.namespaces()))
         load = self._runtime.globals()[b"load"]
         guard = load(_CHUNKS["sandbox"], b"=sandbox", b"t")
         face = guard(
@@ -134,7 +145,8 @@ class LuaInterpreter:
             self._sealed(self._is_tired, False),
             self._sealed(_refuse, b"failed inside the server; its log says why"),
             MAX_DEPTH,
-            self._to_lua(known),
+            self._table_of(known),
+            self._to_lua(dict(OLD_SPACES)),
             self._to_lua(_CHUNKS),
         )
         # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
@@ -254,9 +266,8 @@ class LuaInterpreter:
         except ValueError:  # no file can have this name
             source = None
         if source is None:
-            return False, f"require '{_text(name)}': there is no such module beside the scene".encode(
-                "utf-8", "replace"
-            )
+            missing = no_such_module(_text(name), own_modules("lua"), self._api)
+            return False, f"require '{_text(name)}': {missing}".encode("utf-8", "replace")
         return True, source
 
     def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
@@ -317,6 +328,8 @@ class LuaInterpreter:
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")
         if isinstance(value, (list, tuple)):
+            if len(value) < _MANY_SIMPLE and _UNCHANGED.issuperset(map(type, value)):
+                return self._runtime.table_from(value)
             return self._runtime.table_from([self._to_lua(item) for item in self._breathing(value)])
         if isinstance(value, dict):
             items = self._breathing(value.items())
@@ -336,12 +349,26 @@ class LuaInterpreter:
             return bytes(value)
         raise TypeError(f"a {type(value).__name__} cannot enter a script")
 
+    def _table_of(self, encoded: Mapping[bytes, Any]) -> Any:
+        """Return a table of encoded names; much faster than `_to_lua` for the thousands of names of the API."""
+        return self._runtime.table_from(
+            {
+                key: self._table_of(cast("dict[bytes, Any]", item)) if isinstance(item, dict) else item
+                for key, item in encoded.items()
+            }
+        )
+
     def _from_lua(self, value: Any) -> Any:
+        if type(value) in _SIMPLE:
+            return value
         kind = self._lua_type(value)
         if kind == "table":
             items = dict(self._breathing(value.items()))
             try:
-                return [self._from_lua(items[i]) for i in self._breathing(range(1, len(items) + 1))]
+                found = [items[i] for i in self._breathing(range(1, len(items) + 1))]
+                if len(found) < _MANY_SIMPLE and _SIMPLE.issuperset(map(type, found)):
+                    return found
+                return [self._from_lua(item) for item in self._breathing(found)]
             except KeyError:  # it has a gap, or names
                 return {_key(key): self._from_lua(item) for key, item in self._breathing(items.items())}
         if kind == "function":
@@ -374,8 +401,33 @@ class LuaInterpreter:
                 problem = f"{problem[: missing.start()]}sim{missing[1]}{missing[2]}: {advice}"
         plugin = _PLUGIN.search(problem)
         if plugin:
-            problem = f"{problem}: {no_such_plugin(plugin[1], self._api)}"
+            problem = f"{problem}: {no_such_plugin(plugin[1], self._api.namespaces())}"
         return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
+
+
+class _Same:
+    """A mapping as a key of a cache: equal only to itself."""
+
+    def __init__(self, names: Mapping[str, Mapping[str, Constant | None]]) -> None:
+        self.names = names
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.names is other.names
+
+    def __hash__(self) -> int:
+        return id(self.names)
+
+
+@lru_cache(maxsize=2)
+def _encoded(known: _Same) -> dict[bytes, Any]:
+    """Return the names and constants of all namespaces with encoded texts; a function is False."""
+
+    def encode(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {encode(key): encode(item) for key, item in cast("Mapping[Any, Any]", value).items()}
+        return value.encode() if isinstance(value, str) else False if value is None else value
+
+    return encode(known.names)
 
 
 def _deny(_object: object, name: Any, _is_setting: bool) -> Any:

@@ -48,7 +48,13 @@ world.table.maxn = function(t)
     end
     return greatest
 end
-world.math.randomseed(1)
+local seed, tointeger = world.math.randomseed, world.math.tointeger
+seed(1)
+-- Lua 5.1 takes numbers with fractions, such as sim.getFloatParam(sim.floatparam_rand) * 10000.
+function world.math.randomseed(number, ...)
+    if mathtype(number) == "float" and number - number == 0 then number = tointeger(number // 1) or 0 end
+    return finish(pcall(seed, number, ...))
+end
 
 world.os = { clock = os.clock, difftime = os.difftime, time = os.time }
 local date = os.date

@@ -21,7 +21,8 @@
 -- result of a function of the API is its status: true, false (an error), `switch` (done, but switch to others
 -- first) or `wait` (call again after the next resumption).
 
-local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, texts = ...
+local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, old_spaces,
+    texts = ...
 
 -- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
@@ -30,8 +31,8 @@ local coresume, yield, isyieldable, costatus =
     coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
 local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
-local pack, unpack, gmatch, match, lower, mathtype, rawequal =
-    table.pack, table.unpack, string.gmatch, string.match, string.lower, math.type, rawequal
+local pack, unpack, gmatch, gsub, match, lower, mathtype, rawequal =
+    table.pack, table.unpack, string.gmatch, string.gsub, string.match, string.lower, math.type, rawequal
 local getinfo, upvaluename, join = debug.getinfo, debug.getupvalue, debug.upvaluejoin
 
 local depth, level, report, enter = 0, 0, nil, nil
@@ -225,6 +226,11 @@ setmetatable(world, {
         if constant then return rawget(world.sim, constant) end
         local motion = match(name, "^simRML(.+)$")
         if motion then return rawget(world.sim, "rml" .. motion) end
+        for prefix, space in next, old_spaces do
+            local member = match(name, "^sim" .. prefix .. "(.+)$")
+            local found = member and world[space] and rawget(world[space], member)
+            if found ~= nil then return found end
+        end
         local first, rest = match(name, "^sim(%u)(.*)$")
         if first then return rawget(world.sim, lower(first) .. rest) end
         return nil
@@ -242,6 +248,28 @@ function world.require(name)
         loaded[name] = value == nil and true or value
     end
     return loaded[name]
+end
+
+-- A chunk from a file, as a module is found: only beside the scene, whatever folder the path names.
+function world.loadfile(path)
+    local name = gsub(match(tostring(path), "([^/\\]*)$"), "%.lua$", "")
+    local ok, found, source = pcall(module, name)
+    if not ok or not found then return nil, "cannot open " .. tostring(path) .. ": it is not beside the scene" end
+    return compile(source, "@" .. name .. ".lua", world)
+end
+
+function world.dofile(path)
+    local chunk, problem = world.loadfile(path)
+    if not chunk then error(problem, 2) end
+    return chunk()
+end
+
+-- V-REP 3.6's form of require, with the file's path in the simulator's folder.
+if world.sim and rawget(world.sim, "include") then
+    function world.sim.include(file)
+        local name = gsub(gsub(tostring(file), "^[/\\\\]?lua[/\\\\]", ""), "%.lua$", "")
+        return world.require((gsub(name, "[/\\\\]", ".")))
+    end
 end
 
 for name, value in next, world do

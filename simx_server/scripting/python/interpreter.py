@@ -36,13 +36,11 @@ from simx_server.scripting.interpreter import (
     refusal,
 )
 
+from ..strings import GIVES_BYTES, LONG_LIST, NUMBERS, with_texts
 from .process import PythonProcess
 from .python_wire import MAX_DEPTH, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker, WireError
 
 logger = logging.getLogger(__name__)
-
-_GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persistentDataRead")
-"""Functions whose results are bytes even when these could be text."""
 
 _PLUGIN = re.compile(r": (?:NameError: name|ModuleNotFoundError: No module named) '(sim[A-Z]\w*)'[^\n]*$")
 
@@ -55,11 +53,6 @@ _LONGEST_NAME = 200
 _MOST_TURNS = 1 << 20
 
 _WALLS = ("no_new_privs", "landlock", "seccomp")
-
-_LONG_LIST = 16
-_NUMBERS = {int, float, bool, type(None)}
-
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
 class PythonFunction:
@@ -147,11 +140,11 @@ class PythonInterpreter:
         Raises:
             ScriptError: the script failed.
         """
-        return self._ask("call", function, [_to_script(value) for value in arguments])
+        return self._ask("call", function, [with_texts(value) for value in arguments])
 
     def apply(self, function: PythonFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""
-        return self._ask("call_number", function.number, [_to_script(value) for value in arguments])
+        return self._ask("call_number", function.number, [with_texts(value) for value in arguments])
 
     def start_thread(self, function: str) -> None:
         """Make a function the script's thread; an earlier thread ends with an exception at the point where it waits."""
@@ -261,7 +254,7 @@ class PythonInterpreter:
 
     def _explain(self, text: str) -> str:
         plugin = _PLUGIN.search(text)
-        return f"{text}: {no_such_plugin(plugin[1], self._api)}" if plugin else text
+        return f"{text}: {no_such_plugin(plugin[1], self._api.namespaces())}" if plugin else text
 
     def _learn(self, names: Plain) -> None:
         if isinstance(names, list):
@@ -280,7 +273,7 @@ class PythonInterpreter:
                 return self._advance(name, results)
             answer = [
                 "ok",
-                [_to_script(value, as_bytes=bool(_GIVES_BYTES.search(name))) for value in results],
+                [with_texts(value, as_bytes=bool(GIVES_BYTES.search(name))) for value in results],
             ]
         except Exception as problem:
             return self._refusal(name, problem)
@@ -293,7 +286,7 @@ class PythonInterpreter:
         try:
             next(waiting)
         except StopIteration as end:
-            return ["ok", [_to_script(value) for value in end.value or ()]]
+            return ["ok", [with_texts(value) for value in end.value or ()]]
         except Exception as problem:
             return self._refusal(name, problem)
         self._held, self._held_call = waiting, name
@@ -333,7 +326,7 @@ def _from_script(value: Plain, depth: int = MAX_DEPTH + 2) -> Any:
     if type(value) is str:
         return _encoded(value)
     if type(value) is list:
-        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
+        if len(value) > LONG_LIST and set(map(type, value)) <= NUMBERS:
             return value
         places: Iterable[tuple[Any, Any]] = enumerate(value)
     elif type(value) is dict:
@@ -358,22 +351,3 @@ def _encoded(text: str) -> bytes:
         return text.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:  # another lone surrogate, which valid text does not contain
         return text.encode("utf-8", "replace")
-
-
-def _to_script(value: Plain, *, as_bytes: bool = False) -> Any:
-    """Convert text to str, other strings to bytes; see the module's docstring."""
-    if isinstance(value, bytes):
-        if as_bytes:
-            return value
-        try:
-            text = value.decode()
-        except UnicodeDecodeError:
-            return value
-        return value if _CONTROL.search(text) else text
-    if isinstance(value, (list, tuple)):
-        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
-            return value
-        return [_to_script(item, as_bytes=as_bytes) for item in value]
-    if isinstance(value, dict):
-        return {_to_script(key): _to_script(item, as_bytes=as_bytes) for key, item in value.items()}
-    return value

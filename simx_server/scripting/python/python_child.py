@@ -88,7 +88,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         sys.modules["__main__"] = module
         sys.stdout = sys.stderr = self._output
         self._globals.update(__file__=name, self=types.SimpleNamespace())
-        builtins.__dict__["require"] = importlib.import_module
+        builtins.__dict__["require"] = self._require
         builtins.__dict__[_TURN] = self._turn
         for key, known in namespaces.items():
             sys.modules[key] = self._globals[key] = Namespace(key, known, self._invoke)
@@ -152,6 +152,12 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
 
     def _do_call_number(self, number: int, arguments: list[Any]) -> list[Any]:
         return _results(self._link.function(number)(*arguments))
+
+    def _require(self, name: str) -> Any:
+        """Return a module as ``import`` does; a version, as in ``require('sim-2')``, is left out for a namespace."""
+        plain, sign, version = name.rpartition("-")
+        known = sys.modules.get(plain) if sign and version.isdigit() else None
+        return known if isinstance(known, Namespace) else importlib.import_module(name)
 
     def _find(self, name: str) -> Any:
         first, *rest = name.split(".")

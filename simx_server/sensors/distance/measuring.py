@@ -1,8 +1,8 @@
 """Collision of, and minimum distance between, objects at one instant.
 
 All geoms of a shape count, whether they collide in the physics or not. Convex geoms are solid and measured by
-MuJoCo; meshes that are not convex and height fields are surfaces, measured triangle by triangle. Of V-REP's other
-objects only dummies can be measured, as points.
+MuJoCo; meshes that are not convex and height fields are surfaces, measured triangle by triangle. So are octrees
+and point clouds. Of V-REP's other objects only dummies can be measured, as points.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ FAR = 1e6
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _FIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
-_ALL_AROUND = Optics("cone", 0.0, FAR, cone(2 * math.pi, FAR))
 _UNKNOWN = Gap(math.inf, np.zeros(3), np.zeros(3))
 
 
@@ -140,11 +139,13 @@ def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
         away = mujoco.mj_geomDistance(instant.model, instant.data, first, second, limit, ends)
         found = Gap(away, ends[:3], ends[3:])
     else:
-        found = least_gap(_world(instant, first, second), _world(instant, second, first), limit)
+        found = least_gap(
+            triangles_in_world(instant, first, second), triangles_in_world(instant, second, first), limit
+        )
     return found if found.distance < limit else _UNKNOWN
 
 
-def _world(instant: Instant, geom: int, other: int) -> Array:
+def triangles_in_world(instant: Instant, geom: int, other: int) -> Array:
     """Return a geom's triangles (n, 3, 3) in the world; of an infinite plane, the part under another geom."""
     turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
     if int(instant.model.geom_type[geom]) == _PLANE:
@@ -169,9 +170,26 @@ def _points(instant: Instant, handles: Collection[int]) -> dict[int, Array]:
 
 def _from_point(instant: Instant, handle: int, place: Array, others: Collection[int]) -> list[Nearest]:
     """Return the distances from a dummy's position to the surfaces of some shapes, if there are any."""
-    wanted = np.isin(instant.surroundings.owners, list(others))
-    found = detect(instant, _ALL_AROUND, place, np.eye(3), wanted)
+    geoms = instant.geoms_of(others)
+    wanted = np.zeros(instant.model.ngeom, bool)
+    wanted[geoms] = True
+    # Only triangles that are not farther than the nearest middle of one are examined: few of many thousand.
+    reach = min((_at_most(instant, geom, place) for geom in geoms.tolist()), default=FAR)
+    found = detect(instant, Optics("cone", 0.0, reach, cone(2 * math.pi, reach)), place, np.eye(3), wanted)
     if found is None:
         return []
     point = place + np.array(found.point)
     return [Nearest(math.hypot(*found.point), place, point, (handle, found.handle))]
+
+
+def _at_most(instant: Instant, geom: int, place: Array) -> float:
+    """Return a distance (m) from a point to a geom's surface that the true one does not exceed."""
+    if int(instant.model.geom_type[geom]) == _PLANE:
+        return FAR
+    centres = instant.surroundings.triangles.of(geom)[1]
+    if not len(centres):
+        return FAR
+    away = (place - instant.geom_xpos[geom]) @ instant.geom_xmat[geom].reshape(3, 3) - centres
+    nearest = math.sqrt(float(np.einsum("ni,ni->n", away, away).min()))
+    # Triangles of round geoms lie a little below the surface.
+    return min(FAR, 1.001 * nearest + 0.01 * float(instant.model.geom_rbound[geom]) + 1e-6)

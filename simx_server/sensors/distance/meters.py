@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 _R = TypeVar("_R")
 
+_WITH_FORM = (ObjectKind.SHAPE, ObjectKind.OCTREE, ObjectKind.POINT_CLOUD)
+
 FIRST_COLLISION = 2_010_000
 FIRST_DISTANCE = 2_020_000
 
@@ -197,6 +199,8 @@ class Meter(Generic[_R]):
             scene.get_kind(entity, *self._measurable)
             if whatever_they_are:
                 return handles
+        if self._collections.overrides(entity):
+            return [handle for handle in handles if scene.objects[handle].kind in self._measurable]
         return [
             handle
             for handle in handles
@@ -251,7 +255,7 @@ class Meters(Part):
             FIRST_COLLISION,
             is_colliding,
             False,
-            (ObjectKind.SHAPE,),
+            _WITH_FORM,
             c.sim_modelproperty_not_collidable,
             "collidable",
         )
@@ -263,7 +267,7 @@ class Meters(Part):
             FIRST_DISTANCE,
             distance,
             None,
-            (ObjectKind.SHAPE, ObjectKind.DUMMY),
+            (*_WITH_FORM, ObjectKind.DUMMY),
             c.sim_modelproperty_not_measurable,
             "measurable",
         )

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 from typing import NoReturn
 
-from simx_client.protocol.files import vrep_stem
+from simx_client.protocol.files import is_vrep_name
 from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
 from simx_server.sensors.opengl.backend import (
@@ -50,7 +50,7 @@ def begin_early(scene: str) -> "EarlyProbe | None":
     Raises:
         ValueError: MUJOCO_GL has a wrong value.
     """
-    if sys.platform != "linux" or requested_backend() is not None or vrep_stem(Path(scene).name) is not None:
+    if sys.platform != "linux" or requested_backend() is not None:
         return None
     try:
         is_wanted = may_have_cameras(find_scene(scene))
@@ -63,8 +63,11 @@ def begin_early(scene: str) -> "EarlyProbe | None":
 def may_have_cameras(scene: Path, depth: int = 0) -> bool:
     """Return whether a scene file seems to have cameras, from its text and the files that it includes.
 
-    A wrong guess costs only time.
+    A V-REP file has no text that could be searched before it is decoded; many of them have vision sensors. A wrong
+    guess costs only time.
     """
+    if is_vrep_name(scene.name):
+        return True
     try:
         text = scene.read_bytes()
     except OSError:

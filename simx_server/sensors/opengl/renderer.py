@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from simx_server.sensors.opengl.backend import make_gl_context
 from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
 from simx_server.sensors.vision.image import NO_CODE, PART, CameraView, Picture, RenderError, nothing
-from simx_server.sensors.vision.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, near_the_view
+from simx_server.sensors.vision.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, drawn, near_the_view
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +38,7 @@ _SHOWN = (
 )
 _GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_LAST_GROUP = mujoco.mjNGROUP - 1
 _NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
 _OFFSCREEN = int(mujoco.mjtFramebuffer.mjFB_OFFSCREEN)
 _LARGE = 1 << 20
@@ -142,6 +143,8 @@ class OpenGLRenderer:
         """Fill these rows of an image."""
         self._gl.make_current()
         near = near_the_view(self._model, data, view)
+        if view.is_users:  # MuJoCo cannot tell their group from another one
+            near &= drawn(self._model, view)
         height = rows.stop - rows.start
         drawing = self._drawing_for(data, view, height, near)
         self._take_scene(data, view, rows)
@@ -210,6 +213,7 @@ class OpenGLRenderer:
             self._camera.lookat[:] = stand.lookat
             self._camera.distance = stand.distance
             self._camera.azimuth, self._camera.elevation = stand.azimuth_deg, stand.elevation_deg
+        self._option.geomgroup[_LAST_GROUP] = view.is_users
         mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, _CATEGORIES, self._scene)
         half_width, half_height = view.half_extent()
         at_near = 1.0 if view.orthographic_size is not None else view.near
@@ -230,7 +234,7 @@ class OpenGLRenderer:
         """
         eye, _ = view.pose(data)
         for geom in self._scene.geoms[: self._scene.ngeom]:
-            beside = geom.objtype == _GEOM and not near[geom.objid]
+            beside = not near[geom.objid] if geom.objtype == _GEOM else view.only is not None
             unseen = flat and (_is_back(geom, eye) or (view.codes is None and geom.rgba[3] < OPAQUE_ALPHA))
             if beside or unseen:
                 geom.type = _NOTHING

@@ -5,11 +5,30 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.geometry.poses import Vector
 
 from . import volume as volumes
 from .volume import Volume
+
+_GREATEST = 1e9
+"""Greatest length of a volume in metres: its square and those of directions stay finite and exact enough."""
+
+
+@dataclass(frozen=True)
+class Throw:
+    """Rays in random directions within a cone."""
+
+    rays: int
+    """Number of rays of a reading."""
+    needed: int
+    """Number of rays that must meet something, for the sensor to detect."""
+    least_angle: float
+    greatest_angle: float
+    """Angles to z between which the rays lie, radians."""
+    blind: float
+    """Distance from the apex at which the rays start, metres."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +42,15 @@ class Optics:
     """Length of the volume, metres."""
     volume: Volume
     faces: str = "both"
-    """Which sides of surfaces are seen: both, front or back."""
+    """Which sides of surfaces are seen: both, front, back or none."""
     least_cosine: float = 0.0
     """Minimum cosine of the angle between line of sight and normal; surfaces at a flatter angle are not detected."""
     least_distance: float = 0.0
     """Metres: something nearer blinds the sensor, which then detects nothing."""
+    detects: str | None = None
+    """Kind of sensor, `DETECTABLE_KINDS`: shapes that are detectable to other kinds only are not seen."""
+    throw: Throw | None = None
+    """Of random rays in the volume, a cone; None: the whole volume is searched."""
 
     def accepts(self, point: Vector, normal: Vector) -> bool:
         """Return whether the sensor sees this side and angle of a surface, both vectors in its frame."""
@@ -46,9 +69,15 @@ def optics(note: Annotation, default_reach: float) -> Optics:
         _number(note, "radius"),
         _number(note, "inside_gap"),
     )
+    throw: Throw | None = None
     match kind:
         case "cone":
             volume = volumes.cone(angle, reach, offset, radius, gap)
+        case "random_rays":
+            volume = volumes.cone(angle, reach, offset, radius, gap)
+            half = volumes.half_angle(angle)
+            rays, needed = int(_number(note, "rays", 1.0)), int(_number(note, "rays_needed", 1.0))
+            throw = Throw(rays, needed, half * gap, half, radius)
         case "disc":
             volume = volumes.disc(angle, reach, _number(note, "height"), offset, radius, gap)
         case "cylinder":
@@ -65,8 +94,13 @@ def optics(note: Annotation, default_reach: float) -> Optics:
         faces=str(note.get("faces", "both")),
         least_cosine=math.cos(math.radians(steepest)) if steepest < 90.0 else 0.0,
         least_distance=_number(note, "min_distance"),
+        detects=str(note["detects"]) if "detects" in note else None,
+        throw=throw,
     )  # fmt: skip
 
 
 def _number(note: Annotation, key: str, default: float = 0.0) -> float:
-    return float(note.get(key, default))
+    value = float(note.get(key, default))
+    if abs(value) > _GREATEST:
+        raise CommandError(f"{key} of a proximity sensor is {value:g}; at most {_GREATEST:g} is possible")
+    return value

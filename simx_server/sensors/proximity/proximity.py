@@ -10,6 +10,7 @@ again.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,9 @@ from simx_server.sensors.instant import Instant
 from simx_server.world.part import Part
 
 from .detection import Detection, detect_all
+from .given import detect_given
 from .optics import Optics, optics
+from .random_rays import detect_randomly
 from .volume import TYPES
 
 if TYPE_CHECKING:
@@ -56,6 +59,8 @@ class ProximitySensors(Part):
         self._asked_before = self._asked
         """Sensors that were read since the last simulation step, and in the last one before in which any was."""
         self._handled_by_hand: dict[int, Detection | None] = {}
+        self._throws: Counter[int] = Counter()
+        """Number of readings of sensors with random rays in this run."""
         self._reset: set[int] = set()
         """Sensors whose result was cleared on request since the last simulation step."""
         self._explicit: dict[int, bool] = {}
@@ -126,13 +131,16 @@ class ProximitySensors(Part):
         self._handled_by_hand.pop(handle, None)
         self._reset.add(handle)
 
-    def check(self, handle: int, entity: int, **looks: str | float) -> Detection | None:
+    def check(
+        self, handle: int, entity: int, *, farthest: float = math.inf, **looks: str | float
+    ) -> Detection | None:
         """Return what a sensor would detect of one entity now; results of handling do not change.
 
         Args:
             handle: the sensor.
-            entity: an object or collection; it is detected even if it is not detectable.
-            looks: fields of Optics (faces, least_cosine, least_distance) that replace the sensor's own.
+            entity: an object, which is detected even if it is not detectable, or a collection.
+            farthest: distance from the sensor's origin in metres beyond which nothing is detected.
+            looks: fields of Optics (faces, least_cosine) that replace the sensor's own.
 
         Raises:
             UnknownHandle, WrongKind, CommandError: a handle or a value is wrong.
@@ -140,9 +148,39 @@ class ProximitySensors(Part):
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         members = self._collections.entity(entity)
         instant = self._instants.now()
-        wanted = instant.detectable if entity == ALL else np.isin(instant.surroundings.owners, members)
         looks_now = replace(self._look(item), **looks)  # type: ignore[arg-type]
-        return self._look_at(instant, [item], looks_now, wanted[np.newaxis].copy())[0]
+        if entity == ALL:
+            wanted = instant.detectable(looks_now.detects)
+        else:
+            wanted = np.isin(instant.surroundings.owners, members)
+            if entity in self._collections and not self._collections.overrides(entity):
+                wanted &= instant.detectable(looks_now.detects)
+        return _within(farthest, self._look_at(instant, [item], looks_now, wanted[np.newaxis].copy())[0])
+
+    def check_given(
+        self,
+        handle: int,
+        items: NDArray[np.float64],
+        *,
+        farthest: float = math.inf,
+        **looks: str | float,
+    ) -> Detection | None:
+        """Return what a sensor would detect of given points, segments or triangles; its handle is `NO_OBJECT`.
+
+        Args:
+            handle: the sensor. One with random rays searches its whole volume.
+            items: (n, k, 3) n items with k = 1, 2 or 3 corners each, in the world, metres.
+            farthest: as in `check`.
+            looks: as in `check`.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        instant = self._instants.now()
+        looks_now = replace(self._look(item), throw=None, **looks)  # type: ignore[arg-type]
+        turn = instant.site_xmat[item.id].reshape(3, 3)
+        return _within(farthest, detect_given(looks_now, (items - instant.site_xpos[item.id]) @ turn))
 
     def is_explicit(self, handle: int) -> bool:
         """Return whether simulation steps skip a sensor, for a script to handle it.
@@ -169,6 +207,14 @@ class ProximitySensors(Part):
             UnknownHandle, WrongKind: the handle is not a proximity sensor's.
         """
         return TYPES[self._look(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)).kind]
+
+    def reach(self, handle: int) -> float:
+        """Return the length of the detection volume in metres.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
+        return self._look(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)).reach
 
     def entity(self, handle: int) -> int:
         """Return the object or collection that a sensor detects, -1 for everything.
@@ -210,11 +256,13 @@ class ProximitySensors(Part):
 
     def _end_run(self) -> None:
         self._forget()
+        self._optics.clear()  # the stop restores annotations
         self._explicit = self._explicit_before_run
 
     def _forget(self) -> None:
         self._results.clear()
         self._handled_by_hand.clear()
+        self._throws.clear()
         self._reset.clear()
         self._asked_before = self._asked = {}
         self._instant = None
@@ -237,24 +285,44 @@ class ProximitySensors(Part):
     def _detect(self, instant: Instant, handles: list[int]) -> list[Detection | None]:
         """Return the results of sensors with equal optics."""
         items = [instant.scene.objects[handle] for handle in handles]
-        wanted = np.repeat(instant.detectable[np.newaxis], len(items), axis=0)
+        looks = self._look(items[0])
+        wanted = np.repeat(instant.detectable(looks.detects)[np.newaxis], len(items), axis=0)
         for row, item in enumerate(items):
             entity = self._entity(item)
             if entity != ALL:
-                wanted[row] &= np.isin(instant.surroundings.owners, self._collections.entity(entity))
-        return self._look_at(instant, items, self._look(items[0]), wanted)
+                members = np.isin(instant.surroundings.owners, self._collections.entity(entity))
+                wanted[row] = members if self._collections.overrides(entity) else wanted[row] & members
+        return self._look_at(instant, items, looks, wanted)
 
     def _look_at(
         self, instant: Instant, items: list[SceneObject], looks: Optics, wanted: NDArray[np.bool_]
     ) -> list[Detection | None]:
-        """Return the results of sensors; `wanted`: (s, ngeom). The carrier of a sensor is left out."""
-        carriers = [instant.scene.owner_of_body(item.body, instant.model) for item in items]
-        for row, carrier in enumerate(carriers):
-            if carrier != -1:
+        """Return the results of sensors; `wanted`: (s, ngeom). The carrier is left out, unless annotated."""
+        if looks.faces == "none":
+            return [None] * len(items)
+        for row, item in enumerate(items):
+            carrier = instant.scene.owner_of_body(item.body, instant.model)
+            if carrier != -1 and not _note(item).get("carrier", False):
                 wanted[row] &= instant.surroundings.owners != carrier
         sites = [item.id for item in items]
-        rotations = instant.site_xmat[sites].reshape(-1, 3, 3)
-        return detect_all(instant, looks, instant.site_xpos[sites], rotations, wanted)
+        origins, rotations = instant.site_xpos[sites], instant.site_xmat[sites].reshape(-1, 3, 3)
+        if looks.throw is None:
+            return detect_all(instant, looks, origins, rotations, wanted)
+        return [
+            detect_randomly(
+                instant, looks, origins[row], rotations[row], wanted[row], self._dice(item.handle)
+            )
+            for row, item in enumerate(items)
+        ]
+
+    def _dice(self, handle: int) -> np.random.Generator:
+        """Return the randomness of a sensor's next reading: the same in each run with the same readings."""
+        self._throws[handle] += 1
+        return np.random.default_rng((self._sim.step_count, handle, self._throws[handle]))
+
+    def look_again(self, handle: int) -> None:
+        """Read the annotation of a sensor again before the next detection: it has changed."""
+        self._optics.pop(handle, None)
 
     def _look(self, item: SceneObject) -> Optics:
         known = self._optics.get(item.handle)
@@ -283,3 +351,7 @@ class ProximitySensors(Part):
 
 def _note(item: SceneObject) -> Annotation:
     return item.annotations.get("proximity", {})
+
+
+def _within(farthest: float, found: Detection | None) -> Detection | None:
+    return found if found is not None and math.hypot(*found.point) <= farthest else None

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Lines = Callable[[Array], tuple[Array, Array]]
 """Maps angles (...) to starts and ends (..., 3) of lines that lie in a surface."""
 
-TYPES = {"pyramid": 30, "cylinder": 31, "disc": 32, "cone": 33, "ray": 34}
+TYPES = {"pyramid": 30, "cylinder": 31, "disc": 32, "cone": 33, "ray": 34, "random_rays": 34}
 """Maps the volume type to `sim_proximitysensor_*_subtype`."""
 
 _TOLERANCE = 1e-9
@@ -120,14 +120,19 @@ class Volume:
         return np.where(np.isfinite(found), found, np.nan)
 
 
+def half_angle(angle: float) -> float:
+    """Return half the opening angle of a cone or disc, radians; pi where V-REP makes it a whole sphere or circle."""
+    return math.pi if angle > _HALF_TURN else min(angle / 2, math.pi / 2)
+
+
 def cone(
     angle: float, reach: float, offset: float = 0.0, radius: float = 0.0, inside_gap: float = 0.0
 ) -> Volume:
     """Return a cone; `angle`: full opening angle in radians."""
     build = _Builder()
     far = radius + reach
-    whole = angle > _HALF_TURN
-    half = math.pi if whole else min(angle / 2, math.pi / 2)
+    half = half_angle(angle)
+    whole = half == math.pi
     build.sphere(offset, far)
     if offset > 0:
         build.spheres.append((offset, far))
@@ -198,8 +203,8 @@ def disc(
     """Return a sector of a flat disc in the x-z plane, `height` thick along y."""
     build = _Builder()
     far = radius + reach
-    whole = angle > _HALF_TURN
-    half = math.pi if whole else min(angle / 2, math.pi / 2)
+    half = half_angle(angle)
+    whole = half == math.pi
     for side in (1.0, -1.0):
         build.plane((0.0, side, 0.0), height / 2)
     build.round(offset, far)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simx_server.sensors.ray_casting.surface import Ids, Points
 from simx_server.sensors.vision.image import CameraView
-from simx_server.sensors.vision.visibility import VISIBLE_GROUPS, near_the_view
+from simx_server.sensors.vision.visibility import drawn, near_the_view
 
 _SEEN_GROUP = 0
 _HIDDEN_GROUP = 1
@@ -72,7 +72,7 @@ class Seeing:
     ) -> None:
         self.data = data
         self.view = view
-        seen = is_visible & np.isin(model.geom_group, VISIBLE_GROUPS) & near_the_view(model, data, view)
+        seen = is_visible & drawn(model, view) & near_the_view(model, data, view)
         self._model = copy.copy(model)
         self._hidden = np.where(seen, _SEEN_GROUP, _HIDDEN_GROUP)
         self._groups = np.zeros(mujoco.mjNGROUP, np.uint8)

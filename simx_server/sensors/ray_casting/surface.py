@@ -16,6 +16,9 @@ Points = NDArray[np.float64]
 Ids = NDArray[np.int32]
 """(n,) MuJoCo geom ids."""
 
+_MOST_LIGHTS = 8
+"""Lights that OpenGL applies, the headlight among them; MuJoCo leaves out the rest."""
+
 _WITHOUT_LIGHTS = 0.3
 """Ambient light that MuJoCo's renderer assumes for a scene without lights."""
 _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
@@ -71,7 +74,7 @@ class Surfaces:
     ) -> NDArray[np.float32]:
         """Return (n, 3): ambient and diffuse light that reaches each point."""
         mujoco.mjv_makeLights(self._model, data, self._scene)
-        lights = self._scene.lights[: self._scene.nlight]
+        lights = self._scene.lights[: min(self._scene.nlight, _MOST_LIGHTS)]
         parallel = [light for light in lights if _is_parallel(light)]
         ambient = sum((light.ambient for light in parallel), np.zeros(3, np.float32))
         total = np.empty(points.shape, np.float32)

@@ -5,7 +5,7 @@ Rules, the same for OpenGL and for ray casting:
 * rows come bottom first, each row left to right (the order of V-REP's image and depth buffers);
 * a surface is seen between the near and the far plane only, both measured along the view axis; beyond the far
   plane RGB is the background and depth is 1, as in V-REP;
-* only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces;
+* only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces; users see those of `USERS_GROUP` too;
 * geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and do not change the depth;
 * an image of codes instead of colours has one code per pixel, exactly, and see-through geoms are solid in it.
 """
@@ -83,8 +83,12 @@ class CameraView:
 
     red + 256 green + 65536 blue. Skins and flexes show NO_CODE. None: colours.
     """
+    only: frozenset[int] | None = None
+    """Ids of the only geoms that are seen; None: all."""
     viewpoint: Viewpoint | None = None
     """For a view of the scene that differs from all its cameras."""
+    is_users: bool = False
+    """Whether it is a user's view, which shows shapes that vision sensors do not see."""
 
     def __post_init__(self) -> None:
         if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):

@@ -11,12 +11,27 @@ from simx_server.sensors.vision.image import CameraView
 VISIBLE_GROUPS = (0, 1, 2)
 """MuJoCo geom groups that a camera sees; by MuJoCo's convention group 3 and up hold collision shapes."""
 
+USERS_GROUP = 6
+"""Group of the geoms of shapes that users see, and vision sensors do not: V-REP's property "renderable" is off.
+
+Models get it while they run. MuJoCo takes groups above 5 for 5, which it hides unless told otherwise.
+"""
+
 OPAQUE_ALPHA = 0.995
 """Minimum alpha of a geom that MuJoCo's renderer treats as opaque."""
 
 
+def drawn(model: mujoco.MjModel, view: CameraView) -> NDArray[np.bool_]:
+    """Return (ngeom,): whether a geom's group is one that the view shows."""
+    seen = np.isin(model.geom_group, VISIBLE_GROUPS)
+    return seen | (model.geom_group == USERS_GROUP) if view.is_users else seen
+
+
 def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
-    """Return (ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do."""
+    """Return (ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do.
+
+    Geoms that the view leaves out do not.
+    """
     radius = model.geom_rbound
     eye, turn = view.pose(data)
     local = (data.geom_xpos - eye) @ turn
@@ -28,4 +43,9 @@ def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) 
             inside &= np.abs(local[:, axis]) - half * depth < radius * math.hypot(1.0, half)
         else:
             inside &= np.abs(local[:, axis]) - half < radius
-    return inside | (radius <= 0.0)
+    inside |= radius <= 0.0
+    if view.only is not None:
+        chosen = np.zeros(len(inside), bool)
+        chosen[list(view.only)] = True
+        inside &= chosen
+    return inside

@@ -10,10 +10,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.collection import ALL
+from simx_server.scene.formats.annotations import Annotation, numbers_of
+from simx_server.scene.formats.texts.filter_chains import read_chain
 from simx_server.scene.objects import SceneObject
 
-from .image import MAX_SIDE, Picture, perspective_angle_from_fovy
+from .filters.chain import Chain, Processed
+from .filters.work import View, Work
+from .image import MAX_SIDE, Picture, fovy_from_perspective_angle, perspective_angle_from_fovy
 
 DEFAULT_SIDE = 256
 """Default pixels per side of a camera without a resolution; V-REP's own new sensors have 32."""
@@ -48,6 +52,18 @@ class VisionSettings:
     """V-REP's render mode 2: each pixel is the handle of the visible object, red + 256 green + 65536 blue."""
     external: bool = False
     """Nothing is rendered: the image is the one that was set last."""
+    background: tuple[float, float, float] | None = None
+    """RGB 0..1 where nothing is seen; None: the scene's."""
+    has_rgb: bool = True
+    """Without colours, the image is black: V-REP's sensors that ignore them."""
+    has_depth: bool = True
+    """Without depth, nothing is nearer than the far plane."""
+    has_statistics: bool = True
+    """Without statistics, the first packet of numbers is empty."""
+    entity: int = ALL
+    """The object or collection that alone is rendered."""
+    chain: Chain | None = None
+    """Filters that each image passes; None: the image stays as it is."""
     detect_above: float | None = None
     detect_below: float | None = None
     """The image's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
@@ -59,6 +75,10 @@ class VisionSettings:
     """(height, width, 3): a script's version of the image; clients receive it, the statistics ignore it."""
     verdict: Verdict | None = None
     """A script's findings in the image."""
+    processed: Future[Processed] | None = None
+    """The kept or the set image after the chain."""
+    work: Work | None = None
+    """Images of a chain that remembers; None: black."""
     picture_pass: int = -1
     """The last simulation step in which these values count, unless the sensor is handled explicitly."""
 
@@ -68,9 +88,28 @@ class VisionSettings:
         return self.is_depth_camera and not self.shows_handles
 
     @property
+    def needs_statistics(self) -> bool:
+        """Return whether the numbers of an image are needed."""
+        return self.has_statistics or self.detect_above is not None or self.detect_below is not None
+
+    @property
+    def view(self) -> View:
+        """Return the part of the world that the image shows."""
+        width, height = self.width, self.height
+        clip, size = (self.near, self.far), self.orthographic_size
+        if size is not None:
+            per_pixel = size / max(width, height)
+            return View(clip, (width * per_pixel / 2, height * per_pixel / 2), is_perspective=False)
+        up = math.tan(math.radians(fovy_from_perspective_angle(self.angle, width, height)) / 2)
+        return View(clip, (up * width / height, up), is_perspective=True)
+
+    @property
     def most_bytes(self) -> int:
-        """Return the bytes of an image with both channels: three bytes and a float per pixel."""
-        return self.width * self.height * 7
+        """Return the bytes of an image with both channels: three bytes and a float per pixel.
+
+        The three images of a chain have three doubles per pixel.
+        """
+        return self.width * self.height * (7 if self.chain is None else 7 + 3 * 24)
 
     @property
     def kept_bytes(self) -> int:
@@ -80,14 +119,14 @@ class VisionSettings:
 
     def forget(self) -> None:
         """Drop the image, and what was set or found."""
-        self.picture = self.drawn = self.filtered = self.verdict = None
+        self.picture = self.drawn = self.filtered = self.verdict = self.processed = None
 
 
 def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:
     """Return settings from the annotation first, then the camera's attributes, then the model's clip planes."""
     note: Annotation = item.annotations.get("vision", {})
     width, height = (int(side) for side in model.cam_resolution[item.id])
-    if width * height <= 1:
+    if width * height <= 1 and not note.get("single_pixel", False):
         width = height = DEFAULT_SIDE
     width, height = min(width, MAX_SIDE), min(height, MAX_SIDE)
     fovy = float(model.cam_fovy[item.id])
@@ -111,9 +150,21 @@ def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSetti
         explicit=bool(note.get("explicit", False)),
         shows_handles=note.get("render") == "handles",
         external=bool(note.get("external", False)),
+        background=_colour(note),
+        has_rgb=bool(note.get("rgb", True)),
+        has_depth=bool(note.get("depth", True)),
+        has_statistics=bool(note.get("statistics", True)),
+        chain=Chain(read_chain(str(note["filters"]))) if "filters" in note else None,
         detect_above=_limit(note, "detect_above"),
         detect_below=_limit(note, "detect_below"),
     )
+
+
+def _colour(note: Annotation) -> tuple[float, float, float] | None:
+    if "background" not in note:
+        return None
+    red, green, blue = numbers_of(note["background"])
+    return red, green, blue
 
 
 def _limit(note: Annotation, key: str) -> float | None:

@@ -18,8 +18,8 @@ _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _ENDLESS = 20.0
 """Half the side in metres at which an infinite plane is drawn."""
 
-_FIRST_HIDDEN_GROUP = 3
-"""Geoms of this group and above only collide; MuJoCo's viewer leaves them out, too."""
+_SEEN_GROUPS = (0, 1, 2, 6)
+"""Geoms of other groups only collide; the last group is that of shapes which vision sensors do not see."""
 
 _CONVERTED = frozenset(
     int(kind)
@@ -72,7 +72,7 @@ def appearance(model: mujoco.MjModel, body: int) -> bytes:
 def _is_seen(model: mujoco.MjModel, geom: int) -> bool:
     return (
         _rgba(model, geom)[3] > 0
-        and int(model.geom_group[geom]) < _FIRST_HIDDEN_GROUP
+        and int(model.geom_group[geom]) in _SEEN_GROUPS
         and int(model.geom_type[geom]) in _CONVERTED
     )
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from vrep_writer import VrepWriter
 
 from simx_client import __main__ as program
 from simx_client.checking import command, scene
@@ -323,3 +324,46 @@ def test_checking_loads_neither_the_server_nor_numpy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
+
+
+# --- V-REP's own scenes ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A script beside two scenes; the working folder is another one."""
+    place, elsewhere = tmp_path / "project", tmp_path / "elsewhere"
+    place.mkdir()
+    elsewhere.mkdir()
+    writer = VrepWriter(21)
+    base = writer.shape("Base", cuboid=(0.2, 0.2, 0.1))
+    writer.joint("motor", parent=base)
+    writer.settings()
+    (place / "robot.ttt").write_bytes(writer.bytes())
+    (place / "old robot.ttt").write_bytes(writer.bytes())
+    text = "vrep.simxGetObjectHandle(c, 'motor', B)\nvrep.simxGetCollectionHandle(c, 'links', B)\n"
+    (place / "drive.py").write_text(HEAD + text)
+    monkeypatch.chdir(elsewhere)
+    return place
+
+
+def test_vrep_scene_beside_the_script_is_looked_at(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main([str(folder / "drive.py"), "--scene", "robot.ttt"]) == 1
+    page = capsys.readouterr().out
+    assert "'motor'" not in page
+    assert "no collection 'links' in robot" in page
+    assert "in the MJCF that `simx-server robot.ttt --convert FOLDER` writes" in page
+
+
+@pytest.mark.parametrize(
+    ("loaded", "meant"),
+    [("", "SCENE"), ("C:\\\\x\\\\robot.ttt", "robot.ttt"), ("old robot.ttt", "'old robot.ttt'")],
+)
+def test_scene_that_the_script_loads_is_suggested_if_it_lies_beside_it(
+    folder: Path, capsys: pytest.CaptureFixture[str], loaded: str, meant: str
+) -> None:
+    script = folder / "drive.py"
+    if loaded:
+        script.write_text(script.read_text() + f"vrep.simxLoadScene(c, '{loaded}', 0, B)\n")
+    assert command.main([str(script)]) == 0
+    assert f"--scene {meant} compares" in capsys.readouterr().out

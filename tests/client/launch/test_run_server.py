@@ -44,9 +44,22 @@ def test_server_is_ready_before_and_stopped_after(folder: Path) -> None:
     finished = simx_run(folder, text, flags=flags)
     assert finished.returncode == 0, finished.stderr
     assert finished.stdout == (
-        "['scene.xml', '--port', '0', '--speed', 'max', '--viewer', '--until-eof'] *=127.0.0.1:4001\n"
+        "['scene.xml', '--port', '0', '--no-script-ports', '--speed', 'max', '--viewer', '--until-eof'] "
+        "*=127.0.0.1:4001\n"
     )
     assert (folder / "stopped.json").exists()
+
+
+def test_scene_beside_the_script_is_found_from_another_folder(folder: Path) -> None:
+    (folder / "project").mkdir()
+    (folder / "project" / "lab.ttt").write_bytes(b"VREP")
+    write_script(folder / "project", "import json\nprint(json.load(open('server.json'))['arguments'][0])\n")
+    for scene, given in (("lab.ttt", str(Path("project", "lab.ttt"))), ("other.ttt", "other.ttt")):
+        finished = subprocess.run(
+            [sys.executable, "-m", "simx_client.launch.run", "--server", scene, "project/script.py"],
+            cwd=folder, env=environment(), capture_output=True, text=True, timeout=60, check=False,
+        )  # fmt: skip
+        assert finished.stdout == f"{given}\n", finished.stderr
 
 
 @pytest.mark.parametrize(

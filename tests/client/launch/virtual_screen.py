@@ -54,10 +54,15 @@ class PersonAt:
 
     def find(self, title: str) -> int:
         """The window of this title, which the keys go to from now on."""
-        assert wait_until(lambda: title in self.windows(), 60.0), (
-            f"no window {title!r} among {self.windows()}"
-        )
-        window = self.windows()[title]
+        found: list[int] = []  # by one look: a window that is being made comes and goes
+
+        def is_seen() -> bool:
+            window = self.windows().get(title)
+            found.extend([] if window is None else [window])
+            return bool(found)
+
+        assert wait_until(is_seen, 60.0), f"no window {title!r} among {self.windows()}"
+        window = found[0]
         self.xdotool("windowfocus", "--sync", window)
         return window
 

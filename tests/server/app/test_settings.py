@@ -135,6 +135,8 @@ def test_settings_cannot_be_changed_afterwards() -> None:
     ("flags", "said"),
     [
         ({"replay": "R", "speed": "2"}, "flag --speed: has no meaning beside --replay; valid: one of both"),
+        ({"replay": "R", "zmq": "0"}, "flag --zmq: has no meaning beside --replay; valid: one of both"),
+        ({"record": "R", "zmq": "0"}, "flag --record: calls of the ZeroMQ remote API are not recorded"),
         ({"replay": "R", "view": "0"}, "flag --view: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "time_step": "0.01"}, "flag --time-step: has no meaning beside --replay"),
         ({"replay": "R", "duration": "3"}, "flag --duration: has no meaning beside --replay"),
@@ -171,3 +173,47 @@ def test_a_replay_may_be_pictured_at_a_moment_and_may_allow_code(tmp_path: Path)
         "log_level": "debug",
     }
     assert Settings.gather(flags, {}).duration == 3.0
+
+
+@pytest.mark.parametrize(
+    ("legacy", "ports"),
+    [
+        (["0"], (19997, 19999)),
+        (["19997"], (19999,)),
+        (["0.0.0.0:19999"], (19997,)),
+        (["19997", "19999"], (0,)),
+    ],
+)
+def test_the_default_ports_make_room_for_original_clients(legacy: list[str], ports: tuple[int, ...]) -> None:
+    settings = Settings.gather({"legacy_ports": legacy}, {})
+    assert settings.ports == ports
+    assert [address.rpartition(":")[2] for address in settings.legacy_ports] == [
+        each.rpartition(":")[2] for each in legacy
+    ]
+
+
+def test_a_number_has_one_protocol_only() -> None:
+    with pytest.raises(SettingError, match="5000 is given with --port too"):
+        Settings.gather({"ports": ["5000"], "legacy_ports": ["5000"]}, {})
+    with pytest.raises(SettingError, match="5000 is given twice"):
+        Settings.gather({"legacy_ports": ["5000", "0.0.0.0:5000"]}, {})
+    with pytest.raises(SettingError, match="IPv4"):
+        Settings.gather({"legacy_ports": ["localhost:5000"]}, {})
+
+
+def test_ports_for_original_clients_of_a_fleet_follow_those_of_the_server_before() -> None:
+    settings = Settings.gather({"ports": ["5000"], "legacy_ports": ["0.0.0.0:5004", "0"], "count": "3"}, {})
+    assert settings.member(2).ports == (5010,)
+    assert settings.member(2).legacy_ports == ("0.0.0.0:5014", "127.0.0.1:0")
+
+
+def test_the_zeromq_port_of_each_of_many_servers_follows_the_one_before() -> None:
+    settings = Settings.gather({"zmq": "23000", "count": "3"}, {})
+    assert [settings.member(number).zmq for number in range(3)] == [
+        "127.0.0.1:23000",
+        "127.0.0.1:23001",
+        "127.0.0.1:23002",
+    ]
+    assert Settings.gather({"zmq": "0.0.0.0:0"}, {}).member(5).zmq == "0.0.0.0:0"
+    with pytest.raises(SettingError, match="go beyond 65535"):
+        Settings.gather({"zmq": "65535", "count": "2", "ports": ["0"]}, {})

@@ -190,21 +190,32 @@ def test_scene_of_the_clients_side_is_loaded_and_leaves_no_file(client, world, h
     assert v.simxStopSimulation(client, BLOCKING) == 0
 
 
-def test_vrep_scene_of_the_clients_side_is_replaced_by_the_file_beside_it(client, here, caplog):
-    (here / "pendulum.ttt").write_bytes(b"VREP")
+def test_missing_vrep_scene_of_the_clients_side_is_replaced_by_the_file_beside_it(client, here, caplog):
     with caplog.at_level(logging.INFO):
         assert v.simxLoadScene(client, str(here / "pendulum.ttt"), 0xFF, BLOCKING) == 0
     assert "'pendulum.xml' beside it is sent in its place" in caplog.text
     assert handle_of(client, "hinge")
 
 
-def test_vrep_scene_without_a_twin_here_means_the_servers_of_that_name(client, here, caplog):
-    (here / "ur5_rg2_kinect.ttt").write_bytes(b"VREP")
-    (here / "own.ttt").write_bytes(b"VREP")
-    assert v.simxLoadScene(client, str(here / "ur5_rg2_kinect.ttt"), 1, BLOCKING) == 0
-    assert handle_of(client, "UR5_joint1")
-    assert v.simxLoadScene(client, str(here / "own.ttt"), 1, BLOCKING) == REMOTE_ERROR
-    assert "convert it to MJCF" in error_of(client)
+@pytest.mark.parametrize("name", ["pendulum.ttt", "ur5_rg2_kinect.ttt"])
+def test_vrep_scene_that_the_client_sends_is_not_replaced_by_another_one(client, here, name):
+    """Neither by the file beside it nor by the server's of that name: what is wrong with it must not stay hidden."""
+    (here / name).write_bytes(b"version https://git-lfs.github.com/spec/v1\n")
+    assert v.simxLoadScene(client, str(here / name), 1, BLOCKING) == REMOTE_ERROR
+    assert f"'{name}' cannot be read: it is a Git LFS pointer" in error_of(client)
+
+
+def test_xml_scene_of_coppeliasim_is_replaced_by_the_file_beside_it(client, here, caplog):
+    (here / "pendulum.simscene.xml").write_text("<CoppeliaSim/>")
+    with caplog.at_level(logging.INFO):
+        assert v.simxLoadScene(client, str(here / "pendulum.simscene.xml"), 1, BLOCKING) == 0
+    assert "'pendulum.xml' beside it is sent in its place" in caplog.text
+
+
+def test_xml_scene_of_coppeliasim_alone_is_refused_with_what_to_do(client, here):
+    (here / "other.simscene.xml").write_text("<CoppeliaSim/>")
+    assert v.simxLoadScene(client, str(here / "other.simscene.xml"), 1, BLOCKING) == REMOTE_ERROR
+    assert "save it as a .ttt" in error_of(client)
 
 
 @pytest.mark.parametrize("name", ["cube.xml", b"cube.xml"])

@@ -20,7 +20,8 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
-from simx_server.handlers.files import lend_file, load_scene_of_server, store_file
+from simx_server.handlers.files import lend_file, store_file
+from simx_server.handlers.script_files import load_scene_of_server
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.records import Kind
 from simx_server.runtime.sessions import ClientSession
@@ -102,9 +103,9 @@ def test_message_tells_where_it_was_searched(world: World, tmp_path: Path) -> No
         world.call("simxLoadScene", "C:\\Users\\me\\robot.ttt", 0)
     text = str(problem.value)
     assert "no scene 'robot.ttt'" in text
-    assert "looked for robot.xml, robot.mjcf, robot.urdf, robot.mjb, ..." in text
+    assert "looked for robot.ttt, robot.xml, robot.mjcf, robot.urdf, ..." in text
     assert f"in {tmp_path / 'project'} and {tmp_path / 'workspace'} and among the shipped ones" in text
-    assert "convert it to MJCF or URDF" in text
+    assert text.endswith("; put it there")
 
 
 def test_stand_in_for_a_path_elsewhere_is_told(world: World, caplog: pytest.LogCaptureFixture) -> None:

@@ -12,7 +12,7 @@ import pytest
 from processes import PENDULUM
 
 from simx_client.protocol import link
-from simx_server.gateways.exposure import exposure
+from simx_server.gateways.exposure import exposure, plain_exposure
 
 LOGIN = {"transport/auth/usrpwd": {"dictionary_file": "users.txt"}}
 MUTUAL = {"transport/link/tls/enable_mtls": True}
@@ -45,6 +45,14 @@ def test_open_door_is_known_as_one(endpoint: str, options: dict[str, Any], is_op
         assert endpoint in warning
         assert "19997" not in warning
         assert "--config" in warning
+
+
+def test_a_port_without_passwords_is_open_unless_it_is_of_this_machine_alone() -> None:
+    assert plain_exposure(["127.0.0.1:19997", "127.0.0.2:1"]) is None
+    warning = plain_exposure(["127.0.0.1:19997", "192.168.1.5:4000"])
+    assert warning is not None
+    assert "192.168.1.5:4000" in warning
+    assert "19997" not in warning
 
 
 @pytest.mark.parametrize("flags", [[], ["--config", "nobody.json5"]])

@@ -204,7 +204,7 @@ def test_cameras_lights_and_linked_dummies_have_their_own(world: World) -> None:
 
 @pytest.mark.parametrize(
     ("name", "kind", "number", "value"),
-    [("ball", "Int", 32, -1), ("ball", "Float", 28, 0.0), ("eye", "Int", 1008, -1)],
+    [("ball", "Int", 32, -1), ("ball", "Float", 28, 0.0)],
 )
 def test_what_can_have_one_value_only_says_so(
     world: World, name: str, kind: str, number: int, value: float

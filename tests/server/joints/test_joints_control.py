@@ -101,8 +101,8 @@ def test_control_mode_is_one_number_for_motor_loop_and_spring() -> None:
         sim.joints.set_parameter(rail(sim), 2039, mode)
         assert sim.joints.get_parameter(rail(sim), 2039) == mode
         assert [sim.joints.get_parameter(rail(sim), number) for number in (2000, 2001)] == list(switches)
-    with pytest.raises(CommandError, match="0 free, 4 velocity, 8 position or 12 spring"):
-        sim.joints.set_parameter(rail(sim), 2039, 1)
+    with pytest.raises(CommandError, match="4 velocity, 8 position, 12 spring"):
+        sim.joints.set_parameter(rail(sim), 2039, 5)
 
 
 @pytest.mark.parametrize(("direction", "expected"), [(1, -7), (-1, 7)])

@@ -188,3 +188,72 @@ def test_rewound_joint_turns_freely_without_getting_anywhere() -> None:
     run(world, 5)
     assert sim.joints.position(sim.scene.resolve("free")) == 0.0
     assert sim.data.qvel[0] == pytest.approx(3.0)
+
+
+PROFILE = "mode=passive upper_velocity=0.4 upper_acceleration=2"
+
+
+def test_a_target_position_outside_force_mode_starts_a_motion_within_the_limits() -> None:
+    """From rest 0.2 s to 0.4 m/s over 0.04 m, then 0.05 s at that velocity, then 0.2 s to rest."""
+    world = slider(note=PROFILE, joint='range="-1 1" limited="true"')
+    sim = world.simulation
+    sim.joints.set_target_position(rail(sim), 0.1)
+    assert sim.joints.rule(rail(sim)).name == "PROFILE"
+    run(world, 2)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.01, rel=1e-3)
+    assert sim.joints.velocity(rail(sim)) == pytest.approx(0.15, rel=1e-3)
+    run(world, 3)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.06, rel=1e-3)
+    run(world, 6)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.1, abs=1e-9)
+    assert sim.joints.velocity(rail(sim)) == pytest.approx(0.0, abs=1e-9)
+    sim.joints.set_position(rail(sim), 0.5)
+    run(world, 1)
+    assert sim.joints.position(rail(sim)) == 0.5
+
+
+def test_a_target_velocity_outside_force_mode_is_reached_in_time_and_kept_up_to_the_limit() -> None:
+    world = slider(note=PROFILE, joint='range="-1 0.2" limited="true"')
+    sim = world.simulation
+    sim.joints.set_target_velocity(rail(sim), 0.4)
+    run(world, 4)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.04, rel=1e-3)
+    run(world, 4)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.12, rel=1e-3)
+    run(world, 8)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.2)
+    sim.joints.set_target_velocity(rail(sim), -0.4)
+    run(world, 4)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.16, rel=1e-3)
+
+
+def test_a_new_target_keeps_the_velocity_of_the_motion() -> None:
+    world = slider(note=PROFILE)
+    sim = world.simulation
+    sim.joints.set_target_velocity(rail(sim), 0.4)
+    run(world, 4)
+    sim.joints.set_target_position(rail(sim), 1.0)
+    run(world, 1)
+    assert sim.joints.velocity(rail(sim)) == pytest.approx(0.4, rel=1e-3)
+
+
+def test_a_stopped_run_forgets_its_motion_and_a_motion_set_before_it_starts_again() -> None:
+    world = slider(note=PROFILE)
+    sim = world.simulation
+    sim.joints.set_target_position(rail(sim), 0.1)
+    run(world, 11)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.1)
+    sim.stop()
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.0)
+    run(world, 2)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.01, rel=1e-3)
+
+
+def test_joints_without_a_greatest_acceleration_say_what_they_lack() -> None:
+    sim = slider(note="mode=passive").simulation
+    with pytest.raises(CommandError, match="upper_acceleration"):
+        sim.joints.set_target_position(rail(sim), 0.1)
+    sim.joints.limit_motion(rail(sim), [0.4, 2.0])
+    sim.joints.set_target_position(rail(sim), 0.1)
+    with pytest.raises(CommandError, match="three finite numbers"):
+        sim.joints.limit_motion(rail(sim), [1.0, 1.0, 1.0, 1.0])

@@ -331,3 +331,19 @@ def test_wrong_handles_and_numbers_are_refused() -> None:
     for call in (sim.joints.set_target_position, sim.joints.set_target_velocity, sim.joints.set_max_force):
         with pytest.raises(CommandError, match="finite"):
             call(sim.scene.resolve("elbow"), math.nan)
+
+
+def test_force_control_always_acts_with_the_maximum_force() -> None:
+    world = slider(actuator=VELOCITY, note="control=force max_force=-3", gravity="0 0 0")
+    sim = world.simulation
+    mass = float(sim.model.body_subtreemass[sim.model.jnt_bodyid[0]])
+    run(world, 10)
+    assert sim.joints.velocity(rail(sim)) == pytest.approx(-3 / mass * 0.475, rel=0.02)
+    assert sim.joints.force(rail(sim)) == pytest.approx(3)
+    sim.joints.set_parameter(rail(sim), 2039, 4)
+    run(world, 20)
+    assert sim.joints.velocity(rail(sim)) == pytest.approx(0.0, abs=1e-3)
+    sim.joints.set_parameter(rail(sim), 2039, 1)
+    run(world, 2)
+    assert sim.joints.get_parameter(rail(sim), 2039) == 1
+    assert sim.joints.velocity(rail(sim)) > 0.01

@@ -64,11 +64,12 @@ def test_joints_do_not_come_apart_under_load(world: World) -> None:
             assert read(world, name, *range(2022, 2030)) == pytest.approx([0.0] * 8, abs=1e-7), joint
 
 
-def test_what_has_no_meaning_here_says_why(world: World) -> None:
-    with pytest.raises(CommandError, match="nothing here computes inverse kinematics"):
-        read(world, "turn", 2021)
-    with pytest.raises(CommandError, match="nothing here computes inverse kinematics"):
-        world.call("simxSetObjectFloatParameter", world.handle("turn"), 2021, 0.5)
+def test_the_weight_in_inverse_kinematics_is_a_setting(world: World) -> None:
+    assert read(world, "turn", 2021) == [1.0]
+    world.call("simxSetObjectFloatParameter", world.handle("turn"), 2021, 0.5)
+    assert read(world, "turn", 2021) == [0.5]
+    with pytest.raises(CommandError, match="weight in inverse kinematics must not be below 0"):
+        world.call("simxSetObjectFloatParameter", world.handle("turn"), 2021, -0.5)
 
 
 def test_parameters_of_a_single_value_refuse_spherical_joints(world: World) -> None:

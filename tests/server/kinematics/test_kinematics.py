@@ -330,12 +330,26 @@ local before = {sim.getLinkDummy(tip) == target, sim.getLinkDummy(target) == tip
 return before, sim.setLinkDummy(tip, other), sim.getLinkDummy(tip) == other
 """)
     assert asked == [[True, True, -1], 1, True]
-    world.fails("sim.setLinkDummy(sim.getObjectHandle('target'), sim.getObjectHandle('tip'))", "tip of no")
+    backwards = "sim.setLinkDummy(sim.getObjectHandle('target'), sim.getObjectHandle('tip'))"
+    assert world.value(backwards) == 1
+    assert (
+        world.value("sim.getLinkDummy(sim.getObjectHandle('tip')) == sim.getObjectHandle('target')") is True
+    )
     world.sim.stop()
     world.sim.start()
     assert (
         world.value("sim.getLinkDummy(sim.getObjectHandle('tip')) == sim.getObjectHandle('target')") is True
     )
+
+
+def test_the_type_of_a_link_is_asked_and_set(world: ScriptWorld) -> None:
+    asked = world.lua("""
+local tip = sim.getObjectHandle('tip')
+local function asked() local kind, other = sim.getDummyLinkType(tip) return kind, other == sim.getLinkDummy(tip) end
+local before = {asked()}
+return before, sim.setDummyLinkType(tip, sim.dummy_linktype_ik_tip_target), {asked()}
+""")
+    assert asked == [[0, True], 1, [5, True]]
 
 
 def test_a_group_is_checked_and_its_jacobian_computed(world: ScriptWorld) -> None:

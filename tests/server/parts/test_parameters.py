@@ -75,7 +75,6 @@ def test_what_needs_a_window_is_off_and_says_so(world: World, number: int) -> No
     ("number", "value", "reason"),
     [
         (4, False, "no such module"),
-        (8, False, "no such module"),
         (11, False, "no such module"),
         (19, False, "drawn without it"),
         (22, False, "drawn without it"),

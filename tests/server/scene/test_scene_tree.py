@@ -192,7 +192,7 @@ def annotated(custom: str) -> None:
     [
         ('<text name="simx:joint:k" data="mode=force"/>', "'simx:joint:k' names no object"),
         ('<text name="simx:joint:b" data="mode=force"/>', "is for a joint, but 'b' is a shape"),
-        ('<text name="simx:joynt:j" data="mode=force"/>', "a KIND of joint, vision, camera"),
+        ('<text name="simx:joynt:j" data="mode=force"/>', "a KIND of object, joint, vision, camera"),
         (
             '<text name="simx:joint:j" data="mood=force"/>',
             "has 'mood=force'; valid is key=value with a key of mode, mo",
@@ -265,7 +265,11 @@ def test_scene_is_found_by_path_by_name_and_in_place_of_a_vrep_file(
         assert find_scene("mine.ttt", tmp_path) == own
         assert find_scene(tmp_path / "mine.ttt") == own
         assert find_scene("somewhere/ur5_rg2_kinect.ttt") == shipped
-    assert "is a V-REP file" in caplog.text
+    assert "mine.ttt' is not there" in caplog.text
+    vrep = tmp_path / "mine.ttt"
+    vrep.write_bytes(b"VREP")
+    assert find_scene("mine.ttt", tmp_path) == vrep
+    assert find_scene("mine", tmp_path) == own
     with pytest.raises(CommandError, match=r"no scene 'nothing\.ttt'; shipped scenes: .*ur5_rg2_kinect"):
         find_scene("nothing.ttt")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from simx_server.app import cli
+from simx_server.scripting.api import NAMESPACES
 from simx_server.scripting.coverage import Support, script_functions
 from simx_server.scripting.namespaces import signatures
 
@@ -33,6 +34,18 @@ def test_there_are_the_functions_that_embedded_scripts_use_most() -> None:
     assert {line.name for line in lines if line.name.startswith("sim.")} == {
         f"sim.{n}" for n in signatures("sim")
     }
+
+
+def test_no_part_of_a_namespace_overrides_another_one() -> None:
+    for namespace in NAMESPACES.values():
+        definers: dict[str, type] = {}
+        for part in namespace.__mro__:
+            own = {
+                name for name, value in vars(part).items() if callable(value) and not name.startswith("__")
+            }
+            for name in own:
+                first = definers.setdefault(name, part)
+                assert issubclass(first, part), f"{first.__name__} hides {name} of {part.__name__}"
 
 
 def test_what_is_not_fully_there_says_what_is_different() -> None:

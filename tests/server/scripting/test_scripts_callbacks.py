@@ -377,16 +377,49 @@ def test_an_error_through_calls_of_scripts_names_the_outermost_and_what_went_wro
 
 
 def test_the_namespace_of_a_missing_plugin_is_told_of_when_it_is_used() -> None:
-    world = scripted({"lua:base": "print(simUI == nil) function go() simUI.create('') end"})
+    world = scripted({"lua:base": "print(simMine == nil) function go() simMine.create('') end"})
     world.run(0)
     assert said(world) == ["true"]
-    with pytest.raises(ScriptError, match="no plug-in simUI; namespaces that scripts find are sim, simIK"):
+    with pytest.raises(ScriptError, match="no plug-in simMine; namespaces that scripts find are sim, simIK"):
         call(world, "go")
 
 
+@pytest.mark.parametrize(
+    ("plugin", "advice"),
+    [
+        ("simThymio", "moves its wheels with sim.setJointTargetVelocity"),
+        ("simSubprocess", "scripts start no programs on the server"),
+        ("simOctomap", "octrees are not read from files"),
+    ],
+)
+def test_a_missing_plugin_of_coppeliasim_comes_with_advice(plugin: str, advice: str) -> None:
+    world = scripted({"lua:base": f"function go() {plugin}.create('') end"})
+    world.run(0)
+    with pytest.raises(ScriptError, match=f"no plug-in {plugin}: .*{advice}"):
+        call(world, "go")
+    needing = scripted({"lua:base": f"{plugin} = require '{plugin}'"})
+    needing.run(0)
+    assert advice in said(needing)[0]
+
+
+def test_an_old_function_of_a_missing_plugin_comes_with_advice() -> None:
+    world = scripted(
+        {
+            "lua:base": "function go() simExtOctomap_prune(1) end",
+            "lua:left": "function go() simExtVision_no() end",
+        }
+    )
+    world.run(0)
+    with pytest.raises(ScriptError, match="no plug-in simOctomap: octrees are not read from files"):
+        call(world, "go")
+    with pytest.raises(ScriptError, match="is not provided by this server"):
+        call(world, "go", on="left")
+
+
 def test_call_back_that_never_comes_is_told() -> None:
-    world = scripted({"lua:base": "function sysCall_afterCreate(inData) end"})
+    world = scripted({"lua:base": "function sysCall_userConfig() end"})
     world.run()
     assert said(world) == [
-        "sysCall_afterCreate of the child script of 'base' (base.lua) is never called: this server cannot do that"
+        "sysCall_userConfig of the child script of 'base' (base.lua) is never called: it answers a double click in "
+        "V-REP's window, and there is none"
     ]

@@ -262,3 +262,25 @@ def test_settings_of_threads_that_mean_nothing_here_are_accepted() -> None:
     )
     world.run(2)
     assert said(world) == ["0, 0, true", "0, 1"]
+
+
+def test_later_names_of_threads_functions() -> None:
+    world = scripted(
+        {
+            "lua:base": """
+            function sysCall_thread()
+                sim.setAutoYieldDelay(0.004)
+                print(sim.getAutoYieldDelay(), sim.getThreadSwitchTiming(), sim.isScriptRunningInThread())
+                sim.acquireLock()
+                print(sim.getThreadSwitchAllowed(), sim.lockResources(0, 0), sim.unlockResources(1))
+                sim.releaseLock()
+                print(sim.getYieldAllowed(), sim.setThreadSwitchAllowed(false), sim.setYieldAllowed(true))
+                sim.waitForSimulationStart()
+                sim.yield()
+                print(sim.getSimulationTime(), sim.getThreadExitRequest())
+            end
+            """
+        }
+    )
+    world.run(3)
+    assert said(world) == ["0.004, 4.0, 1", "false, 1, 1", "true, 0, 1", "0.05, false"]

@@ -265,3 +265,24 @@ def test_scripts_of_later_versions_require_the_namespace() -> None:
     )
     world.run(0)
     assert said(world) == ["true"]
+
+
+def test_script_reads_its_sensor_in_the_sensing_of_the_first_step(tmp_path: Path) -> None:
+    source = "function sysCall_sensing() print(sim.readVisionSensor(sim.getObject('/eye'))) end"
+    world = scripted({"lua:base": source}, '<body name="base"><geom size="1"/><camera name="eye"/></body>')
+    render_with(world, QuickPainter())
+    world.run()
+    assert said(world)[0].startswith("0")
+
+
+def test_python_script_names_two_packets_of_a_plain_sensor() -> None:
+    source = (
+        "def sysCall_sensing():\n    result, first, second = sim.readVisionSensor(sim.getObject('/eye'))\n"
+        "    print(result, len(first), second)\n"
+    )
+    world = scripted({"python:base": source}, '<body name="base"><geom size="1"/><camera name="eye"/></body>')
+    render_with(world, QuickPainter())
+    world.run()
+    lines = said(world)
+    world.parts.scripts.close()
+    assert lines == ["0 15 None"]

@@ -105,7 +105,7 @@ def test_dummies_are_measured_as_points_but_do_not_collide(world: World) -> None
     assert gap(world, "mark", "other") == pytest.approx(math.sqrt(18))
     with pytest.raises(WrongKind, match="'mark' is a dummy, but this command needs a shape"):
         collides(world, "box", "mark")
-    with pytest.raises(WrongKind, match="needs a shape or dummy"):
+    with pytest.raises(WrongKind, match="needs a shape or octree or point cloud or dummy"):
         gap(world, "box", "eye")
 
 

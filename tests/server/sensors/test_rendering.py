@@ -233,6 +233,36 @@ def test_a_colour_changed_in_the_model_shows(make_renderer) -> None:
     assert renderer.render(data, FRONT, rgb=True, depth=False).rgb[where][2] > 150
 
 
+LAMPS = """
+<mujoco>
+  <visual><headlight ambient="0 0 0" diffuse="0 0 0" specular="0 0 0"/></visual>
+  <asset><material name="matt" specular="0" shininess="0"/></asset>
+  <worldbody><geom type="box" size="2 2 0.1" material="matt"/><camera pos="0 0 3"/>{}</worldbody>
+</mujoco>
+"""
+
+
+def brightness(make_renderer, lamp: str, count: int = 1) -> int:
+    """The brightness of a white floor straight below."""
+    model, data = load(LAMPS.format(f'<light {lamp} specular="0 0 0" castshadow="false"/>' * count))
+    view = dataclasses.replace(FRONT, width=9, height=9)
+    picture = make_renderer(model).render(data, view, rgb=True, depth=False)
+    return int(picture.rgb[4, 4, 0])
+
+
+def test_seven_lights_shine_beside_the_headlight(make_renderer) -> None:
+    lamp = 'type="directional" dir="0 0 -1" diffuse="0.1 0.1 0.1"'
+    assert brightness(make_renderer, lamp, 3) == pytest.approx(0.3 * 255, abs=2)
+    assert brightness(make_renderer, lamp, 20) == pytest.approx(0.7 * 255, abs=2)
+
+
+def test_a_spot_of_half_a_turn_shines_everywhere_and_weaker_with_distance(make_renderer) -> None:
+    lamp = 'type="spot" cutoff="180" dir="0 0 1" pos="0 0 2.1" diffuse="1 1 1" attenuation="{}"'
+    assert brightness(make_renderer, lamp.format("1 0 0")) == pytest.approx(255, abs=2)
+    assert brightness(make_renderer, lamp.format("0.5 0 0.25")) == pytest.approx(255 / 1.5, abs=2)
+    assert brightness(make_renderer, lamp.format("0 1 0")) == pytest.approx(255 / 2, abs=2)
+
+
 def test_a_camera_that_is_not_in_the_model_is_an_error(make_renderer) -> None:
     with pytest.raises(RenderError, match=r"camera id 7 .* has 2"):
         picture_of(make_renderer, view=dataclasses.replace(FRONT, camera_id=7))

@@ -173,3 +173,17 @@ def test_without_dynamics_there_are_no_values() -> None:
     world.call("simxSetBooleanParameter", 6, False)
     world.parts.step()
     assert read(world) == (0, [0.0] * 3, [0.0] * 3)
+
+
+def test_overload_that_only_triggers_calls_the_script_and_breaks_nothing() -> None:
+    pytest.importorskip("lupa")
+    script = "function sysCall_trigger(d) sim.setFloatSignal('load', d.force[3]) end"
+    data = "max_force=20 violations=3 overload=trigger"
+    world = world_with(
+        f'<text name="simx:force:cell" data="{data}"/><text name="simx:lua:cell" data="{script}"/>'
+    )
+    world.run(2)
+    assert world.parts.signals.get_float("load") is None
+    world.parts.step()
+    assert world.parts.signals.get_float("load") == FORCE[2]
+    assert read(world)[0] == 1

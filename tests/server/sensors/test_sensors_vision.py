@@ -10,7 +10,7 @@ from handler_calls import World, floats
 
 from simx_server.errors import CommandError
 from simx_server.sensors.vision.image import Picture
-from simx_server.sensors.vision.vision_sensors import statistics
+from simx_server.sensors.vision.judging import statistics
 
 SCENE = """
 <mujoco>

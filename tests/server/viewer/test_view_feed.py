@@ -207,6 +207,20 @@ def test_of_many_drawing_items_the_last_are_told_where_they_are(
     assert second["items"] == [[2, 0, 0]]
 
 
+def test_paths_are_lines(tmp_path: Path) -> None:
+    scene = tmp_path / "paths.xml"
+    scene.write_text(
+        '<mujoco><worldbody><site name="rail" pos="0 0 1"/></worldbody><custom>'
+        '<text name="simx:object:rail" data="type=path"/>'
+        '<text name="simx:path:rail" data="points=0,0,0,1,0,0,0;1,0,0,1,0,0,0;1,2,0,1,0,0,0"/></custom></mujoco>'
+    )
+    world = RealWorld(scene)
+    told = Told(world)
+    (line,) = told.ask(SURVEY, -1, -1)["drawings"]
+    assert line["items"] == [[0, 0, 1, 1, 0, 1], [1, 0, 1, 1, 2, 1]]
+    world.close()
+
+
 def test_one_pass_is_one_pass_from_any_state(told: Told) -> None:
     for expected in (1, 2):
         told.ask(ONE_PASS)

@@ -11,15 +11,17 @@ import pytest
 
 pytest.importorskip("viser", reason="needs the extra viewer")
 
-from typing import cast
+from typing import Any, cast
 
 import viser
 from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
+from simx_server.parts.user_interface.xml_uis.reading import read_window
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
+from simx_server.viewer.page.panels.custom_uis import plain_label
 from simx_server.viewer.page.panels.elements import HELD, Latest
 from simx_server.viewer.page.panels.interface import Interface
 from simx_server.viewer.page.panels.joints import Joints
@@ -332,6 +334,59 @@ def test_window_goes_when_the_program_ends_the_dialog(interface: Stage) -> None:
     assert not interface.gui._panel_handle_from_uuid
 
 
+WINDOW = """
+<ui title="Drive" closeable="true">
+  <label text="&lt;b&gt;not bold" id="1"/> <hslider minimum="-5" maximum="5" id="2"/> <button text="go" id="3"/>
+  <checkbox text="light" id="4"/> <spinbox minimum="0" maximum="1" step="0.1" id="5"/> <edit value="old" id="6"/>
+  <combobox id="7"><item>one</item><item>one</item></combobox> <radiobutton text="A" id="8"/> <progressbar id="9"/>
+  <tabs id="10"><tab title="first"><label text="in the first"/></tab><tab title="second">
+  <label text="in the second"/></tab></tabs> <table id="11"><row><item>cell &lt;i&gt;</item></row></table> <plot/>
+</ui>
+"""
+
+
+def test_window_of_a_script_is_operated_and_shows_what_the_script_sets(
+    interface: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    windows = interface.world.parts.user_interface.windows
+    window = read_window(WINDOW)
+    calls: list[tuple[Any, ...]] = []
+    window.fire = lambda function, values: calls.append((function, *values))
+    window.widget(3).events["on-click"] = "clicked"
+    windows.add(window)
+    interface.show()
+    assert "&lt;b&gt;not bold" in interface.text()
+    assert "cell &lt;i&gt;" in interface.text()
+    assert "in the first" in interface.text()
+    assert "in the second" not in interface.text()
+    interface.click("go")
+    assert calls == [("clicked", window.handle, 3)]
+    slider, spinner = interface.all(viser.GuiSliderHandle)[0], interface.all(viser.GuiNumberHandle)[0]
+    interface.set(slider, -2)
+    interface.set(spinner, 0.3)
+    interface.set(interface.labelled(viser.GuiCheckboxHandle, "light"), True)
+    interface.set(interface.all(viser.GuiTextHandle)[0], "new")
+    interface.click("A")
+    choice, tabs = interface.all(viser.GuiDropdownHandle)
+    interface.set(choice, "one (1)")
+    interface.set(tabs, "second")
+    values = [window.widget(each).value for each in (2, 4, 5, 7, 8, 10)]
+    assert values == [-2, 2, pytest.approx(0.3), 1, 1, 1]
+    assert window.widget(6).text == "new"
+    window.widget(2).value, window.widget(6).is_enabled, window.widget(9).value = 4, False, 50
+    later = time.monotonic() + 2 * HELD
+    monkeypatch.setattr(time, "monotonic", lambda: later)
+    interface.show()
+    assert slider.value == 4
+    assert interface.all(viser.GuiTextHandle)[0].disabled
+    assert interface.all(type(interface.gui.add_progress_bar(0.0)))[0].value == 50
+    assert "in the second" in interface.text()
+    assert interface.labelled(viser.GuiButtonHandle, "A").label == "◉ A"
+    interface.click("Close")
+    interface.show()
+    assert not interface.all(viser.GuiSliderHandle), "hidden, as no function of the script is asked"
+
+
 def test_custom_ui_is_operated_and_shows_what_its_program_sets(
     interface: Stage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -443,3 +498,19 @@ def test_metrics_tell_what_each_client_calls(stage: Stage) -> None:
     assert sum(mine.values()) >= 3
     assert "simxGetObjectHandle" not in mine
     assert others["simxGetObjectHandle"] == 2
+
+
+@pytest.mark.parametrize(
+    ("label", "shown"),
+    [
+        ("plain & simple", "plain & simple"),
+        ("&&fg999&&Check", "✓"),
+        ("&&fg777&&Pause", "||"),
+        ("&&NoSuchSymbol", "NoSuchSymbol"),
+        ("first&&nSecond", "first\nSecond"),
+        ("&&bg123text", "text"),
+        ("a && b", "a && b"),
+    ],
+)
+def test_symbols_and_commands_in_labels_of_v_rep_become_text(label: str, shown: str) -> None:
+    assert plain_label(label) == shown

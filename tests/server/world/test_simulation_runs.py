@@ -11,7 +11,7 @@ from observing import observe
 from scenes_for_tests import ARM, arm, run, world_of
 
 from simx_server.errors import CommandError
-from simx_server.parts.signals import Signals
+from simx_server.parts.communication.signals import Signals
 from simx_server.scene.editing import editing
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.formats.loader import SceneError, load_text

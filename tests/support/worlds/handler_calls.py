@@ -56,9 +56,15 @@ class World:
     """One simulation and one client."""
 
     def __init__(
-        self, xml: str = "<mujoco/>", *, file: Path | None = None, workspace: Path | None = None
+        self,
+        xml: str = "<mujoco/>",
+        *,
+        file: Path | None = None,
+        workspace: Path | None = None,
+        painter: PaintingThread | None = None,
     ) -> None:
-        self.painter = PaintingThread()
+        """Load a scene; scripts that wait for images need a painter that does not wait itself."""
+        self.painter = painter or PaintingThread()
         self.parts = build_world(self.painter, workspace=workspace)  # type: ignore[arg-type]
         self.sim = self.parts.simulation
         self.client = SimpleNamespace(errors=deque(maxlen=50), name="test", client="test", lent_files={})

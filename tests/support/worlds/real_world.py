@@ -11,6 +11,7 @@ from typing import Any, cast
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
+from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.protocol.messages import Pace
 from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
@@ -43,9 +44,10 @@ class RealWorld:
         self.parts.parameters.pace = pacer
         self.parts.parameters.is_waiting_for_trigger = lambda: self.loop.is_waiting_for_trigger
 
-    def client(self, pace: Pace = Pace.FREE) -> int:
+    def client(self, pace: Pace = Pace.FREE, *, timeout: float = DEFAULT_TIMEOUT) -> int:
         transport = LoopbackTransport(self.loop)
         connection = Connection(lambda: transport, where=transport.client, pace=pace)
+        connection.timeout = timeout
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         return client_id

@@ -41,3 +41,12 @@ def said(world: World) -> list[str]:
 def call(world: World, function: str, *inputs: Any, on: str = "base", kind: int = 1) -> Any:
     """What a client's simxCallScriptFunction gives."""
     return world.call("simxCallScriptFunction", on, kind, function, *(inputs or ([], [], [], b"")))
+
+
+def evaluate(world: World, code: str, on: str = "base", kind: int = 1) -> list[Any]:
+    """All results of a piece of Lua that the script of an object runs: strings are bytes, tables lists or dicts."""
+    scripts = world.parts.scripts
+    (script,) = [
+        one for one in scripts.all() if world.sim.scene.get(one.owner).name == on and one.kind == kind
+    ]
+    return scripts.run(script, "load", code)[0]()

@@ -128,9 +128,9 @@ class SoakServer:
         self.connections = 0
         join = self.loop.join
 
-        def joined(client: str, name: str, port: int, link: Link) -> ClientSession:
+        def joined(client: str, name: str, port: int, link: Link, *more: Any, **named: Any) -> ClientSession:
             self.connections += 1
-            return join(client, name, port, link)
+            return join(client, name, port, link, *more, **named)
 
         self.loop.join = joined
         self.gateway = WatchedGateway(self.loop, ports=[0])

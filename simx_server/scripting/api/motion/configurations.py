@@ -12,7 +12,7 @@ from simx_server.scene.geometry import frames
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.matrices import as_numbers, as_pose
-from simx_server.scripting.api.values.packing import pack_table, unpack_table
+from simx_server.scripting.api.values.tables import pack_table, unpack_table
 from simx_server.scripting.interpreter import Plain
 
 _NEAR = 1e-9

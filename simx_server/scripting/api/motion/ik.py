@@ -18,6 +18,7 @@ from simx_server.kinematics import Calculation, Constraint, Group
 from simx_server.kinematics.search import asked_range, find_configs, straight_path
 from simx_server.kinematics.validity import as_pairs, of_joints
 from simx_server.scene.geometry.placing import object_pose
+from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 
 _JACOBIAN, _MANIPULABILITY = 0, 1
@@ -100,27 +101,38 @@ class IkFunctions(ApiPart):
         raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
 
     def getLinkDummy(self, dummy: int) -> int:
-        """Return the target of a tip, or the tip of a target, in a group of the scene; -1 for other dummies.
-
-        Partly: links of other kinds do not exist.
-        """
+        """Return the dummy that is linked to a dummy; -1 for none."""
         handle = self._self(dummy)
         self._sim.scene.get(handle)
         for element in self._world.ik_groups.elements():
             if handle in (element.tip, element.target):
                 return element.target if handle == element.tip else element.tip
-        return -1
+        is_dummy = self._sim.scene.get(handle).kind == ObjectKind.DUMMY
+        return self._world.dummy_links.linked(handle) if is_dummy else -1
 
     def setLinkDummy(self, dummy: int, target: int) -> int:
-        """Set another target for a tip in all groups that contain it, until the simulation stops.
-
-        Partly: only for tips of groups that the scene registers; -1, for no target, is an error.
+        """Link a dummy to another one, or with -1 to none, until the simulation stops. Physics holds the two together
+        where their type is sim.dummy_linktype_dynamics_loop_closure; the tip of inverse kinematics gets another target.
         """
-        tip, goal = self._self(dummy), self._self(target)
-        self._sim.scene.get(goal)
-        if not self._world.ik_groups.retarget(tip, goal):
-            name = self._sim.scene.get(tip).name
-            raise CommandError(f"'{name}' is the tip of no inverse kinematics group (simx:ik:NAME)")
+        tip, goal = self._self(dummy), -1 if target == -1 else self._self(target)
+        if goal != -1:
+            self._sim.scene.get(goal)
+            tips = {element.tip for element in self._world.ik_groups.elements()}
+            if tip not in tips and goal in tips:
+                tip, goal = goal, tip
+            if self._world.ik_groups.retarget(tip, goal):
+                return 1
+        self._world.dummy_links.link(tip, goal)
+        return 1
+
+    def getDummyLinkType(self, dummy: int) -> tuple[int, int]:
+        """Return the type of a dummy's link, sim.dummy_linktype_*, and the linked dummy, -1 for none."""
+        handle = self._self(dummy)
+        return self._world.dummy_links.type(handle), self.getLinkDummy(handle)
+
+    def setDummyLinkType(self, dummy: int, link_type: int) -> int:
+        """Set the type of a dummy's link, sim.dummy_linktype_*, until the simulation stops; return 1."""
+        self._world.dummy_links.set_type(self._self(dummy), link_type)
         return 1
 
     def computeJacobian(self, group: int, _options: int = 0) -> int:

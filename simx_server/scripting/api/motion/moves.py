@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
-from simx_server.kinematics.profile import Goal, Limits, Profile, State, Synchronisation
+from simx_server.motion_profiles import Goal, Limits, Profile, State, Synchronisation
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.values.matrices import as_numbers, as_pose

@@ -10,7 +10,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.handlers.objects import poses as handlers
 from simx_server.joints import JointMode
-from simx_server.kinematics.profile import Goal, Limits, Profile, State
+from simx_server.motion_profiles import Goal, Limits, Profile, State
 from simx_server.scene.geometry import poses
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.base import ApiPart

@@ -7,7 +7,8 @@ import math
 from simx_client.protocol import constants
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
-from simx_server.kinematics.profile import Goal, Limits, Profile, State, Synchronisation, line
+from simx_server.motion_profiles import Goal, Limits, Profile, State, Synchronisation, line
+from simx_server.parts.paths.curve import LENGTH_PER_ANGLE, Method, length_by
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.values.matrices import vector
@@ -15,10 +16,6 @@ from simx_server.scripting.interpreter import Waiting
 
 from .moving import REVOLUTE, Moving, Way, between, nearest, numbers
 
-_LENGTH_PER_ANGLE = 0.1 / math.radians(90)
-"""V-REP's default: a quarter turn counts as 0.1 m."""
-_NO_LENGTH, _NO_ANGLE = 5e-5, math.radians(0.01)
-"""V-REP ignores distances below these when the other kind of distance can be used instead."""
 _POSITION, _ORIENTATION = 1, 2
 
 
@@ -52,7 +49,7 @@ class OldMoveFunctions(Moving):
             start[1] if euler is None else frames.quat_from_euler(vector(euler, "Euler angles")),
         )
         kind, factor = (
-            (constants.sim_distcalcmethod_dl_if_nonzero, _LENGTH_PER_ANGLE)
+            (constants.sim_distcalcmethod_dl_if_nonzero, LENGTH_PER_ANGLE)
             if method is None
             else numbers(method, 2, "a method")
         )
@@ -122,21 +119,24 @@ class OldMoveFunctions(Moving):
         acceleration: float = 0.0,
     ) -> Waiting:
         """Move to an object that may itself move; the velocity is in ways per second. `what`: 1 position, 2
-        orientation, 3 both.
-
-        Partly: path objects do not exist, so a distance on one is an error.
+        orientation, 3 both. `distance_on_path`, from 0 to 1, selects a point of a path object.
         """
-        if distance_on_path is not None:
-            raise CommandError("there are no path objects; leave the distance on the path nil")
         own, other = self._self(handle), self._self(target)
         done = 0.0
+
+        def goal() -> Pose:
+            if distance_on_path is None:
+                return frames.get_pose(self._sim, other)
+            paths = self._world.paths
+            share = min(max(distance_on_path, 0.0), 1.0)
+            return paths.pose_at(other, share * paths.get(other).curve.length)
 
         def put(state: State) -> bool:
             nonlocal done
             share = 1.0 if done >= 1 else min(1.0, max(0.0, (state.position[0] - done) / (1 - done)))
             done = state.position[0]
             now = frames.get_pose(self._sim, own)
-            place, turn = between(now, frames.get_pose(self._sim, other), share)
+            place, turn = between(now, goal(), share)
             return self._put_pose(
                 own,
                 frames.WORLD,
@@ -168,17 +168,8 @@ def _length(start: Pose, goal: Pose, method: int, factor: float) -> float:
     """Return the length of the way in metres by one of V-REP's distance calculation methods."""
     *place, angle = Way(start, goal).lengths
     shift, turn = math.hypot(*place), angle * factor
-    lengths = {
-        constants.sim_distcalcmethod_dl: shift,
-        constants.sim_distcalcmethod_dac: turn,
-        constants.sim_distcalcmethod_max_dl_dac: max(shift, turn),
-        constants.sim_distcalcmethod_dl_and_dac: shift + turn,
-        constants.sim_distcalcmethod_sqrt_dl2_and_dac2: math.hypot(shift, turn),
-        constants.sim_distcalcmethod_dl_if_nonzero: turn if shift < _NO_LENGTH else shift,
-        constants.sim_distcalcmethod_dac_if_nonzero: shift if turn < _NO_ANGLE else turn,
-    }
-    if method not in lengths:
+    if method not in set(Method):
         raise CommandError(
-            f"{method} is no distance calculation method; they are {min(lengths)} to {max(lengths)}"
+            f"{method} is no distance calculation method; they are {min(Method):d} to {max(Method):d}"
         )
-    return lengths[method]
+    return length_by(Method(method), shift, turn)

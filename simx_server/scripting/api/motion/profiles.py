@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.kinematics.profile import Goal, Limits, Profile, State, Synchronisation
+from simx_server.motion_profiles import Goal, Limits, Profile, State, Synchronisation
 from simx_server.scripting.api.base import ApiPart
 
 if TYPE_CHECKING:

@@ -33,6 +33,9 @@ class IkEnvironmentFunctions(ApiPart):
 
     CONSTANTS = MappingProxyType(
         {
+            "jointtype_revolute": 10,
+            "jointtype_prismatic": 11,
+            "jointtype_spherical": 12,
             "constraint_x": 1,
             "constraint_y": 2,
             "constraint_z": 4,

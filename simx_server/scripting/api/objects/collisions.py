@@ -12,6 +12,7 @@ from simx_server.handlers import collisions
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.interpreter import Constant
 from simx_server.sensors.contacts import contacts
+from simx_server.sensors.distance.intersections import intersections
 from simx_server.sensors.distance.measuring import colliding_pair, nearest
 from simx_server.sensors.distance.meters import Meter
 
@@ -48,6 +49,19 @@ class CollisionFunctions(ApiPart):
         entities = meter.entities(self._self(first), self._self(second))
         pair = colliding_pair(self._world.instants.now(), *entities)
         return 0 if pair is None else (1, list(pair))
+
+    def checkCollisionEx(self, first: int, second: int) -> tuple[int, list[float]]:
+        """Return in how many segments the surfaces of two entities cut each other now, and x, y, z of both ends of
+        each, in the world, metres.
+
+        The second entity may be sim.handle_all. An object that lies wholly within another one cuts nothing.
+        """
+        meter = self._world.meters.collisions
+        if not meter.enabled:
+            return 0, []
+        entities = meter.entities(self._self(first), self._self(second))
+        found = intersections(self._world.instants.now(), *entities)
+        return len(found), found.ravel().tolist()
 
     def readCollision(self, handle: int) -> int:
         """Return the last result, -1 before the first handling. Partly: the colliding objects are not returned."""
@@ -103,11 +117,11 @@ class CollisionFunctions(ApiPart):
 
     def getCollisionHandle(self, name: str) -> int:
         """Return the handle of a collision object that the scene registers."""
-        return collisions.get_collision_handle(self._world, name)
+        return collisions.get_collision_handle(self._world, self._adjusted(name))
 
     def getDistanceHandle(self, name: str) -> int:
         """Return the handle of a distance object that the scene registers."""
-        return collisions.get_distance_handle(self._world, name)
+        return collisions.get_distance_handle(self._world, self._adjusted(name))
 
     def getContactInfo(
         self, _dynamic_pass: int, handle: int, index: int
@@ -127,21 +141,31 @@ class CollisionFunctions(ApiPart):
 
     def getCollectionHandle(self, name: str) -> int:
         """Return the handle of a collection of the scene or of one that scripts made."""
-        return collisions.get_collection_handle(self._world, name)
+        return collisions.get_collection_handle(self._world, self._adjusted(name))
 
     def getCollectionName(self, collection: int) -> str:
         """Return the name of a collection. An unknown handle is an error."""
         return self._world.collections.name(collection)
 
-    def createCollection(self, name: int | str = 0, _options: int = 0) -> int:
-        """Create an empty collection that lasts until the stop and return its handle; CoppeliaSim 4 passes no name.
+    def createCollection(self, name: int | str = 0, options: int = 0) -> int:
+        """Create an empty collection that lasts until the stop and return its handle; CoppeliaSim 4 passes only the
+        options.
 
-        Partly: the options (such as to include members that are not collidable) are ignored.
+        Options: 1 its objects are measured and detected although they are not collidable, measurable or detectable.
+
+        Partly: objects that images do not show stay hidden in any case.
         """
         if isinstance(name, int):
+            options = name
+        if isinstance(name, int) or not name:
             taken = (f"Collection{number}" for number in range(1, 10_000))
             name = next(each for each in taken if self._world.collections.find(each) is None)
-        return self._world.collections.create(name)
+        return self._world.collections.create(name, overrides=bool(options & 1))
+
+    def setCollectionName(self, collection: int, name: str) -> int:
+        """Rename a collection until the stop; return 1."""
+        self._world.collections.rename(collection, name)
+        return 1
 
     def addObjectToCollection(self, collection: int, handle: int, what: int, options: int = 0) -> int:
         """Add or remove items; `what`: sim.handle_single, tree, chain or all; bit 0 of `options` removes, bit 1

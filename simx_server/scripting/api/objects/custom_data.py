@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from simx_server.parts.custom_data import APPLICATION, HIDDEN
+from simx_server.parts.custom_data import APPLICATION, HIDDEN, REFERENCES
 from simx_server.scripting.api.base import ApiPart
-from simx_server.scripting.api.values.packing import pack, pack_table, unpack, unpack_table
+from simx_server.scripting.api.values.packing import pack, unpack
+from simx_server.scripting.api.values.tables import pack_table, unpack_table
 
-_PERSISTENT, _EXTENSION, _REFERENCES = HIDDEN + "persistent/", HIDDEN + "extension/", HIDDEN + "references"
+_PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
 """Prefixes of the names under which these are stored."""
 
 
@@ -61,17 +62,21 @@ class CustomDataFunctions(ApiPart):
         names = self._world.custom_data.names(APPLICATION)
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
 
-    def setReferencedHandles(self, handle: int, handles: list[int] | None = None) -> None:
-        """Store references from one object to other objects.
-
-        Partly: a copy refers to the same objects, even if they were copied with it.
+    def setReferencedHandles(self, handle: int, handles: list[int] | None = None, tag: str = "") -> None:
+        """Store references from one object to other objects, per tag. References to objects that are copied with it
+        mean the copies.
         """
         packed = pack("i", [float(each) for each in handles or []], 0, 0)
-        self._world.custom_data.write(self._self(handle), _REFERENCES, packed)
+        self._world.custom_data.write(self._self(handle), f"{REFERENCES}{tag}", packed)
 
-    def getReferencedHandles(self, handle: int) -> list[int]:
+    def getReferencedHandlesTags(self, handle: int) -> list[str]:
+        """Return the tags under which an object has references."""
+        names = self._world.custom_data.names(self._self(handle))
+        return [name.removeprefix(REFERENCES) for name in names if name.startswith(REFERENCES)]
+
+    def getReferencedHandles(self, handle: int, tag: str = "") -> list[int]:
         """Return the referenced objects; -1 stands for removed ones."""
-        packed = self._world.custom_data.read(self._self(handle), _REFERENCES) or b""
+        packed = self._world.custom_data.read(self._self(handle), f"{REFERENCES}{tag}") or b""
         return [each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0)]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:

@@ -26,6 +26,7 @@ class JointFunctions(ApiPart):
         "jointdynctrl_velocity": 4,
         "jointdynctrl_position": 8,
         "jointdynctrl_spring": 12,
+        "jointdynctrl_callback": 16,
     }
 
     def getJointPosition(self, joint: int) -> float:
@@ -41,10 +42,14 @@ class JointFunctions(ApiPart):
         """Return the position to which the position controller drives the joint."""
         return self._sim.joints.target_position(self._self(joint))
 
-    def setJointTargetPosition(self, joint: int, position: float) -> int:
-        """Set the target position. Partly: the motion parameters that CoppeliaSim 4 takes as third argument are
-        ignored.
+    def setJointTargetPosition(self, joint: int, position: float, motion: list[float] | None = None) -> int:
+        """Set the target position. `motion`: {velocity, acceleration, jerk}, the greatest ones from now on; 0 leaves
+        one as it is.
+
+        Outside force mode a joint with a greatest acceleration moves there by a motion profile. Joints in force mode
+        obey only the velocity, as position controllers do.
         """
+        self._limit_motion(joint, motion or [])
         joints.set_joint_target_position(self._world, self._self(joint), position)
         return 1
 
@@ -52,10 +57,14 @@ class JointFunctions(ApiPart):
         """Return the target velocity as last set, even if it has no effect."""
         return self._sim.joints.target_velocity(self._self(joint))
 
-    def setJointTargetVelocity(self, joint: int, velocity: float) -> int:
-        """Set the target velocity. Partly: the motion parameters that CoppeliaSim 4 takes as third argument are
-        ignored.
+    def setJointTargetVelocity(self, joint: int, velocity: float, motion: list[float] | None = None) -> int:
+        """Set the target velocity. `motion`: {acceleration, jerk}, the greatest ones from now on; 0 leaves one as it
+        is.
+
+        Outside force mode a joint with a greatest acceleration reaches the velocity by a motion profile. Joints in
+        force mode ignore it.
         """
+        self._limit_motion(joint, [0.0, *(motion or [])])
         joints.set_joint_target_velocity(self._world, self._self(joint), velocity)
         return 1
 
@@ -73,6 +82,8 @@ class JointFunctions(ApiPart):
         """
         return joints.get_joint_force(self._world, self._self(joint))
 
+    jointGetForce = getJointForce
+
     def setJointForce(self, joint: int, force: float) -> int:
         """Set the maximum force of the motor, as a magnitude."""
         joints.set_joint_force(self._world, self._self(joint), force)
@@ -80,12 +91,20 @@ class JointFunctions(ApiPart):
 
     setJointMaxForce = setJointForce
 
-    def setJointTargetForce(self, joint: int, force: float) -> int:
-        """Set the maximum force.
-
-        Partly: its sign is ignored (CoppeliaSim 4 has a flag for that); the target velocity determines the direction.
+    def setJointTargetForce(self, joint: int, force: float, signed: bool = True) -> int:
+        """Set the maximum force. A joint in force control pushes in the direction of its sign; else a negative force
+        also makes the target velocity negative. With `signed` False only the magnitude counts.
         """
-        return self.setJointForce(joint, force)
+        handle = self._self(joint)
+        if signed:
+            joints.set_signed_force(self._world, handle, force)
+        else:
+            joints.set_joint_force(self._world, handle, force)
+        return 1
+
+    def _limit_motion(self, joint: int, settings: list[float]) -> None:
+        if any(settings):
+            self._sim.joints.limit_motion(self._self(joint), settings)
 
     def getJointMaxForce(self, joint: int) -> float:
         """Return the maximum force; 1e9 for a joint without a limit."""

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from simx_server.errors import CommandError
 from simx_server.scene import names
 from simx_server.scene.editing import renaming
 from simx_server.scripting.api.base import ApiPart
+
+_MODELS_ABOVE: Mapping[int, int | None] = MappingProxyType({6: 0, 7: 1, 8: 2, 9: None})
+"""How many models above the object a form of sim.getObjectAlias names; None: all."""
 
 
 class ObjectNameFunctions(ApiPart):
@@ -45,8 +51,10 @@ class ObjectNameFunctions(ApiPart):
             case 5:
                 parts = names.path_of(scene, handle).split("/")[1:]
                 return "/" + ("/".join(parts) if len(parts) < 3 else f"{parts[0]}/ ... /{parts[-1]}")
+            case 6 | 7 | 8 | 9:
+                return names.indexed_path(scene, handle, _MODELS_ABOVE[options])
             case _:
-                raise CommandError(f"the form of an alias is -1 to 5, not {options}")
+                raise CommandError(f"the form of an alias is -1 to 9, not {options}")
 
     def setObjectAlias(self, handle: int, alias: str) -> None:
         """Set the alias; the old name stays. A change during a run is reset at the stop."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, UnknownName
-from simx_server.handlers import files
+from simx_server.handlers import script_files
 from simx_server.handlers.objects import objects
-from simx_server.scene.editing import editing
-from simx_server.scene.geometry import shape_looks
-from simx_server.scene.objects import ObjectKind
+from simx_server.scene.editing.copying import Kept, copy_objects
 from simx_server.scripting.api.base import HANDLE_SELF, ApiPart
+from simx_server.scripting.interpreter import Function
 from simx_server.scripting.signature import describe, to_int
 
 _SILENT = "@silenterror"
@@ -26,6 +26,9 @@ _UIDS_PER_SCENE = 1_000_000
 _FAINT = (0, 0, 0, 64, 64, 64, 0, 0, 0)
 """Default values after the RGB of a dummy's colour: reserved, specular, emission."""
 
+_SCRIPT = re.compile(r"(?P<owner>[/.].*?|)/[Ss]cript(?:\[(?P<index>\d{1,6})\]|\{(?P<among_all>\d{1,6})\})?")
+"""A path to a script of an object."""
+
 
 class ObjectFunctions(ApiPart):
     """Functions for handles, kinds and parents."""
@@ -38,8 +41,8 @@ class ObjectFunctions(ApiPart):
         """Return the handle of an object by path or old name. ``./`` starts at the script's object; in a copied
         script, names mean the copied objects.
 
-        Options: `index`, from 0, selects one of several matches; `proxy` is the object at which ``./`` starts;
-        `noError` returns -1 instead of an error.
+        ``PATH/Script`` is the script of an object. Options: `index`, from 0, selects one of several matches; `proxy`
+        is the object at which ``./`` starts; `noError` returns -1 instead of an error.
         """
         if path == str(HANDLE_SELF):
             # In V-REP 3 a script gets its own object by sim.getObjectHandle(sim.handle_self).
@@ -47,14 +50,32 @@ class ObjectFunctions(ApiPart):
         asked = options or {}
         text = self._adjusted(path)
         if "index" in asked:
-            text = f"{text}[{_number(asked, 'index')}]"
+            text = f"{text}{{{_number(asked, 'index')}}}"
         origin = self._self(_number(asked, "proxy")) if "proxy" in asked else self._owner
         try:
             return self._sim.scene.resolve(text, origin)
         except UnknownName:
+            if (script := self._script_of_path(text, origin)) != -1:
+                return script
             if asked.get("noError") or path.lower().endswith(_SILENT):
                 return -1
             raise
+
+    def _script_of_path(self, text: str, origin: int) -> int:
+        """Return the script that ``PATH/Script`` or ``PATH/Script[1]`` means, -1 for none.
+
+        Since CoppeliaSim 4.7 scripts are objects of this alias below the one that they serve.
+        """
+        match = _SCRIPT.fullmatch(text)
+        if match is None:
+            return -1
+        try:
+            owner = self._sim.scene.resolve(match["owner"] or ".", origin)
+        except UnknownName:
+            return -1
+        its_own = [each.handle for each in self._world.scripts.all() if each.owner == owner]
+        index = int(match["index"] or match["among_all"] or 0)
+        return its_own[index] if index < len(its_own) else -1
 
     def getObjectFromUid(self, uid: int, options: dict[str, Any] | None = None) -> int:
         """Return the object with this identifier. Option `noError`: -1 instead of an error."""
@@ -114,6 +135,35 @@ class ObjectFunctions(ApiPart):
             found = [top, *found]
         return [each for each in found if kind in (c.sim_handle_all, scene.objects[each].kind)]
 
+    def visitTree(self, root: int, visitor: Function | str, options: dict[str, Any] | None = None) -> None:
+        """Call a function with the handle of an object and of all below it; with sim.handle_scene of all objects.
+
+        An object comes before its children, which are left out where the function returns false; with the option
+        `post` it comes after them, with `pre` and `post` both.
+        """
+        chosen = options or {}
+        after = bool(chosen.get("post"))
+        before = bool(chosen.get("pre", not after))
+        self._visit(-1 if root == _SCENE else self._self(root), self._function(visitor), before, after)
+
+    def _visit(self, top: int, visitor: Function, before: bool, after: bool) -> None:
+        """Visit a tree without recursion: it may be deep."""
+        scene = self._sim.scene
+        pending = [(handle, False) for handle in reversed([top] if top != -1 else scene.children(-1))]
+        while pending:
+            handle, is_left = pending.pop()
+            self._sim.scene.get(handle)
+            if is_left:
+                visitor(handle)
+                continue
+            if before and visitor(handle)[:1] == [False]:
+                continue
+            if after:
+                pending.append((handle, True))
+            scene = self._sim.scene
+            children = scene.children(handle) if handle in scene.objects else []
+            pending += [(child, False) for child in reversed(children)]
+
     def getObjectChild(self, handle: int, index: int) -> int:
         """Return the child at this index, from 0; -1 after the last child."""
         return _at(self._sim.scene.children(self._sim.scene.get(self._self(handle)).handle), index)
@@ -127,13 +177,6 @@ class ObjectFunctions(ApiPart):
         objects.set_object_parent(self._world, self._self(handle), self._self(parent), keep_in_place)
         return 1
 
-    def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
-        """Return RGB 0..1 of a dummy or shape; component 0 ambient and diffuse; of dummies 2 specular, 3 emission."""
-        handle = self._self(handle)
-        if self._sim.scene.get(handle).kind == ObjectKind.SHAPE:
-            return shape_looks.color(self._world, handle, component)
-        return editing.dummy_color(self._sim, handle, component)
-
     def createDummy(self, size: float, color: list[float] | None = None) -> int:
         """Create a dummy at the origin, its size in metres, and return its handle. Colour: RGB 0..1, or 12 numbers:
         RGB of ambient and diffuse, reserved, specular, emission.
@@ -145,14 +188,26 @@ class ObjectFunctions(ApiPart):
             self._world, size, [*numbers, *_FAINT] if len(numbers) == 3 else numbers or None
         )
 
-    def copyPasteObjects(self, handles: list[int], _options: int = 0) -> list[int]:
-        """Copy objects and return the copies; for a model, its base. Copies made during a run are removed at its
-        stop.
-
-        Partly: a model base is always copied with all below it, and nothing is stripped from copies, whatever the
-        options.
+    def copyPasteObjects(self, handles: list[int], options: int = 0) -> list[int]:
+        """Copy objects and return the copies, of a whole model its base. Copies made during a run are removed at its
+        stop. Options: 1 model bases with all below them, 2 without scripts, 4 without custom data, 8 without
+        references, 16 without textures.
         """
-        return objects.copy_paste_objects(self._world, [self._self(handle) for handle in handles])
+        kept = Kept(
+            models=bool(options & 1),
+            scripts=not options & 2,
+            data=not options & 4,
+            references=not options & 8,
+            textures=not options & 16,
+        )
+        return copy_objects(self._world, [self._self(handle) for handle in handles], kept)
+
+    def copyPasteSelectedObjects(self, whole_models: bool = True) -> int:
+        """Copy the selected objects, and select the copies; return 1. V-REP 2's form of sim.copyPasteObjects."""
+        self._world.selection.handles = self.copyPasteObjects(
+            self._world.selection.handles, int(whole_models)
+        )
+        return 1
 
     def removeObject(self, handle: int) -> None:
         """Remove an object, but not its children; sim.handle_all empties the scene. Objects removed during a run
@@ -170,14 +225,13 @@ class ObjectFunctions(ApiPart):
         objects.remove_model(self._world, self._self(base))
         return before - len(self._sim.scene.objects)
 
-    def loadModel(self, file: str) -> int:
-        """Load a model from a file of the server's workspace or of the files that come with the server; select its
-        base and return it.
+    def loadModel(self, file: bytes) -> int:
+        """Load a model, select its base and return it.
 
-        Partly: files are MJCF, URDF or meshes, and for a `.ttm` file its replacement in one of these formats; no
-        buffers.
+        The argument is a file of the server's workspace or of the files that come with the server, `.ttm`, MJCF, URDF
+        or a mesh, or the content of a `.ttm` file.
         """
-        return files.load_model_of_server(self._world, file)
+        return script_files.load_model_of_server(self._world, file)
 
     def getModelProperty(self, handle: int) -> int:
         """Return bits of a model base; sim.modelproperty_not_model for any other object."""

@@ -17,6 +17,14 @@ class SelectionFunctions(ApiPart):
     def setObjectSelection(self, handles: list[int] | None = None) -> None:
         objects.set_object_selection(self._world, [self._self(handle) for handle in handles or []])
 
+    # Names of CoppeliaSim 4.3.
+
+    getObjectSel = getObjectSelection
+    setObjectSel = setObjectSelection
+
+    def isObjectInSelection(self, handle: int) -> bool:
+        return self._self(handle) in self.getObjectSelection()
+
     def addObjectToSelection(self, what: int | list[int], handle: int = -1) -> None:
         """Add objects: a list of handles; or sim.handle_all, or sim.handle_single, _tree (with all below) or _chain
         (with all above) and one handle.

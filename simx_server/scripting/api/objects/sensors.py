@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers import sensors
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.sensors.proximity.detection import Detection
+from simx_server.sensors.proximity.given import Items
 
 Detected = tuple[int, float, list[float], int, list[float]]
 """1, distance, point and object, outward normal; point and normal in the sensor's frame."""
@@ -66,20 +69,54 @@ class SensorFunctions(ApiPart):
     ) -> Detected | int:
         """Check a sensor with a mode: 1 front faces, 2 back faces, 8 angle of the normal below `max_angle` (rad).
 
-        `threshold`: metres; a nearer object blinds the sensor. A mode without faces is an error.
+        `threshold`: greatest distance in metres. A mode without faces means front faces.
         """
-        faces = {_FRONT: "front", _BACK: "back", _FRONT | _BACK: "both"}.get(mode & (_FRONT | _BACK))
-        if faces is None:
-            raise CommandError("the mode must have bit 0 (front faces) or bit 1 (back faces) set")
-        limited = mode & _LIMITED_ANGLE and max_angle < math.pi / 2
+        if not self._world.proximity.enabled:
+            return _NOTHING
         found = self._world.proximity.check(
             self._proximity_sensor(sensor),
             self._self(entity),
-            faces=faces,
-            least_cosine=math.cos(max_angle) if limited else 0.0,
-            least_distance=max(0.0, threshold),
+            farthest=max(0.0, threshold),
+            faces=_faces(mode),
+            least_cosine=_least_cosine(mode, max_angle),
         )
         return _results(found)
+
+    def checkProximitySensorEx2(
+        self,
+        sensor: int,
+        vertices: list[float],
+        kind: int,
+        count: int,
+        mode: int,
+        threshold: float,
+        max_angle: float,
+    ) -> tuple[int, float, list[float], list[float]] | int:
+        """Check a sensor against points (`kind` 0), segments (1) or triangles (2) in the world, metres; return 1,
+        distance, point and normal in the sensor's frame, or 0.
+
+        `mode`, `threshold` and `max_angle`: as in sim.checkProximitySensorEx; the faces and the angle are those of
+        triangles. A ray detects triangles only.
+        """
+        if kind not in tuple(Items):
+            raise CommandError(f"items are 0 points, 1 segments or 2 triangles, not {kind}")
+        needed = 3 * (kind + 1) * max(0, count)
+        if len(vertices) < needed:
+            raise CommandError(
+                f"{count} {Items(kind).name.lower()} have {needed} coordinates, not {len(vertices)}"
+            )
+        if not self._world.proximity.enabled:
+            return _NOTHING
+        found = self._world.proximity.check_given(
+            self._proximity_sensor(sensor),
+            np.array(vertices[:needed], np.float64).reshape(-1, kind + 1, 3),
+            farthest=max(0.0, threshold),
+            faces=_faces(mode),
+            least_cosine=_least_cosine(mode, max_angle),
+        )
+        if found is None:
+            return _NOTHING
+        return 1, math.hypot(*found.point), list(found.point), list(found.normal)
 
     def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
         """Return the state (bit 0: values available, bit 1: broken), force (N) and torque (N m); zeros where V-REP
@@ -119,6 +156,17 @@ class SensorFunctions(ApiPart):
         handles = self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR)
         everything = which == c.sim_handle_all
         return [handle for handle in handles if everything or not self._world.proximity.is_explicit(handle)]
+
+
+def _faces(mode: int) -> str:
+    """Return which sides of surfaces a mode of sim.checkProximitySensorEx sees."""
+    return {_BACK: "back", _FRONT | _BACK: "both"}.get(mode & (_FRONT | _BACK), "front")
+
+
+def _least_cosine(mode: int, max_angle: float) -> float:
+    """Return the least cosine of the angle between the line of sight and a normal."""
+    limited = mode & _LIMITED_ANGLE and max_angle < math.pi / 2
+    return math.cos(max(0.0, max_angle)) if limited else 0.0
 
 
 def _results(found: Detection | None) -> Detected | int:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.handlers.files import read_mesh
 from simx_server.handlers.objects import shape_properties
+from simx_server.handlers.script_files import read_mesh
 from simx_server.scene.editing import creating, creating_parts
 from simx_server.scene.editing.creating import Body
 from simx_server.scene.geometry import lights, shape_looks
+from simx_server.scene.geometry.hulls import hull
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.interpreter import Constant
@@ -29,21 +30,11 @@ _RESPONDABLE, _STATIC = 8, 16
 _COMPOUND, _IS_PURE, _CONVEX = 1, 2, 4
 """Bits of the result of sim.getShapeGeomInfo."""
 
-_MANY = "@compound"
-"""Ends the name of a colour that means all parts of a compound shape."""
-
 
 class ShapeFunctions(ApiPart):
     """Functions for shapes: metres, kilograms, colours 0..1. Objects created during a run are removed at its stop."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
-        "colorcomponent_ambient": 0,
-        "colorcomponent_ambient_diffuse": 0,
-        "colorcomponent_diffuse": 1,
-        "colorcomponent_specular": 2,
-        "colorcomponent_emission": 3,
-        "colorcomponent_transparency": 4,
-        "colorcomponent_auxiliary": 5,
         **{
             f"{start}_{shape}": number
             for start in ("pure_primitive", "primitiveshape")
@@ -175,38 +166,63 @@ class ShapeFunctions(ApiPart):
         """Create a sensor at the origin. Partly: size and colours are ignored."""
         return creating_parts.create_force_sensor(self._world, options, counts, limits)
 
-    def createPath(self, _attributes: int) -> NoReturn:
-        """Raise an error. Not here: scenes have no path objects."""
-        raise CommandError("there are no path objects here; keep the points in a table and interpolate them")
-
-    def groupShapes(self, _shapes: list[int]) -> NoReturn:
-        """Raise an error. Not here: give the shapes a common parent instead."""
-        raise CommandError("shapes cannot be grouped; give them a common parent with sim.setObjectParent")
-
-    def ungroupShape(self, _shape: int) -> NoReturn:
-        """Raise an error. Not here: define the parts as separate bodies in the scene file."""
-        raise CommandError("shapes cannot be ungrouped; make the parts separate bodies in the scene file")
-
     def setShapeMaterial(self, _shape: int, _material: int) -> NoReturn:
         """Raise an error. Not here: the scene file defines friction and similar properties of each geom."""
         raise CommandError(
             "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
         )
 
-    def setShapeTexture(
-        self, _shape: int, _texture: int, _mapping: int, _options: int, _scaling: list[float]
-    ) -> NoReturn:
-        """Raise an error. Not here: the scene file defines textures."""
-        raise CommandError("textures cannot be changed; give the geom a material in the scene file")
-
     def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
         """Return points in the shape's frame, indices, and three normals for each triangle."""
         points, faces = shape_looks.triangles(self._world, self._self(shape))
-        corners = points[faces]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-        return points.ravel().tolist(), faces.ravel().tolist(), np.repeat(normals, 3, axis=0).ravel().tolist()
+        normals = np.repeat(shape_looks.normals(points, faces), 3, axis=0)
+        return points.ravel().tolist(), faces.ravel().tolist(), normals.ravel().tolist()
+
+    def getShapeViz(self, shape: int, index: int) -> dict[str, Any] | None:
+        """Return how a part of a shape is drawn, by its index from 0; nil after the last part.
+
+        The fields: `vertices`, `indices`, `normals` (three for each triangle) in the shape's frame; `colors`, RGB of
+        ambient and diffuse, highlights, emission; `transparency` 0..1; `shadingAngle`, `options`, which are 0; and
+        `texture` of a mesh with one: `texture` (RGBA), `resolution`, `coordinates` (u, v of each corner), `id`,
+        `applyMode`, `options`.
+        """
+        handle = self._self(shape)
+        parts = self._world.shape_colors.parts(handle)
+        if not 0 <= index < len(parts):
+            return None
+        part = parts[index]
+        points, faces = shape_looks.indexed(shape_looks.part_corners(self._world, handle, part.geom))
+        found: dict[str, Any] = {
+            "vertices": points.ravel().tolist(),
+            "indices": faces.ravel().tolist(),
+            "normals": np.repeat(shape_looks.normals(points, faces), 3, axis=0).ravel().tolist(),
+            "colors": part.colors,
+            "transparency": part.transparency,
+            "shadingAngle": 0.0,
+            "options": 0,
+        }
+        texture = shape_looks.part_texture(self._sim.model, part.geom)
+        if texture is not None:
+            rows, columns = texture.pixels.shape[:2]
+            found["texture"] = {
+                "texture": texture.pixels.tobytes(),
+                "resolution": [columns, rows],
+                "coordinates": texture.coordinates.ravel().tolist(),
+                "id": self._world.textures.of_geom(part.geom),
+                "applyMode": 0,
+                "options": 0,
+            }
+        return found
+
+    def getQHull(self, vertices: list[float]) -> tuple[list[float], list[int]]:
+        """Return the points and triangles of the convex hull of points x, y, z.
+
+        Points in a plane or a line are an error, as in V-REP.
+        """
+        if len(vertices) % 3:
+            raise CommandError("vertices are x, y, z of each point")
+        points, faces = hull(np.array(vertices, np.float64).reshape(-1, 3))
+        return points.ravel().tolist(), faces.ravel().tolist()
 
     def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
         """Return bits (0 compound, 1 pure, 2 convex), the sim.pure_primitive_* of a single shape, and its sizes x, y,
@@ -218,30 +234,6 @@ class ShapeFunctions(ApiPart):
         bits |= _IS_PURE if number else 0
         bits |= _CONVEX if shape_looks.is_convex(self._world, handle) else 0
         return bits, number, [*sizes, 0.0]
-
-    def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]] | int:
-        """Return 1 and {red, green, blue}; 0 for a named colour, since shapes have none.
-
-        Partly: components 0 (ambient and diffuse) and 4 (transparency).
-        """
-        handle = self._shape(shape)
-        return 0 if _is_named(name) else (1, shape_looks.color(self._world, handle, component))
-
-    def setShapeColor(self, shape: int, name: str | None, component: int, color: list[float]) -> int:
-        """Set a colour and return 1; 0 for a named colour. Transparency is {0} for opaque to {1}.
-
-        Partly: as sim.getShapeColor.
-        """
-        handle = self._shape(shape)
-        if _is_named(name):
-            return 0
-        shape_looks.set_color(self._world, handle, component, color)
-        return 1
-
-    def setObjectColor(self, handle: int, _index: int, component: int, color: list[float]) -> bool:
-        """Set a colour: CoppeliaSim 4's form. Partly: shapes only, components as sim.getShapeColor."""
-        shape_looks.set_color(self._world, self._shape(handle), component, color)
-        return True
 
     def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
         """Return 1 when the light is on, {0, 0, 0}, its colour, and the colour of its highlights."""
@@ -276,7 +268,3 @@ class ShapeFunctions(ApiPart):
         (mesh,) = read_mesh(self._world, path).scene.spec.meshes
         points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
         return points, np.array(mesh.userface, int).reshape(-1, 3)
-
-
-def _is_named(name: str | None) -> bool:
-    return bool(name) and not str(name).endswith(_MANY)

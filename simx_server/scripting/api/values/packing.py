@@ -8,23 +8,13 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-import msgpack
-
 from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
-from simx_server.scripting.interpreter import Plain
 
-_TABLE_MARK = b"simx:table:1\n"
-"""Prefix of the bytes that `packTable` returns; the digit is the version of the format."""
+from .tables import pack_table, unpack_table
 
 MAX_NUMBERS = 1 << 21
 """Maximum length of an unpacked table: the server serves no other client while it builds one."""
-
-MAX_TABLE = 1 << 20
-"""Maximum bytes of a packed table to unpack, for the same reason."""
-
-MAX_TABLES = 100_000
-"""Maximum number of tables within it."""
 
 _INTEGERS = {"B": (8, False), "H": (16, False), "I": (32, False), "i": (32, True)}
 
@@ -72,55 +62,6 @@ def _float32(value: float) -> bytes:
         return struct.pack("<f", value)
     except OverflowError:
         return struct.pack("<f", float("inf") if value > 0 else float("-inf"))
-
-
-def pack_table(table: Plain) -> bytes:
-    """Return a table as bytes.
-
-    Raises:
-        CommandError: the value is not a table, or contains a function.
-    """
-    if not isinstance(table, (list, dict)):
-        raise CommandError("only a table can be packed")
-    try:
-        return _TABLE_MARK + msgpack.packb(_sorted(table), unicode_errors="surrogateescape")
-    except (TypeError, ValueError, OverflowError) as problem:
-        raise CommandError(f"the table cannot be packed: {problem}") from None
-
-
-def unpack_table(data: bytes) -> Any:
-    """Return the table that the bytes hold.
-
-    Raises:
-        CommandError: the bytes do not come from `pack_table`.
-    """
-    if not data.startswith(_TABLE_MARK):
-        raise CommandError(
-            "this was not made by packTable of this server, whose data is the only one it reads"
-        )
-    if len(data) > MAX_TABLE:
-        raise CommandError(
-            f"the packed table has {len(data)} bytes, of which at most {MAX_TABLE} are unpacked"
-        )
-    count = 0
-
-    def counted(table: Any) -> Any:
-        nonlocal count
-        count += 1
-        if count > MAX_TABLES:
-            raise ValueError(f"it has more than {MAX_TABLES} tables within it")
-        return table
-
-    try:
-        return msgpack.unpackb(
-            data[len(_TABLE_MARK) :],
-            strict_map_key=False,
-            unicode_errors="surrogateescape",
-            list_hook=counted,
-            object_hook=counted,
-        )
-    except ValueError as problem:
-        raise CommandError(f"the packed table is damaged or too large: {problem}") from None
 
 
 class PackingFunctions(ApiPart):
@@ -182,27 +123,10 @@ class PackingFunctions(ApiPart):
 
     def packTable(self, table: Any, scheme: int = 0) -> bytes:
         """Return a table of booleans, numbers, strings and tables as bytes that `unpackTable` reads; equal tables
-        give equal bytes.
-
-        Partly: the format is specific to this server, also for the CBOR schemes 1 and 2; other programs cannot read
-        it.
+        give equal bytes. `scheme`: 0 V-REP's format, 1 CBOR, 2 CBOR with float32. A function becomes a string.
         """
-        if scheme not in (0, 1, 2):
-            raise CommandError(f"the scheme is 0, 1 or 2, not {scheme}")
-        return pack_table(table)
+        return pack_table(table, scheme)
 
     def unpackTable(self, data: bytes) -> Any:
-        """Return the table that `packTable` packed."""
+        """Return the table that `packTable` packed, here or in any version of V-REP and CoppeliaSim, in any scheme."""
         return unpack_table(data)
-
-
-def _sorted(value: Plain) -> Any:
-    """Return tables with their names in order, so that equal ones are packed alike. Functions cannot be packed."""
-    if isinstance(value, dict):
-        pairs = sorted(value.items(), key=lambda pair: (isinstance(pair[0], str), pair[0]))
-        return {key: _sorted(item) for key, item in pairs}
-    if isinstance(value, list):
-        return [_sorted(item) for item in value]
-    if value is None or isinstance(value, (bool, int, float, bytes, str)):
-        return value
-    raise CommandError(f"a {type(value).__name__.lower()} cannot be packed")

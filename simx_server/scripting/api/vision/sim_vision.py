@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Sequence
 
@@ -10,11 +11,14 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import matrix
-from simx_server.sensors.vision import image_filters as filters
-from simx_server.sensors.vision import image_findings as findings
-from simx_server.sensors.vision.image import fovy_from_perspective_angle
+from simx_server.sensors.vision.filters import detections
+from simx_server.sensors.vision.filters import image_filters as filters
+from simx_server.sensors.vision.filters.image_filters import Mask
+from simx_server.sensors.vision.filters.work import Work
 
+from .composed import ComposedImageFunctions
 from .sim_vision_images import WorkImages, numbers
+from .velodyne import VelodyneFunctions
 
 _IN_THE_WORLD = 0x800000
 """sim.handleflag_abscoords."""
@@ -28,13 +32,13 @@ class ImageFilters(WorkImages):
     def horizontalFlipWorkImg(self, sensor: int) -> bool:
         """Swap left and right."""
         work = self._work(sensor)
-        work.image = work.image[:, ::-1].copy()
+        work.image = filters.flipped_horizontally(work.image)
         return False
 
     def verticalFlipWorkImg(self, sensor: int) -> bool:
         """Swap top and bottom."""
         work = self._work(sensor)
-        work.image = work.image[::-1].copy()
+        work.image = filters.flipped_vertically(work.image)
         return False
 
     def uniformImgToWorkImg(self, sensor: int, color: list[float]) -> bool:
@@ -69,7 +73,7 @@ class ImageFilters(WorkImages):
         """
         work = self._work(sensor)
         wanted = numbers(color, 3, "a colour"), numbers(tolerance, 3, "a tolerance")
-        return self._keep(work, filters.is_coloured(work.image, *wanted, rgb) == keep, to_buffer1)
+        return _kept(work, filters.is_coloured(work.image, *wanted, rgb) == keep, to_buffer1)
 
     def scaleAndOffsetWorkImg(
         self, sensor: int, before: list[float], scale: list[float], after: list[float], rgb: bool
@@ -82,7 +86,7 @@ class ImageFilters(WorkImages):
 
     def sharpenWorkImg(self, sensor: int) -> bool:
         work = self._work(sensor)
-        work.image = np.clip(filters.convolved(work.image, filters.SHARPEN), 0.0, 1.0)
+        work.image = filters.sharpened(work.image)
         return False
 
     def edgeDetectionOnWorkImg(self, sensor: int, threshold: float) -> bool:
@@ -90,8 +94,7 @@ class ImageFilters(WorkImages):
         else to black.
         """
         work = self._work(sensor)
-        edges = filters.intensity(filters.convolved(work.image, filters.EDGES)) > threshold
-        work.image = filters.as_grey(edges.astype(float))
+        work.image = filters.edges(work.image, threshold)
         return False
 
     def matrix3x3OnWorkImg(
@@ -132,30 +135,28 @@ class ImageFilters(WorkImages):
     def circularCutWorkImg(self, sensor: int, radius: float, to_buffer1: bool) -> bool:
         """Set the pixels outside a circle to black; radius 1 touches the nearer sides."""
         work = self._work(sensor)
-        return self._keep(work, filters.within_circle(work.image.shape, radius), to_buffer1)
+        return _kept(work, filters.within_circle(work.image.shape, radius), to_buffer1)
 
     def rectangularCutWorkImg(self, sensor: int, sizes: list[float], to_buffer1: bool) -> bool:
         """Set the pixels outside a centred rectangle to black."""
         work = self._work(sensor)
         width, height = numbers(sizes, 2, "a size")
-        return self._keep(work, filters.within_rectangle(work.image.shape, width, height), to_buffer1)
+        return _kept(work, filters.within_rectangle(work.image.shape, width, height), to_buffer1)
 
     def _convolve(
         self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None, side: int
     ) -> bool:
         work = self._work(sensor)
         if matrix is None:
-            kernel = filters.blur_kernel(side)
+            weights = filters.blur_kernel(side).ravel()
         else:
-            kernel = np.array(numbers(matrix, side * side, "the matrix")).reshape(side, side)
+            weights = np.array(numbers(matrix, side * side, "the matrix"))
         with self._at_no_cost():
-            for _ in range(min(passes, 100)):
-                work.image = filters.convolved(work.image, kernel * multiplier)
-        work.image = np.clip(work.image, 0.0, 1.0)
+            work.image = filters.convolved_often(work.image, weights * multiplier, min(passes, 100))
         return False
 
 
-class SimVision(ImageFilters):
+class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters):
     """Functions that detect; results are packed (sim.unpackFloatTable), ready for the packedPackets of
     sysCall_vision.
     """
@@ -181,21 +182,20 @@ class SimVision(ImageFilters):
         roundness is not exceeded.
         """
         work = self._work(sensor)
-        bright = filters.intensity(work.image) >= threshold
-        found = findings.patch(bright)
-        work.image = filters.as_grey(bright.astype(float))
-        if overlay and found.proportion:
-            work.image = findings.with_axis(work.image, found, numbers(overlay, 3, "a colour"))
-        turn = (angle - found.angle + np.pi) % (2 * np.pi) - np.pi
-        is_as_wanted = (
-            abs(proportion - found.proportion) < proportion_tolerance
-            and abs(x - found.x) < x_tolerance
-            and abs(y - found.y) < y_tolerance
-            and abs(turn) < angle_tolerance
-            and found.roundness <= roundness
+        wanted = detections.Wanted(
+            proportion,
+            proportion_tolerance,
+            x,
+            x_tolerance,
+            y,
+            y_tolerance,
+            angle,
+            angle_tolerance,
+            roundness,
         )
-        packet = [found.proportion, found.x, found.y, found.angle, found.roundness]
-        return triggers and bool(is_as_wanted), _packed(packet)
+        colour = numbers(overlay, 3, "a colour") if overlay else None
+        is_as_wanted, packet = detections.find_patch(work, threshold, wanted, colour)
+        return triggers and is_as_wanted, _packed(packet)
 
     def blobDetectionOnWorkImg(
         self,
@@ -209,17 +209,10 @@ class SimVision(ImageFilters):
         of the image, angle, x and y of the centre, width and height of the smallest rectangle about it.
         """
         work = self._work(sensor)
+        colour = numbers(overlay, 3, "a colour") if overlay else None
         with self._at_no_cost():
-            bright = filters.intensity(work.image) >= threshold
-            found = findings.blobs(bright, least_size)
-        if paint_apart:
-            work.image = findings.painted_apart(found, work.image.shape)
-        else:
-            kept = sum((blob.mask for blob in found), np.zeros_like(bright))
-            self._keep(work, kept | ~bright, False)
-        if overlay:
-            work.image = findings.with_rectangles(work.image, found, numbers(overlay, 3, "a colour"))
-        return False, _packed([len(found), 6, *(number for blob in found for number in blob.numbers)])
+            packet = detections.find_blobs(work, threshold, least_size, paint_apart, colour)
+        return False, _packed(packet)
 
     def changedPixelsOnWorkImg(self, sensor: int, threshold: float) -> tuple[bool, bytes] | bool:
         """Find pixels that changed by this share against buffer 2, which then gets the new image. The packet, for
@@ -227,7 +220,7 @@ class SimVision(ImageFilters):
         black, else grey.
         """
         work = self._work(sensor)
-        packet, work.image, work.buffer2 = findings.changes(work.image, work.buffer2, threshold)
+        packet = detections.find_changes(work, threshold)
         return (False, _packed(packet)) if packet else False
 
     def coordinatesFromWorkImg(
@@ -242,31 +235,35 @@ class SimVision(ImageFilters):
         if len(points) < 2 or min(points) < 1:
             raise CommandError("the numbers of points are two integers above 0, across and up")
         across, up = points[:2]
-        size = settings.orthographic_size
-        if size is not None:
-            per_pixel = size / max(settings.width, settings.height)
-            half = settings.width * per_pixel / 2, settings.height * per_pixel / 2
-        else:
-            fovy = fovy_from_perspective_angle(settings.angle, settings.width, settings.height)
-            half_height = float(np.tan(np.radians(fovy) / 2))
-            half = half_height * settings.width / settings.height, half_height
         with self._at_no_cost():
-            found, pixels = findings.coordinates(
-                filters.intensity(work.image),
-                (settings.near, settings.far),
-                half,
-                (across, up),
-                is_perspective=size is None,
-                even_angles=even_angles and size is None,
-            )
+            found, pixels = detections.find_coordinates(work, settings.view, (across, up), even_angles)
         if sensor > 0 and bool(sensor & _IN_THE_WORLD):
             position, quaternion = frames.get_pose(self._sim, handle)
             found[:, :3] = found[:, :3] @ np.array(matrix(quaternion)).T + np.array(position)
-        packet = _packed([across, up, *found.ravel()])
+        packet = _packed(detections.packet_of((across, up), found))
         if not colors:
             return False, packet
         shown = np.clip(work.buffer1[pixels[:, 0], pixels[:, 1]], 0.0, 1.0) * 255.1
         return False, packet, shown.astype(np.uint8).tobytes() + bytes(3)
+
+    def velodyneDataFromWorkImg(self, sensor: int, points: list[int], angle: float) -> tuple[bool, bytes]:
+        """Return points of a work image that holds the depth, as a rotating scanner with rows over `angle` meets them.
+        The packet is as that of simVision.coordinatesFromWorkImg.
+        """
+        handle, work = self._sensor(sensor), self._work(sensor)
+        if len(points) < 2 or min(points) < 1 or not 0.0 < angle < math.pi:
+            raise CommandError(
+                "the numbers of points are two integers above 0, and the angle is below pi rad"
+            )
+        across, up = points[:2]
+        with self._at_no_cost():
+            found = detections.scan(work, self._world.vision.settings(handle).view, (across, up), angle)
+        return False, _packed(detections.packet_of((across, up), found))
+
+
+def _kept(work: Work, stays: Mask, to_buffer1: bool) -> bool:
+    work.keep(stays, to_buffer1)
+    return False
 
 
 def _packed(values: Sequence[float]) -> bytes:

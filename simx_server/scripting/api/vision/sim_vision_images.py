@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +10,9 @@ from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.callbacks.images import wait_for
-from simx_server.sensors.vision import image_filters as filters
-from simx_server.sensors.vision.image_filters import Image, Mask
+from simx_server.sensors.vision.filters import image_filters as filters
+from simx_server.sensors.vision.filters.image_filters import Image
+from simx_server.sensors.vision.filters.work import Work
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
@@ -20,15 +20,6 @@ if TYPE_CHECKING:
 
 _PLAIN = 0xFFFFF
 """A handle without flags."""
-
-
-@dataclass
-class Work:
-    """The images of a script for one sensor; they are (height, width, 3), 0..1."""
-
-    image: Image
-    buffer1: Image
-    buffer2: Image
 
 
 class WorkImages(ApiPart):
@@ -102,38 +93,33 @@ class WorkImages(ApiPart):
 
     def addWorkImgToBuffer1(self, sensor: int) -> bool:
         """Add the work image to buffer 1, with components of at most 1."""
-        work = self._work(sensor)
-        work.buffer1 = np.minimum(work.buffer1 + work.image, 1.0)
+        self._work(sensor).add_to_buffer1()
         return False
 
     def subtractWorkImgFromBuffer1(self, sensor: int) -> bool:
         """Subtract the work image from buffer 1, with components of at least 0."""
-        work = self._work(sensor)
-        work.buffer1 = np.maximum(work.buffer1 - work.image, 0.0)
+        self._work(sensor).subtract_from_buffer1()
         return False
 
     def addBuffer1ToWorkImg(self, sensor: int) -> bool:
         """Add buffer 1 to the work image, with components of at most 1."""
-        work = self._work(sensor)
-        work.image = np.minimum(work.image + work.buffer1, 1.0)
+        self._work(sensor).add_buffer1()
         return False
 
     def subtractBuffer1FromWorkImg(self, sensor: int) -> bool:
         """Subtract buffer 1 from the work image, with components of at least 0."""
-        work = self._work(sensor)
-        work.image = np.maximum(work.image - work.buffer1, 0.0)
+        self._work(sensor).subtract_buffer1()
         return False
 
     def multiplyWorkImgWithBuffer1(self, sensor: int) -> bool:
         """Multiply the work image by buffer 1, with components of at most 1."""
-        work = self._work(sensor)
-        work.image = np.minimum(work.image * work.buffer1, 1.0)
+        self._work(sensor).multiply_with_buffer1()
         return False
 
     def _begin(self, handle: int, image: Image) -> bool:
         work = self._works.get(handle)
         if work is None or work.image.shape != image.shape:
-            self._works[handle] = Work(image, np.zeros_like(image), np.zeros_like(image))
+            self._works[handle] = Work.beginning_with(image)
         else:
             work.image = image
         return False
@@ -150,13 +136,6 @@ class WorkImages(ApiPart):
                 "simVision.sensorDepthMapToWorkImg first"
             )
         return self._works[handle]
-
-    def _keep(self, work: Work, stays: Mask, to_buffer1: bool) -> bool:
-        """Set the other pixels of the work image to black; copy them to buffer 1 on request."""
-        if to_buffer1:
-            work.buffer1 = np.where(stays[..., np.newaxis], 0.0, work.image)
-        work.image = np.where(stays[..., np.newaxis], work.image, 0.0)
-        return False
 
 
 def numbers(values: list[float], count: int, what: str) -> list[float]:

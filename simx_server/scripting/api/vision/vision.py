@@ -45,7 +45,7 @@ class VisionFunctions(ApiPart):
         "handleflag_depthbuffermeters": _FLAG_METRES,
     }
 
-    def handleVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
+    def handleVisionSensor(self, sensor: int) -> tuple[int | list[float] | None, ...]:
         """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all no statistics.
 
         Partly: with sim.handle_all the number of sensors that detect is always 0.
@@ -66,7 +66,7 @@ class VisionFunctions(ApiPart):
                 self._world.vision.handle(handle)
         return (0,)
 
-    def readVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
+    def readVisionSensor(self, sensor: int) -> tuple[int | list[float] | None, ...]:
         """Return 1 if the sensor detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if
         not handled.
         """
@@ -75,9 +75,9 @@ class VisionFunctions(ApiPart):
         try:
             future = self._world.vision.read(handle)
         except CommandError:
-            return (-1,)  # the handle is valid, so this is the only reason
+            return _with_packets(-1, [])  # the handle is valid, so this is the only reason
         triggered, packets = wait_for(self._sim, future)
-        return int(triggered), *packets
+        return _with_packets(int(triggered), packets)
 
     def resetVisionSensor(self, sensor: int) -> int:
         """Delete a handled or set image; also for sim.handle_all and similar handles."""
@@ -89,27 +89,23 @@ class VisionFunctions(ApiPart):
                 self._world.vision.change(handle)
         return 1
 
-    def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float], ...]:
-        """Return 1 if the sensor detects, else 0, and the statistics of a new image.
-
-        Partly: the entity must be sim.handle_all; images of only a part of the scene are not available.
+    def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float] | None, ...]:
+        """Return 1 if the sensor detects, else 0, and the statistics of a new image of an object or collection, or of
+        everything with sim.handle_all.
         """
         handle = self._vision_sensor(sensor)
-        _check_entity(entity)
-        triggered, packets = wait_for(self._sim, self._world.vision.check(handle))
-        return int(triggered), *packets
+        triggered, packets = wait_for(self._sim, self._world.vision.check(handle, entity))
+        return _with_packets(int(triggered), packets)
 
     def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
-        """Return the present image (numbers 0..1) or depth (0..1).
-
-        Partly: as sim.checkVisionSensor, and for a sensor with explicit handling its stored image is returned, not a
-        new one.
+        """Return a new image (numbers 0..1) or depth (0..1) of an object or collection, or of everything with
+        sim.handle_all.
         """
         handle = self._vision_sensor(sensor)
-        _check_entity(entity)
-        if wants_image:
-            return (self._pixels(handle, None, None, grey=False).ravel() / 255.0).tolist()
-        return self._depth(handle, None, None, metres=False).ravel().tolist()
+        made = wait_for(self._sim, self._world.vision.picture_of(handle, entity))
+        found = made.rgb / np.float64(255) if wants_image and made.rgb is not None else made.depth
+        assert found is not None
+        return found.ravel().tolist()
 
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
         """Return {width, height} in pixels."""
@@ -228,11 +224,9 @@ class VisionFunctions(ApiPart):
         return depth * np.float32(settings.far - settings.near) + np.float32(settings.near)
 
 
-def _check_entity(entity: int) -> None:
-    if entity != c.sim_handle_all:
-        raise CommandError(
-            "pictures of single entities are not available; give sim.handle_all, or check with a proximity sensor"
-        )
+def _with_packets(result: int, packets: list[list[float]]) -> tuple[int | list[float] | None, ...]:
+    """Return the results of a reading, at least three, since programs in Python name two packets."""
+    return result, *packets, *[None] * (2 - len(packets))
 
 
 def _has(sensor: int, flag: int) -> bool:

@@ -6,6 +6,7 @@ A dialog is a custom UI, too: a click on one of its buttons answers it.
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,6 +21,26 @@ from .elements import Latest, put
 
 _MAX_SLIDER = 1000
 _DOWN = "orange"
+
+_COMMANDS = re.compile(r"&&(?:[fb]g\d{3}|(?P<symbol>n|[A-Z][A-Za-z]*))")
+"""Commands in a label or text of V-REP: colours of its front and back, symbols, and the end of a line."""
+
+_SYMBOLS = {
+    "ArrowDown": "▼",
+    "ArrowLeft": "◀",
+    "ArrowRight": "▶",
+    "ArrowUp": "▲",
+    "Box": "■",
+    "Check": "✓",
+    "Circle": "●",
+    "Cross": "✕",
+    "Minimize": "–",
+    "Minus": "−",
+    "Pause": "||",
+    "Plus": "+",
+    "Square": "□",
+    "n": "\n",
+}
 
 UI = dict[str, Any]
 """The form that `CustomUIs.describe` returns."""
@@ -57,15 +78,17 @@ class Card:
             is_there = not ui["rolled_up"] or "rollupaction" in flags
             is_off = "enabled" not in flags or "ignoremouse" in flags
             if element["kind"] == "label":
-                put(shown, content=_text(element), visible=is_there)
+                put(shown, content=_text(element), visible=is_there and bool(element["label"]))
                 continue
             put(shown, visible=is_there, disabled=is_off)
             if element["kind"] == "button":
                 is_down = "isdown" in flags
-                label = (is_down and element["down_label"]) or element["label"]
-                put(shown, label=label or f"button {element['id']}", color=_DOWN if is_down else None)
+                label = plain_label((is_down and element["down_label"]) or element["label"])
+                put(
+                    shown, label=label or f"button {element['id']}", color=_color_of(element, is_down=is_down)
+                )
             elif element["kind"] == "slider":
-                put(shown, label=element["label"])
+                put(shown, label=plain_label(element["label"]))
                 if not self._latest[element["id"]].is_held:
                     put(shown, value=element["position"])
             else:
@@ -88,11 +111,11 @@ class Card:
         if kind == "label":
             return gui.add_html(_text(element))
         if kind == "button":
-            button = gui.add_button(element["label"] or f"button {number}")
+            button = gui.add_button(plain_label(element["label"]) or f"button {number}")
             button.on_click(lambda _: self._click(number))
             return button
         if kind == "slider":
-            slider = gui.add_slider(element["label"], 0, _MAX_SLIDER, 1, element["position"])
+            slider = gui.add_slider(plain_label(element["label"]), 0, _MAX_SLIDER, 1, element["position"])
             latest: Latest[int] = Latest(
                 self._hands,
                 lambda client, position: operate(client, "moveSlider", self._handle, number, position),
@@ -132,8 +155,26 @@ def _in_order(elements: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     return list(elements)
 
 
+def plain_label(label: str) -> str:
+    """Return a label of V-REP as text: its symbols as letters, without its commands for colours."""
+    return _COMMANDS.sub(lambda found: _SYMBOLS.get(found["symbol"] or "", found["symbol"] or ""), label)
+
+
+def _color_of(element: dict[str, Any], *, is_down: bool) -> str | tuple[int, int, int] | None:
+    """Return the colour of a button: the program's, else that of a button which is down, else the default."""
+    up, down, _ = element["colors"]
+    given = down if is_down else up
+    return _bytes(given) if given is not None else _DOWN if is_down else None
+
+
 def _text(element: dict[str, Any]) -> str:
-    return (
-        "<div style='padding:0 0.75em 0.5em;white-space:pre-wrap;overflow-wrap:anywhere'>"
-        f"{html.escape(element['label'])}</div>"
-    )
+    up, _, text = element["colors"]
+    style = "padding:0 0.75em 0.5em;white-space:pre-wrap;overflow-wrap:anywhere;"
+    if up is not None and text is not None:
+        style += f"background-color:rgb{_bytes(up)};color:rgb{_bytes(text)};"
+    return f"<div style='{style}'>{html.escape(plain_label(element['label']))}</div>"
+
+
+def _bytes(color: Sequence[float]) -> tuple[int, int, int]:
+    red, green, blue = (round(255 * part) for part in color)
+    return red, green, blue

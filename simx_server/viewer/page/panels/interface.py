@@ -15,8 +15,9 @@ from simx_client.protocol.constants import sim_dlgret_still_open
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Hands
 
-from .custom_uis import UI, Card, key_of, operate
+from .custom_uis import UI, Card, key_of, operate, plain_label
 from .elements import put
+from .xml_uis import WindowCard, WindowView, key_of_window
 
 _SMALL = "padding:0 0.75em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
 _LINES = (
@@ -39,10 +40,12 @@ class Interface:
         self._gui, self._hands = gui, hands
         self._windows: dict[int, _Window] = {}
         self._cards: dict[int, _Section] = {}
+        self._xml_cards: dict[int, WindowCard] = {}
         self._consoles: dict[int, _Console] = {}
         self._opened = 0
         self._note = gui.add_html("")
         self._uis_folder = gui.add_folder(None)
+        self._xml_folder = gui.add_folder(None)
         self._consoles_folder = gui.add_folder(None)
         with gui.add_folder("Status bar"):
             self._status_bar = gui.add_html("")
@@ -59,8 +62,10 @@ class Interface:
         of_dialogs = {dialog["ui"] for dialog in shown["dialogs"]}
         self._show_dialogs(dialogs, uis)
         self._show_uis([ui for handle, ui in uis.items() if handle not in of_dialogs])
+        self._show_windows(shown["windows"])
         self._show_consoles(shown["consoles"])
-        self._say(list(dialogs.values()), is_empty=not (dialogs or self._cards or self._consoles))
+        is_empty = not (dialogs or self._cards or self._xml_cards or self._consoles)
+        self._say(list(dialogs.values()), is_empty=is_empty)
         put(self._status_bar, content=_lines(shown["status_bar"], survey["messages"]))
 
     def close(self) -> None:
@@ -93,6 +98,20 @@ class Interface:
                 self._cards[ui["handle"]] = section
             section.update(ui)
 
+    def _show_windows(self, windows: Sequence[WindowView]) -> None:
+        there = {window["handle"] for window in windows}
+        for handle in [each for each in self._xml_cards if each not in there]:
+            self._xml_cards.pop(handle).remove()
+        for window in windows:
+            card = self._xml_cards.get(window["handle"])
+            if card is None or card.key != key_of_window(window):
+                if card is not None:
+                    card.remove()
+                with self._xml_folder:
+                    card = WindowCard(self._gui, self._hands, window)
+                self._xml_cards[window["handle"]] = card
+            card.update(window)
+
     def _show_consoles(self, consoles: Sequence[dict[str, Any]]) -> None:
         there = {console["handle"] for console in consoles}
         for handle in [each for each in self._consoles if each not in there]:
@@ -105,7 +124,8 @@ class Interface:
 
     def _say(self, dialogs: Sequence[dict[str, Any]], *, is_empty: bool) -> None:
         note = "<br>".join(
-            f"<b>{html.escape(dialog['title']) or 'A dialog'}</b>, in its window: {html.escape(dialog['text'])}"
+            f"<b>{html.escape(dialog['title']) or 'A dialog'}</b>, in its window: "
+            f"{html.escape(plain_label(dialog['text']))}"
             for dialog in dialogs
         )
         note = note or (_NOTHING if is_empty else "")

@@ -241,6 +241,7 @@ def _line(view: JointView, scale: Scale) -> str:
         Rule.KINEMATIC: "stays where it is put",
         Rule.MOTION: f"moves at {rate}, whatever is in the way",
         Rule.DEPENDENT: "follows another joint",
+        Rule.PROFILE: "moves to its target by a motion profile",
     }[Rule[view["moved_by"]]]
     words = [f"is at {number(view['position'])}", mode, how]
     if not scale.is_limited and scale.sets in ("position", "target"):

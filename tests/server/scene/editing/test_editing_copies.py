@@ -10,6 +10,7 @@ import pytest
 from handler_calls import World
 from scenes_for_tests import ARM
 
+from simx_server.scene.editing.copying import Kept, copy_objects
 from simx_server.scene.geometry import frames
 from simx_server.scene.objects import ObjectKind
 
@@ -272,3 +273,21 @@ def test_a_fixed_body_without_mass_below_another_is_copied() -> None:
     )
     copies = world.call("simxCopyPasteObjects", [world.handle("sheet")])
     assert names(world, copies) == ["sheet#0"]
+
+
+def test_a_copy_may_go_without_textures() -> None:
+    world = World("""<mujoco><asset>
+      <texture name="tiles" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 1 0" width="8" height="8"/>
+      <material name="floor" texture="tiles" rgba="0.1 0.2 0.3 1"/></asset>
+      <worldbody><body name="box"><geom name="~side" type="box" size="0.1 0.1 0.1" material="floor"/></body>
+      </worldbody></mujoco>""")
+    box = world.handle("box")
+    (plain,) = copy_objects(world.parts, [box], Kept(textures=False))
+    (textured,) = copy_objects(world.parts, [box])
+    geoms = [
+        int(world.sim.model.body_geomadr[world.sim.scene.get(handle).id]) for handle in (box, plain, textured)
+    ]
+    materials = [int(world.sim.model.geom_matid[geom]) for geom in geoms]
+    assert materials[1] == -1
+    assert materials[0] == materials[2] >= 0
+    assert world.sim.model.geom_rgba[geoms[1]].tolist() == pytest.approx([0.1, 0.2, 0.3, 1])

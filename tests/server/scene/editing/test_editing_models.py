@@ -241,7 +241,7 @@ def test_vrep_name_finds_the_model_of_the_same_stem(world: World, caplog) -> Non
     with caplog.at_level(logging.INFO):
         world.call("simxLoadModel", "gripper.ttm", 0)
         world.call("simxLoadModel", "wedge.ttm", 0)
-    assert "gripper.ttm' is a V-REP file" in caplog.text
+    assert "'gripper.ttm' is not there" in caplog.text
     assert world.handle("wedge")
 
 

@@ -128,7 +128,7 @@ def test_not_detectable_and_not_renderable_are_independent(world: World) -> None
     box, ray, sim = world.handle("box"), world.handle("ray"), world.sim
     world.call("simxSetModelProperty", box, c.sim_modelproperty_not_renderable)
     geoms = [g for g in range(sim.model.ngeom) if sim.scene.owner_of_geom(g, sim.model) == box]
-    assert [int(sim.model.geom_group[g]) for g in geoms] == [5]
+    assert [int(sim.model.geom_group[g]) for g in geoms] == [6], "which users see, and vision sensors do not"
     world.run(1)
     assert world.call("simxReadProximitySensor", ray)[0]
     world.call("simxSetModelProperty", box, c.sim_modelproperty_not_detectable)
@@ -143,7 +143,7 @@ def test_what_is_not_visible_is_in_no_picture_and_still_detected(world: World) -
     for bits, group, visible in (
         (c.sim_modelproperty_not_visible, 5, 0),
         (c.sim_modelproperty_not_visible | c.sim_modelproperty_not_renderable, 5, 0),
-        (c.sim_modelproperty_not_renderable, 5, 1),
+        (c.sim_modelproperty_not_renderable, 6, 1),
         (0, 0, 1),
     ):
         world.call("simxSetModelProperty", box, bits)
@@ -206,10 +206,10 @@ COLOR = [255, 0, 0, 0, 0, 0, 64, 64, 64, 0, 0, 32]
 def test_dummy_keeps_its_size_and_colour_and_goes_with_the_stop(world: World) -> None:
     sim = world.sim
     stays = world.call("simxCreateDummy", 0.2, COLOR)
-    assert world.call("simxGetObjectFloatParam", stays, 10002) == pytest.approx(0.2)
-    world.call("simxSetObjectFloatParam", stays, 10002, 0.3)
+    assert world.call("simxGetObjectFloatParam", stays, 10003) == pytest.approx(0.2)
+    world.call("simxSetObjectFloatParam", stays, 10003, 0.3)
     (copy,) = world.call("simxCopyPasteObjects", [stays])
-    assert world.call("simxGetObjectFloatParam", copy, 10002) == pytest.approx(0.3)
+    assert world.call("simxGetObjectFloatParam", copy, 10003) == pytest.approx(0.3)
     for dummy in (stays, copy):
         shown = [editing.dummy_color(sim, dummy, component) for component in (0, 2, 3)]
         assert [round(part * 255) for color in shown for part in color] == [*COLOR[:3], *COLOR[6:]]

@@ -15,6 +15,7 @@ from handler_calls import World
 
 from simx_server.errors import CommandError
 from simx_server.parts.physics_engine_parameters import PARAMETERS
+from simx_server.scene.editing.compounds import grouping, relocating, ungrouping
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.geometry.inertia import set_inertia
 from simx_server.scene.objects import ObjectKind
@@ -31,6 +32,9 @@ def random_edit(world: World, choose: random.Random) -> None:
     """One edit with handles of the scene; most are possible."""
     handles = list(world.sim.scene.objects) or [1]
     one, other, third = (choose.choice([*handles, -1]) for _ in range(3))
+    if choose.random() < 0.15:
+        group_or_cut(world, choose, [one, other, third])
+        return
     name = choose.choice(
         ["simxSetObjectParent"] * 6 + ["simxRemoveObject", "simxRemoveModel", "simxCreateDummy"]
     )
@@ -47,6 +51,21 @@ def random_edit(world: World, choose: random.Random) -> None:
             "simxLoadModel": [str(SCENE), 0],
         }[name],
     )
+
+
+def group_or_cut(world: World, choose: random.Random, handles: list[int]) -> None:
+    shapes = list(world.sim.scene.of_kind(ObjectKind.SHAPE))
+    if choose.random() < 0.5:
+        grouping.group(
+            world.parts, handles if choose.random() < 0.3 else choose.sample(shapes, min(2, len(shapes)))
+        )
+    elif choose.random() < 0.4:
+        place = choose.uniform(-1, 1), choose.uniform(-1, 1), choose.uniform(-1, 1)
+        relocating.relocate(world.parts, choose.choice(shapes), (place, (0.6, 0.0, 0.8, 0.0)))
+    elif choose.random() < 0.7:
+        ungrouping.ungroup(world.parts, choose.choice(shapes))
+    else:
+        ungrouping.divide(world.parts, choose.choice(shapes))
 
 
 def tree(world: World) -> dict[int, tuple[str, int]]:
@@ -77,6 +96,7 @@ def test_random_edits_leave_a_tree_and_stop_restores_it(seed: int) -> None:
         elif number % 20 == 0 and before is not None:
             world.call("simxStopSimulation")
             assert tree(world) == before
+            assert np.isfinite(world.sim.data.qpos).all()
         try:
             random_edit(world, choose)
             edited += 1
@@ -159,8 +179,8 @@ def extreme_change(sim: Simulation, choose: random.Random) -> tuple[str, list[An
 def test_extreme_numbers_end_in_a_result_or_a_text_and_the_simulation_still_steps(
     seed: int, caplog: pytest.LogCaptureFixture
 ) -> None:
-    choose, sim = random.Random(seed), World(file=SCENE).sim
-    done = 0
+    choose, world = random.Random(seed), World(file=SCENE)
+    sim, done = world.sim, 0
     for number in range(CHANGES):
         if not sim.is_running or number % 20 == 0:
             sim.stop()
@@ -168,13 +188,13 @@ def test_extreme_numbers_end_in_a_result_or_a_text_and_the_simulation_still_step
         name, values = extreme_change(sim, choose)
         script = Script(1, ScriptKind.CHILD, next(iter(sim.scene.objects)), "random.lua")
         with contextlib.suppress(CommandError):
-            Namespaces(World(file=SCENE).parts, script).invoke(f"sim.{name}", values)
+            Namespaces(world.parts, script).invoke(f"sim.{name}", values)
             done += 1
-        World(file=SCENE).parts.step()  # it may diverge, and the run ends then
+        world.parts.step()  # it may diverge, and the run ends then
     sim.stop()
     sim.start()
     for _ in range(3):
-        World(file=SCENE).parts.step()
+        world.parts.step()
     assert sim.is_running
     assert np.isfinite(sim.data.qpos).all()
     assert done > CHANGES / 4

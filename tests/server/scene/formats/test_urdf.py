@@ -17,12 +17,13 @@ from urdf_robots import DIFFERENTIAL, GRIPPER, TETRAHEDRON, arm, write_arm
 from simx_server.app import cli
 from simx_server.errors import CommandError
 from simx_server.joints.state import JointMode
-from simx_server.scene.formats import loader, urdf_joints
+from simx_server.scene.formats import loader
 from simx_server.scene.formats import sources as sources_module
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene, load_text
 from simx_server.scene.formats.sources import PACKAGE_FILE, Sources
-from simx_server.scene.formats.urdf import read_urdf, urdf_files
+from simx_server.scene.formats.urdf import joints as urdf_joints
+from simx_server.scene.formats.urdf.reading import read_urdf, urdf_files
 from simx_server.scene.geometry.overlaps import overlaps
 
 NO_ENVIRONMENT: dict[str, str] = {}

@@ -70,7 +70,19 @@ def test_a_dialog_waits_for_an_answer_without_holding_anybody_up(world: ScriptWo
         "return sim.displayDialog('Name', 'Who?', sim.dlgstyle_input, false, 'nobody', nil, nil)"
     )
     assert world.value(f"sim.getDialogInput({asked})") == "nobody"
-    world.fails("sim.displayDialog('a', 'b', sim.dlgstyle_ok, true)", "a modal dialog would stop the server")
+
+
+def test_messages_of_the_simulator_come_after_the_first_question(world: ScriptWorld) -> None:
+    world.call("simxSetObjectSelection", [world.handle("wall")])
+    assert world.lua("return sim.getSimulatorMessage()") == [-1, [], []]
+    world.lua("sim.setObjectSelection({sim.getObject('/wall')})")
+    world.lua("sim.setObjectSelection({sim.getObject('/cube')})")
+    assert world.lua("return sim.getSimulatorMessage()") == [
+        world.value("sim.message_object_selection_changed"),
+        [0, 0, 0, 0],
+        [],
+    ]
+    assert world.value("(sim.getSimulatorMessage())") == -1
 
 
 def test_a_message_box_is_read_at_once_unless_it_asks(world: ScriptWorld) -> None:
@@ -78,10 +90,28 @@ def test_a_message_box_is_read_at_once_unless_it_asks(world: ScriptWorld) -> Non
         "sim.msgBox(sim.msgbox_type_info, sim.msgbox_buttons_ok, 'Note', 'All is well')"
     ) == world.value("sim.msgbox_return_ok")
     assert world.parts.status_bar.messages[-1] == "Note: All is well"
-    world.fails(
-        "sim.msgBox(sim.msgbox_type_question, sim.msgbox_buttons_yesno, 'Go', 'Sure?')",
-        "show it with sim.displayDialog",
+
+
+def test_a_message_box_with_a_choice_is_closed_without_one(world: ScriptWorld) -> None:
+    assert world.lua(
+        "return sim.msgBox(1, sim.msgbox_buttons_yesno, 'Go', 'Sure?') == sim.msgbox_return_no,"
+        "sim.msgBox(1, sim.msgbox_buttons_okcancel, '', 'Sure?') == sim.msgbox_return_cancel,"
+        "sim.msgBox(1, sim.msgbox_buttons_yesnocancel, '', 'Sure?') == sim.msgbox_return_cancel"
+    ) == [True, True, True]
+    assert world.parts.status_bar.messages[-3:] == ["Go: Sure?", "Sure?", "Sure?"]
+    world.fails("sim.msgBox(1, 7, 'Go', 'Sure?')", "7 is not a kind of buttons")
+
+
+def test_a_modal_dialog_is_shown_and_read_as_closed_until_somebody_answers(world: ScriptWorld) -> None:
+    shown, _ = world.lua(
+        "return sim.displayDialog('Error', 'No plug-in', sim.dlgstyle_ok, true, nil, {1,0,0})"
     )
+    assert world.parts.status_bar.messages[-1] == "Error: No plug-in"
+    assert world.value(f"sim.getDialogResult({shown}) == sim.dlgret_ok") is True
+    asked, _ = world.lua("return sim.displayDialog('Go', 'Sure?', sim.dlgstyle_yes_no, true)")
+    assert world.value(f"sim.getDialogResult({asked}) == sim.dlgret_no") is True
+    world.parts.user_interface.dialogs.answer(asked, world.value("sim.dlgret_yes"))
+    assert world.value(f"sim.getDialogResult({asked}) == sim.dlgret_yes") is True
 
 
 def test_custom_uis_are_operated_by_number(world: ScriptWorld, tmp_path) -> None:

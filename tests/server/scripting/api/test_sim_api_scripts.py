@@ -136,7 +136,13 @@ def test_attributes_are_read_and_keep_what_they_are(world: ScriptWorld) -> None:
     assert world.value(f"sim.getScriptAttribute({other}, 4)") is False
     assert world.value(f"sim.setScriptAttribute({other}, 4, true)") == 1
     assert world.value(f"sim.getScriptAttribute({other}, 4)") is True
-    world.fails(f"sim.setScriptAttribute({other}, 1, 2)", "only 4 .enabled. can")
+    assert world.value(f"sim.getScriptInt32Param({other}, sim.scriptintparam_execorder)") == 1
+    assert world.value(f"sim.setScriptInt32Param({other}, sim.scriptintparam_execorder, 2)") == 1
+    assert world.value(f"sim.getScriptAttribute({other}, 1)") == 2
+    assert "function" in world.value(f"sim.getScriptStringParam({other}, sim.scriptstringparam_text)")
+    assert world.value(f"sim.getScriptStringParam({other}, sim.scriptstringparam_lang)") == "lua"
+    world.fails(f"sim.setScriptText({other}, 'x = 1')", "start the server with --allow-code")
+    world.fails(f"sim.setScriptAttribute({other}, 1, 9)", "cannot be set to 9; those that can")
     world.fails(f"sim.getScriptAttribute({other}, 99)", "attribute 99 of scripts is not known")
 
 
@@ -248,3 +254,16 @@ def test_a_main_script_that_does_what_the_default_one_did_runs(tmp_path: Path) -
 def test_passes_are_counted_and_threads_told_apart(world: ScriptWorld) -> None:
     world.passes(3)
     assert world.lua("return sim.getScriptExecutionCount(), sim.isScriptExecutionThreaded()") == [3, 0]
+
+
+def test_a_copied_table_is_another_one(world: ScriptWorld) -> None:
+    assert world.lua(
+        "local t = {1, {2}, name = 'x'} local u = sim.copyTable(t) u[2][1] = 9 return t, u, t == u"
+    ) == [{1: 1, 2: [2], "name": "x"}, {1: 1, 2: [9], "name": "x"}, False]
+
+
+def test_an_unknown_constant_is_nil_and_named_once(world: ScriptWorld) -> None:
+    assert world.lua("return sim.simulator_stopped, sim.simulator_stopped") == [None, None]
+    told = [line for line in world.parts.status_bar.messages if "simulator_stopped" in line]
+    assert told == ["sim.simulator_stopped is no constant of V-REP: a script reads nil there"]
+    world.fails("sim.simulatorStopped()", "is not provided by this server")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scripted_world import evaluate, scripted
 from sim_api_calls import ScriptWorld, world
 
 from simx_server.world.simulation import SimulationState
@@ -86,7 +87,7 @@ def test_a_customization_script_starts_and_closes(tmp_path: Path) -> None:
 def test_clocks_of_the_wall(world: ScriptWorld) -> None:
     first, second = world.value("sim.getSystemTime()"), world.value("sim.getSystemTime()")
     assert 0 < first <= second
-    earlier = world.value("sim.getSystemTimeInMs(-1)")
+    earlier = world.value("sim.getSystemTimeInMilliseconds(-1)")
     assert 0 <= world.value(f"sim.getSystemTimeInMs({earlier})") < 60_000
     assert world.value("sim.getRealTimeSimulation()") == 0
     assert world.value("sim.isRealTimeSimulationStepNeeded()") == 1
@@ -213,21 +214,10 @@ def test_parameters_of_other_engines_are_refused(world: ScriptWorld) -> None:
         world.fails(f"sim.setEngineBool{name}(8001, 1, true)", "none of the switches of Bullet")
 
 
-@pytest.mark.parametrize(
-    "call",
-    [
-        "setNavigationMode(1)",
-        "getNavigationMode()",
-        "setPage(0)",
-        "getPage()",
-        "adjustView(0, 1, 0)",
-        "cameraFitToView(0)",
-        "floatingViewAdd(0, 0, 1, 1, 0)",
-        "floatingViewRemove(1)",
-        "fileDialog(0, 't', 'p', 'n', 'e', 'd')",
-        "textEditorOpen('t', 'p')",
-        "openTextEditor('t')",
-    ],
-)
-def test_what_needs_a_window_says_so(world: ScriptWorld, call: str) -> None:
-    world.fails(f"sim.{call}", "needs the simulator's own window, which this server does not have")
+def test_a_scene_of_vrep_is_edited_by_converting_it() -> None:
+    world = scripted({"lua:customization:base": "function sysCall_init() end"})
+    world.sim.scene.path = Path("my lab.ttt")
+    for call in ("sim.saveScene, 'x.ttt'", "sim.saveModel, 1, 'x.ttm'"):
+        done, text = evaluate(world, f"return pcall({call})", kind=6)
+        assert not done
+        assert b"`simx-server 'my lab.ttt' --convert FOLDER`" in text

@@ -204,8 +204,6 @@ def test_endless_recursion_is_an_error() -> None:
         "os.getenv",
         "debug.sethook",
         "package",
-        "dofile",
-        "loadfile",
         "python",
         "string.dump",
         "warn",
@@ -275,6 +273,17 @@ def test_binary_chunks_and_finalizers_are_refused() -> None:
     with pytest.raises(ScriptError, match="finalizers"):
         interpreter.call("final")
     assert interpreter.call("late") == []
+
+
+def test_a_random_seed_may_have_a_fraction() -> None:
+    interpreter = script("""
+        function f(seed) math.randomseed(seed) return math.random(1000) end
+        function g() math.randomseed('a') end
+    """)
+    assert interpreter.call("f", 7.9) == interpreter.call("f", 7)
+    assert interpreter.call("f", 1e300) == interpreter.call("f", 0)
+    with pytest.raises(ScriptError, match="bad argument #1 to 'randomseed'"):
+        interpreter.call("g")
 
 
 def test_what_lua_51_scripts_expect_is_there() -> None:

@@ -1,0 +1,1 @@
+"""How V-REP's own files fare here: `python -m bench.imports FOLDER`."""

@@ -1,0 +1,1 @@
+"""What a call of a client of the ZeroMQ remote API costs."""

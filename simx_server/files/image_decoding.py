@@ -1,0 +1,49 @@
+"""The process that decodes one image file: OpenCV's decoders are large, and the file may come from anybody.
+
+Run with `-m`. Standard input is the file; standard output is a `.npy` file of its pixels as RGBA.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
+_MEMORY = 2 << 30
+"""Bytes of address space that the process may take."""
+
+
+def main() -> None:
+    """Decode; the exit code is 1 if the file is damaged."""
+    if resource is not None:
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    read: Any = cv2.imdecode(np.frombuffer(sys.stdin.buffer.read(), np.uint8), cv2.IMREAD_UNCHANGED)
+    if read is None:
+        sys.exit(1)
+    np.save(sys.stdout.buffer, _rgba((read >> 8).astype(np.uint8) if read.dtype == np.uint16 else read))
+
+
+def _rgba(found: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return (rows, columns, 4) of grey, BGR or BGRA pixels."""
+    rows, columns = found.shape[:2]
+    pixels = np.full((rows, columns, 4), 255, np.uint8)
+    if found.ndim == 2:
+        pixels[..., :3] = found[..., np.newaxis]
+    else:
+        pixels[..., :3] = found[..., 2::-1]
+        if found.shape[2] == 4:
+            pixels[..., 3] = found[..., 3]
+    return pixels
+
+
+if __name__ == "__main__":
+    main()

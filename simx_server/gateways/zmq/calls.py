@@ -1,0 +1,137 @@
+"""Calls of clients: most go to the namespaces of scripts; some mean something else for a client.
+
+The latter are those of CoppeliaSim's add-on that serves this protocol: they list the namespaces and step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol.nearest import did_you_mean
+from simx_server.errors import CommandError
+from simx_server.scripting import api
+from simx_server.scripting.interpreter import Function, Waiting
+from simx_server.scripting.namespaces import signatures
+from simx_server.world.simulation import SimulationState
+
+from . import permissions
+from .forms import adjusted
+from .listing import namespace
+from .results import split_name
+
+if TYPE_CHECKING:
+    from .clients import Client
+
+MOST_TEST_CALLS = 10_000
+"""Calls of a function of the client by one sim.testCB."""
+
+_Own = Callable[["Client", list[Any]], "tuple[Any, ...] | Waiting"]
+
+
+def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
+    """Run a function of a namespace; return its results, or a generator that returns them and yields once per step.
+
+    Args:
+        arguments: as scripts give them.
+
+    Raises:
+        CommandError: the function does not exist, is refused, or fails.
+    """
+    space, name = split_name(full_name)
+    own = _OWN.get(f"{space}.{name}")
+    if own is not None:
+        return own(client, arguments)
+    if space not in api.NAMESPACES or name not in signatures(space):
+        known = signatures(space) if space in api.NAMESPACES else api.NAMESPACES
+        wanted = name if space in api.NAMESPACES else space
+        raise CommandError(f"No such function: {full_name}{did_you_mean(wanted, list(known))}")
+    if space == "sim":
+        permissions.check(client.world, name, arguments)
+    outcome = client.namespaces.invoke(f"{space}.{name}", arguments)
+    return adjusted(f"{space}.{name}", arguments, outcome) if isinstance(outcome, tuple) else outcome
+
+
+def _text(arguments: list[Any], what: str) -> str:
+    if not arguments or not isinstance(arguments[0], bytes):
+        raise CommandError(f"argument 1 must be {what}")
+    return arguments[0].decode("utf-8", "replace")
+
+
+def _info(_client: Client, arguments: list[Any]) -> tuple[Any, ...]:
+    return (namespace(_text(arguments, "the name of a namespace")),)
+
+
+def _require(_client: Client, arguments: list[Any]) -> tuple[Any, ...]:
+    namespace(_text(arguments, "the name of a namespace"))
+    return ()
+
+
+def _set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
+    """Raise the level with true, lower it with false, set it with a number; return the level before."""
+    enable: Any = arguments[0] if arguments else True
+    before = client.level
+    if isinstance(enable, bool) or not isinstance(enable, (int, float)):
+        client.level = before + 1 if enable else max(0, before - 1)
+    else:
+        client.level = max(0, int(enable))
+    client.set_stepping()
+    return (before,)
+
+
+def _step(client: Client, _arguments: list[Any]) -> Waiting:
+    """Wait for the next simulation step; return at once while the simulation is stopped or paused."""
+    simulation = client.world.simulation
+    before = simulation.step_count
+    if simulation.state is SimulationState.RUNNING:
+        yield
+        while simulation.state is SimulationState.RUNNING and simulation.step_count == before:
+            yield
+    return ()
+
+
+def _lock(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+    client.locks += 1
+    client.set_stepping()
+    return ()
+
+
+def _unlock(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+    client.locks = max(0, client.locks - 1)
+    client.set_stepping()
+    return ()
+
+
+def _test_call_backs(_client: Client, arguments: list[Any]) -> tuple[Any, ...]:
+    """Call a function of the client: ``sim.testCB(a, function, b, n)`` calls function(a, b) n times, and once more."""
+    first, function, second, times = [*arguments, None, None, None, None][:4]
+    if not isinstance(function, Function):
+        raise CommandError("argument 2 must be a function")
+    times = 99 if times is None else times
+    if not isinstance(times, (int, float)) or not 0 <= times <= MOST_TEST_CALLS:
+        raise CommandError(f"argument 4 must be a number from 0 to {MOST_TEST_CALLS}")
+    for _ in range(int(times)):
+        function(first, second)
+    return tuple(function(first, second))
+
+
+def _nothing(_client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+    """Do nothing: a client is served when its message comes, whatever the timing of threads."""
+    return ()
+
+
+_OWN: Mapping[str, _Own] = {
+    "zmqRemoteApi.info": _info,
+    "zmqRemoteApi.require": _require,
+    "sim.setStepping": _set_stepping,
+    "sim.step": _step,
+    "sim.yield": _step,
+    "sim.switchThread": _step,
+    "sim.acquireLock": _lock,
+    "sim.releaseLock": _unlock,
+    "sim.testCB": _test_call_backs,
+    "sim.handleExtCalls": _nothing,
+    "sim.setThreadSwitchTiming": _nothing,
+    "sim.setThreadAutomaticSwitch": _nothing,
+}
+"""Functions that mean something else for a client than for a script."""

@@ -1,0 +1,206 @@
+"""The clients of the ZeroMQ remote API, on the physics thread: each has a session and a script without text.
+
+The namespaces of that script are those of the scene's scripts, so a client gets the same functions and numbers. Calls
+that wait for simulation steps are continued here after each step, and while the simulation is stopped.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from simx_server.limits import LimitReached
+from simx_server.runtime.sessions import ClientSession
+from simx_server.scripting.namespaces import Namespaces
+from simx_server.scripting.script import Script, ScriptKind
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
+
+from .connection import Connection
+from .peer import NUMBER_BYTES, Peer
+from .results import is_function
+from .wire import WireError, read_request
+
+if TYPE_CHECKING:
+    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.world.world import World
+
+logger = logging.getLogger(__name__)
+
+FIRST_HANDLE = 3_000_003
+"""Handles of clients' scripts are above those of the scene's scripts."""
+
+Answer = Callable[[Peer, Any], None]
+
+REPEAT: Mapping[str, Any] = {"func": "_*repeat*_", "args": []}
+"""Makes a client send its last message again."""
+
+
+class Client:
+    """One client: everything that its connections share."""
+
+    def __init__(self, world: World, key: str, name: str, handle: int) -> None:
+        self.key, self.name, self.world = key, name, world
+        self.script = Script(handle, ScriptKind.CUSTOMIZATION, -1, name)
+        self.namespaces = Namespaces(world, self.script)
+        self.level = 0
+        """How often it has called sim.setStepping(True) more than sim.setStepping(False)."""
+
+        self.locks = 0
+        """How often it has called sim.acquireLock more than sim.releaseLock."""
+
+        self.session: ClientSession
+        self.connections: dict[int, Connection] = {}
+        self.acting: Connection | None = None
+        """The connection whose call is being executed."""
+
+    def set_stepping(self) -> None:
+        """Have the simulation wait for this client, or not, as its level and its locks require."""
+        wanted = self.level > 0 or self.locks > 0
+        if wanted != self.session.is_stepping:
+            self.session.set_stepping(wanted)
+
+
+class _Link:
+    """The link of a session: answers take another way, and the protocol has no streams."""
+
+    def __init__(self, closed: Callable[[], object]) -> None:
+        self._closed = closed
+
+    def deliver(self, payload: bytes) -> None:
+        """Do nothing: only batches of the server's own clients have such replies."""
+
+    def publish(self, payload: bytes) -> None:
+        """Do nothing: the protocol has no streams."""
+
+    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+        """Do nothing: the protocol has no streams."""
+
+    def close(self) -> None:
+        self._closed()
+
+
+class ZmqClients(Part):
+    """All clients of one gateway. Physics thread."""
+
+    def __init__(
+        self, loop: ServerLoop, port: int, peers: Mapping[int, Peer], answer: Callable[[Peer, Any], None]
+    ) -> None:
+        """Make an empty list.
+
+        Args:
+            port: the gateway's.
+            peers: the open connections by number.
+            answer: sends a message to a connection.
+        """
+        self.loop, self.world = loop, loop.world
+        self.answer = answer
+        self._port, self._peers = port, peers
+        self._clients: dict[str, Client] = {}
+        self._next_handle = FIRST_HANDLE
+        self._waiting: dict[Connection, None] = {}
+        """Connections whose call waits for a simulation step, in the order of their calls."""
+
+        loop.idlers.append(self)
+        loop.metrics.more_commands = _Functions()
+
+    # --- coming and going ------------------------------------------------------------------------
+
+    def welcome(self, key: str, payload: bytes) -> Mapping[str, Any] | None:
+        """Accept a client with its message, unless it is there already; return the answer if it must not be queued."""
+        if self.loop.is_departing(key):  # it has come back at once
+            return REPEAT
+        if key not in self._clients:
+            try:
+                limits = self.loop.simulation.limits
+                limits.check("clients", len(self.loop.sessions) + 1, "let others leave first")
+            except LimitReached as problem:
+                return {"err": str(problem)}
+            self._join(key, payload)
+        return None
+
+    def _join(self, key: str, payload: bytes) -> None:
+        try:
+            language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
+        except WireError:  # its answer says what is wrong
+            language = ""
+        name = f"{language or 'client'}-{key.removeprefix('zmq-')[:8]}"
+        client = Client(self.world, key, name, self._next_handle)
+        self._next_handle += 1
+        serve = partial(self._serve, client)
+        client.session = self.loop.join(key, name, self._port, _Link(partial(self._forget, client)), serve)
+        self._clients[key] = client
+
+    def part_from(self, key: str) -> None:
+        """Let a client leave after what it has sent is executed."""
+        client = self._clients.get(key)
+        if client is not None:
+            for connection in client.connections.values():
+                connection.end()
+            self.loop.depart(key)
+
+    def _forget(self, client: Client) -> None:
+        for connection in client.connections.values():
+            connection.end()
+            self._waiting.pop(connection, None)
+        if self._clients.get(client.key) is client:
+            del self._clients[client.key]
+
+    # --- messages --------------------------------------------------------------------------------
+
+    def _serve(self, client: Client, numbered: bytes) -> None:
+        """Execute a message of a client; the number of its connection stands in front."""
+        number = int.from_bytes(numbered[:NUMBER_BYTES], "big")
+        peer = self._peers.get(number)
+        if peer is None:
+            return
+        connection = client.connections.get(number)
+        if connection is None:
+            client.connections = {n: each for n, each in client.connections.items() if not each.peer.is_gone}
+            connection = client.connections[number] = Connection(self, client, peer)
+        connection.receive(numbered[NUMBER_BYTES:])
+
+    # --- calls that wait -------------------------------------------------------------------------
+
+    def wait(self, connection: Connection) -> None:
+        """Continue a connection's call after the next simulation step, which its client allows if it steps."""
+        self._waiting[connection] = None
+        session = connection.client.session
+        if session.is_stepping and self.world.simulation.state is SimulationState.RUNNING:
+            session.trigger(is_running=True)
+
+    def _continue(self) -> None:
+        waiting, self._waiting = self._waiting, {}
+        for connection in waiting:
+            self.loop.post_for(connection.client.key, connection.go_on)
+
+    def step_finished(self) -> None:
+        self._continue()
+
+    def run_stopped(self) -> None:
+        """End the stepping of every client, as the server loop does, and let waiting calls find out."""
+        for client in self._clients.values():
+            client.level = client.locks = 0
+        self._continue()
+
+    def run_paused(self) -> None:
+        self._continue()
+
+    @property
+    def wants_idle(self) -> bool:
+        """Return whether calls wait while no simulation step is due."""
+        return bool(self._waiting)
+
+    def idle(self) -> None:
+        """Continue the calls that wait while the simulation is stopped or paused."""
+        self._continue()
+
+
+class _Functions:
+    """The names of all functions, for the metrics."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and is_function(name)

@@ -1,0 +1,289 @@
+"""Answer the messages of one connection: run a call, continue it after simulation steps, call the client's functions.
+
+A client waits for one answer at a time on a connection. A function of the client is the exception: its request is the
+answer to the call that needs it, and meanwhile the client may call the server again.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from simx_server.errors import CommandError, UnknownName
+from simx_server.runtime.monitoring.metrics import UNKNOWN
+from simx_server.scripting.interpreter import PATIENCE, ScriptError, Waiting
+
+from .calls import invoke
+from .results import is_function, to_client, with_functions
+from .wire import END, EXECUTED, Request, WireError, read_request
+
+if TYPE_CHECKING:
+    from .clients import Client, ZmqClients
+    from .peer import Peer
+
+_Result = TypeVar("_Result")
+
+MOST_NESTED = 8
+"""Functions of the client that may wait for each other."""
+
+SILENCE = 2.0
+"""Seconds that a function of the client may take between two messages; scripts have as long for a call."""
+
+LONGEST = 10.0
+"""Seconds that the functions of the client may take in one call, or in one simulation step of a call that waits."""
+
+
+class ClientFunction:
+    """A function of the client that it passed to the server; see `interpreter.Function`."""
+
+    def __init__(self, client: Client, name: str) -> None:
+        self._client, self._name = client, name
+
+    def __call__(self, *arguments: Any) -> list[Any]:
+        connection = self._client.acting
+        if connection is None:
+            raise ScriptError(
+                f"{self._name} of a client can be called only while the client waits for a call"
+            )
+        return connection.call_back(self._name, arguments)
+
+
+class Connection:
+    """One connection of a client. Physics thread."""
+
+    def __init__(self, clients: ZmqClients, client: Client, peer: Peer) -> None:
+        self.client, self.peer = client, peer
+        self._clients = clients
+        self._world = clients.world
+        self._function = ""
+        """The function that is being executed, or waits."""
+
+        self._waiting: Waiting | None = None
+        self._depth = 0
+        """Functions of the client that are running."""
+
+        self._until = 0.0
+        """When the functions of the client have taken too long."""
+
+        self._is_broken = False
+        """A function of the client was not waited for any longer, so the client does not wait for the present call."""
+
+        self._next: tuple[str, Waiting] | None = None
+        """The call with which the client has gone on, instead of ending its function."""
+
+        self._lost = "no function of this client was asked for a result"
+        """Why the result of a function is not taken."""
+
+    # --- messages --------------------------------------------------------------------------------
+
+    def receive(self, payload: bytes) -> None:
+        """Answer a message that does not come from within a function of the client."""
+        try:
+            request = read_request(payload)
+        except WireError as problem:
+            self._refuse("message", CommandError(str(problem)))
+            return
+        if request.function == EXECUTED:
+            self._send({"err": self._lost})
+        elif request.function == END:
+            self.end()
+            self.client.level = self.client.locks = 0
+            self.client.set_stepping()
+            self._send({})
+        elif self._waiting is not None:
+            self._refuse(request.function, CommandError(f"{self._function} is not answered yet"))
+        else:
+            self._execute(request)
+
+    def _execute(self, request: Request) -> None:
+        self._function = request.function
+        self._clients.loop.metrics.called(self.client.key, 1)
+        self.client.session.called[request.function if is_function(request.function) else UNKNOWN] += 1
+        try:
+            outcome = self._act(lambda: self._invoke(request))
+        except Exception as problem:
+            self._fail(problem)
+            return
+        if isinstance(outcome, Generator):
+            self._waiting = outcome
+            self.go_on()
+        else:
+            self._finish(outcome)
+
+    def go_on(self) -> None:
+        """Continue a call that waits, because a simulation step was made or none will come for a while."""
+        waiting = self._waiting
+        if waiting is None:
+            return
+        try:
+            self._act(lambda: next(waiting))
+        except StopIteration as end:
+            self._waiting = None
+            self._finish(end.value)
+        except Exception as problem:
+            self._waiting = None
+            self._fail(problem)
+        else:
+            self._clients.wait(self)
+
+    def _invoke(self, request: Request) -> tuple[Any, ...] | Waiting:
+        arguments = with_functions(request.arguments, lambda name: ClientFunction(self.client, name))
+        return invoke(self.client, request.function, arguments)
+
+    def _act(self, action: Callable[[], _Result]) -> _Result:
+        """Run a piece of the present call: this connection acts, and its time counts."""
+        client, loop, name = self.client, self._clients.loop, self._function
+        outer, client.acting = client.acting, self
+        outer_work = loop.begin_work(client.key, name)
+        began = time.perf_counter()
+        self._until = began + LONGEST
+        try:
+            return action()
+        finally:
+            loop.metrics.executed(name, time.perf_counter() - began)
+            loop.end_work(outer_work)
+            client.acting = outer
+
+    # --- answers ---------------------------------------------------------------------------------
+
+    def _finish(self, results: tuple[Any, ...]) -> None:
+        """Send the results of a call, after what it has left for later: a start, a stop, another scene."""
+        if self._has_gone_on():
+            return
+        simulation = self._world.simulation
+        if not simulation.is_settled and (problems := simulation.settle()):
+            self._refuse(self._function, problems[0])
+            return
+        self._send_results(self._function, results)
+
+    def _fail(self, problem: Exception) -> None:
+        if not self._has_gone_on():
+            self._refuse(self._function, problem)
+
+    def _has_gone_on(self) -> bool:
+        """Return whether the client does not wait for this call any more; if so, turn to the one it waits for."""
+        if not self._is_broken:
+            return False
+        self._is_broken = False
+        if self._next is not None:
+            (self._function, self._waiting), self._next = self._next, None
+            self._world.simulation.settle()  # what the client has asked for before
+            self.go_on()
+        return True
+
+    def _send_results(self, function: str, results: tuple[Any, ...]) -> None:
+        try:
+            self._send({"ret": to_client(function, results)})
+        except (TypeError, ValueError) as problem:  # a result that cannot travel
+            self._refuse(function, CommandError(f"the result cannot be sent: {problem}"))
+
+    def _refuse(self, function: str, problem: Exception) -> None:
+        if isinstance(problem, UnknownName):
+            problem = CommandError(f"object does not exist: {problem}")  # words that programs look for
+        self._send({"err": self._clients.loop.failed(self.client.session, function, problem)})
+
+    def _send(self, message: dict[str, Any]) -> None:
+        self._clients.answer(self.peer, message)
+
+    def end(self) -> None:
+        """Abandon a call that waits: its client has left, or says good-bye."""
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None and self.client.acting is not self:
+            waiting.close()
+
+    # --- functions of the client -----------------------------------------------------------------
+
+    def call_back(self, name: str, arguments: tuple[Any, ...]) -> list[Any]:
+        """Call a function of the client and return its results; meanwhile answer what it calls.
+
+        Raises:
+            ScriptError: it takes too long, or the client has left.
+        """
+        if self._depth >= MOST_NESTED:
+            raise ScriptError(f"more than {MOST_NESTED} functions of a client wait for each other")
+        queue: deque[bytes | None] = deque()
+        outer, self.peer.nested = self.peer.nested, queue
+        if self.peer.is_gone:
+            queue.append(None)
+        self._depth += 1
+        try:
+            self._send({"func": name, "args": to_client("", arguments)})
+            while True:
+                request = self._next_request(queue, name)
+                if request is None:
+                    continue
+                if request.function == EXECUTED:
+                    return request.arguments
+                self._serve_within(request, name)
+        finally:
+            self._depth -= 1
+            self.peer.nested = outer
+
+    def _next_request(self, queue: deque[bytes | None], name: str) -> Request | None:
+        """Return the next message of the client; None if it was unreadable and is answered already."""
+        payload = self._next_payload(queue, name)
+        try:
+            return read_request(payload)
+        except WireError as problem:
+            self._refuse("message", CommandError(str(problem)))
+            return None
+
+    def _next_payload(self, queue: deque[bytes | None], name: str) -> bytes:
+        until = min(self._until, time.perf_counter() + SILENCE)
+        sockets = self._clients.loop.sockets
+        sockets.fetch()
+        while not queue:
+            sockets.sleep(PATIENCE, lambda: queue)
+            sockets.fetch()
+            if queue:
+                break
+            self._check(name, until)
+            if not self._world.simulation.physics_calls.is_in_step:
+                self._world.simulation.interruptions.serve_others()
+        payload = queue.popleft()
+        if payload is None:
+            raise self._break(f"the client has left within its function {name}")
+        return payload
+
+    def _check(self, name: str, until: float) -> None:
+        if self._world.simulation.is_ending:
+            raise self._break("the server ends")
+        if time.perf_counter() > until:
+            raise self._break(
+                f"the function {name} took too long: it may be silent for {SILENCE:g} s, and all functions in one "
+                f"call may take {LONGEST:g} s; other clients wait meanwhile"
+            )
+
+    def _break(self, reason: str) -> ScriptError:
+        """Return the error that ends the present call; its answer is not sent."""
+        self._is_broken, self._lost = True, reason
+        return ScriptError(reason)
+
+    def _serve_within(self, request: Request, name: str) -> None:
+        """Answer a call that the client makes in its function."""
+        try:
+            outcome = self._invoke(request)
+        except Exception as problem:
+            if self._is_broken:  # within a function that this call has called
+                raise
+            self._refuse(request.function, problem)
+            return
+        if not isinstance(outcome, Generator) and time.perf_counter() < self._until:
+            self._send_results(request.function, outcome)
+            return
+        self._next = request.function, _later(outcome)
+        raise self._break(
+            f"{request.function} waits for a simulation step, so it cannot be called within {name}"
+            if isinstance(outcome, Generator)
+            else f"the function {name} took longer than {LONGEST:g} s; other clients wait meanwhile"
+        )
+
+
+def _later(outcome: tuple[Any, ...] | Waiting) -> Waiting:
+    """Return a call that waits; one with results already does not."""
+    if isinstance(outcome, Generator):
+        return (yield from outcome)
+    return outcome
+    yield

@@ -1,0 +1,47 @@
+"""Results in the form that CoppeliaSim 4 gives to clients, where scripts of V-REP 3 expect another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from simx_client.protocol import constants as c
+
+PROGRAM_VERSION = 41000
+"""CoppeliaSim 4.10.0: programs read it to find out what the server can do."""
+
+Results = tuple[Any, ...]
+
+
+def adjusted(function: str, arguments: list[Any], results: Results) -> Results:
+    """Return the results of a function as a client expects them."""
+    form = _FORMS.get(function)
+    return results if form is None else form(arguments, results)
+
+
+def _five(_arguments: list[Any], results: Results) -> Results:
+    """Return detection, distance, point, handle and normal, also for no detection and before the first handling."""
+    if len(results) >= 5:
+        return results[:5]
+    return 0, 0.0, [0.0, 0.0, 0.0], -1, [0.0, 0.0, 0.0]
+
+
+def _number(arguments: list[Any], results: Results) -> Results:
+    is_version = arguments[:1] == [c.sim_intparam_program_version]
+    return (PROGRAM_VERSION,) if is_version else results
+
+
+def _text(_arguments: list[Any], results: Results) -> Results:
+    """Return an empty text in place of nil, as CoppeliaSim's add-on does."""
+    return results or (b"",)
+
+
+_FORMS: Mapping[str, Callable[[list[Any], Results], Results]] = {
+    "sim.readProximitySensor": _five,
+    "sim.checkProximitySensor": _five,
+    "sim.checkProximitySensorEx": _five,
+    "sim.handleProximitySensor": _five,
+    "sim.getInt32Param": _number,
+    "sim.getInt32Parameter": _number,
+    "sim.readCustomDataBlock": _text,
+}

@@ -1,0 +1,45 @@
+"""List the members of a namespace, from which a client builds an object: ``zmqRemoteApi.info``."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, cast
+
+from simx_server.errors import CommandError
+from simx_server.scripting.namespaces import Namespaces
+
+from .results import split_name
+
+MORE_FUNCTIONS = ("testCB", "handleExtCalls")
+"""Functions of ``sim`` that only clients of this protocol have."""
+
+
+@cache
+def namespace(full_name: str) -> dict[str, Any]:
+    """Return the members of a namespace, or of a table of constants in one, such as ``simOMPL.Algorithm``.
+
+    Raises:
+        CommandError: there is none of this name; the text lists those that exist.
+    """
+    space, inner = split_name(full_name)
+    spaces = Namespaces.names()
+    if space not in spaces:
+        raise CommandError(
+            f"there is no namespace '{full_name[:80]}'; this server has {', '.join(sorted(spaces))}"
+        )
+    members = {name: _described(value) for name, value in spaces[space].items()}
+    if space == "sim":
+        members |= {name: _described(None) for name in MORE_FUNCTIONS}
+    if not inner:
+        return members
+    found = members.get(inner, {})
+    return {} if "func" in found or "const" in found else found
+
+
+def _described(value: Any) -> dict[str, Any]:
+    if value is None:
+        return {"func": {}}
+    if isinstance(value, dict):
+        constants = cast(dict[str, Any], value)
+        return {name: {"const": each} for name, each in constants.items()}
+    return {"const": value}

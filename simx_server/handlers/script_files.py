@@ -1,0 +1,100 @@
+"""Scenes, models and meshes that scripts of the scene load: files of the server, or content in place of them."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.files import MESH_SUFFIXES, VREP_MODEL_SUFFIX, VREP_SCENE_SUFFIX
+from simx_client.protocol.kinds import to_text
+from simx_server.errors import CommandError
+from simx_server.files import workspace
+from simx_server.scene.formats.model_files import Model, read_model
+from simx_server.scene.formats.vrep.recognising import is_vrep
+from simx_server.scene.trial.kinds import MESH
+
+from .loading import add, checked, find, load, read
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+
+def load_model_of_server(world: World, given: str | bytes) -> int:
+    """Load a model for a script, as simxLoadModel does.
+
+    Args:
+        given: a file of the server's side, or the content of a V-REP file.
+
+    Returns:
+        The handle of the model's base.
+
+    Raises:
+        CommandError, SceneError: as for simxLoadModel.
+    """
+    world.selection.handles = []
+    with _file_of_script(world, given, model=True) as (found, name):
+        return world.trials.finish(add(world, found, name))
+
+
+def read_mesh(world: World, text: str) -> Model:
+    """Return a model with a mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
+    found = world.simulation.files.find(workspace.check_name(text), True)
+    if found.suffix.lower() not in MESH_SUFFIXES:
+        raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
+    return world.trials.finish(
+        read(world, MESH, found, found.name, lambda sources: read_model(found, sources=sources))
+    )
+
+
+def load_scene_of_server(world: World, given: str | bytes) -> None:
+    """Load a scene for a script, as simxLoadScene does, as soon as no script runs.
+
+    Args:
+        given: a file of the server's side, or the content of a V-REP file.
+
+    Raises:
+        CommandError: the simulation is not stopped, the file does not exist, or it lies elsewhere.
+    """
+    sim = world.simulation
+    if sim.is_running:
+        raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
+    content = _content(given)
+    if content is not None:
+        sim.soon(lambda: _load_content(world, content))
+        return
+    found = find(sim, checked(to_text(given)))
+    sim.soon(lambda: world.trials.finish(load(world, found, found.name)))
+
+
+def _load_content(world: World, content: bytes) -> None:
+    with _file_of_script(world, content, model=False) as (found, name):
+        world.trials.finish(load(world, found, name))
+
+
+def _content(given: str | bytes) -> bytes | None:
+    """Return the content of a V-REP file that a script gives in place of a file name; None for a name."""
+    return given if isinstance(given, bytes) and is_vrep(given, "") else None
+
+
+@contextmanager
+def _file_of_script(world: World, given: str | bytes, *, model: bool) -> Generator[tuple[Path, str]]:
+    """Yield the file that a script means, and its name.
+
+    Content counts as a client's, since a script may have it from there: it is tried, and its scripts run with
+    ``--allow-code`` only. The file exists only inside the context.
+
+    Raises:
+        CommandError: no such file.
+    """
+    sim = world.simulation
+    content = _content(given)
+    if content is None:
+        found = find(sim, checked(to_text(given)), model=model)
+        yield found, found.name
+        return
+    sim.limits.check("file", len(content), f"the content has {len(content)}")
+    name = "buffer" + (VREP_MODEL_SUFFIX if model else VREP_SCENE_SUFFIX)
+    with workspace.lent(sim.files.workspace, name, content) as file:
+        yield file, name

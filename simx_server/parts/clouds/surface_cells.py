@@ -1,0 +1,84 @@
+"""The cells of a grid that the triangles of a surface meet, as V-REP makes octrees of shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.errors import CommandError
+from simx_server.parts.clouds.near import Array
+from simx_server.parts.clouds.voxels import FARTHEST, Cells
+
+_MOST_PAIRS = 4_000_000
+"""Pairs of a triangle and a cell in one call, which take about ten seconds."""
+
+_AT_ONCE = 200_000
+_SLACK = 1e-6
+"""A face on the border of two cells meets both: in parts of a cell, half its size grows by this."""
+
+_OCTANTS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], np.int64)
+
+
+def surface_cells(corners: Array, size: float) -> Cells:
+    """Return the numbers (n, 3) of the cells that some triangles (m, 3, 3) meet; cell 0 starts at the origin.
+
+    Args:
+        corners: of the triangles, metres.
+        size: edge of a cell in metres.
+
+    Raises:
+        CommandError: too many cells, or one too far away.
+    """
+    corners = corners / size
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    if len(corners) and not max(np.abs(low).max(), np.abs(high).max()) < FARTHEST:
+        raise CommandError(
+            f"the surface is more than {FARTHEST} voxels of {size:g} m away; choose larger ones"
+        )
+    # Each triangle starts with the eight cells around its lowest corner, of a size that it does not exceed.
+    levels = np.ceil(np.log2(np.maximum((high - low).max(axis=1, initial=0.0), 1.0))).astype(np.int64)
+    found: list[Cells] = []
+    triangles, cells = np.zeros(0, np.intp), np.zeros((0, 3), np.int64)
+    for level in range(int(levels.max(initial=0)), -1, -1):
+        edge = float(1 << level)
+        fresh = np.flatnonzero(levels == level)
+        starts = np.floor(low[fresh] / edge - _SLACK).astype(np.int64)
+        cells = np.concatenate([cells, (starts[:, np.newaxis] + _OCTANTS).reshape(-1, 3)])
+        triangles = np.concatenate([triangles, np.repeat(fresh, len(_OCTANTS))])
+        if len(cells) > _MOST_PAIRS:
+            raise CommandError(f"the surface meets too many voxels of {size:g} m; choose larger ones")
+        met = _meet(corners, triangles, cells, edge)
+        triangles, cells = triangles[met], cells[met]
+        if level:
+            cells = (2 * cells[:, np.newaxis] + _OCTANTS).reshape(-1, 3)
+            triangles = np.repeat(triangles, len(_OCTANTS))
+    found.append(cells)
+    return np.unique(np.concatenate(found), axis=0)
+
+
+def _meet(corners: Array, triangles: NDArray[np.intp], cells: Cells, edge: float) -> NDArray[np.bool_]:
+    """Return (n,) whether triangles meet cells with this edge, in parts of the smallest cell."""
+    found = np.zeros(len(cells), bool)
+    for first in range(0, len(cells), _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
+        middles = (cells[part] + 0.5) * edge
+        found[part] = _overlap(corners[triangles[part]] - middles[:, np.newaxis], edge / 2 + _SLACK)
+    return found
+
+
+def _overlap(corners: Array, half: float) -> NDArray[np.bool_]:
+    """Return (n,) whether triangles (n, 3, 3) meet the cube around the origin: no axis separates them."""
+    together = (corners.min(axis=1) <= half).all(axis=1) & (corners.max(axis=1) >= -half).all(axis=1)
+    edges = np.roll(corners, -1, axis=1) - corners
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    away = np.abs(np.einsum("ni,ni->n", normals, corners[:, 0]))
+    together &= away <= half * np.abs(normals).sum(axis=1) * (1 + _SLACK)
+    for side in range(3):
+        edge = edges[:, side]
+        for axis in range(3):
+            one, other = (axis + 1) % 3, (axis + 2) % 3
+            # The axis is the product of the edge and a side of the cube.
+            heights = edge[:, [other]] * corners[:, :, one] - edge[:, [one]] * corners[:, :, other]
+            reach = half * (np.abs(edge[:, one]) + np.abs(edge[:, other])) * (1 + _SLACK)
+            together &= (heights.min(axis=1) <= reach) & (heights.max(axis=1) >= -reach)
+    return together

@@ -1,0 +1,1 @@
+"""How scripts and clients exchange data: signals, tubes, wireless messages, ports, messages of the simulator."""

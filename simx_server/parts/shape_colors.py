@@ -1,0 +1,277 @@
+"""Colours of shapes, which scripts set: by shape or by the name of a colour, for each component of V-REP.
+
+A geom shows its own colour, or that of its material, which other geoms may share. Highlights and emission belong to
+materials in MuJoCo, so a geom gets a separate material when one of them is set. V-REP's emission is a separate
+colour, MuJoCo's is a share of the geom's colour: the brighter of the two colours is shown.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.objects import ObjectKind
+from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
+from simx_server.world.part import Part
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+AMBIENT_DIFFUSE, DIFFUSE, SPECULAR, EMISSION, TRANSPARENCY, AUXILIARY = range(6)
+"""`sim_colorcomponent_*`; the first two are the same for shapes."""
+
+_UNSET = (0.5, 0.5, 0.5, 1.0)
+"""MuJoCo's colour of a geom without one: then the colour of its material is used."""
+
+_NEARLY = 1e-4
+"""Added to a component where a script sets exactly the colour that means none."""
+
+_OWN = "~own"
+"""Marks materials made here: NAME~own3."""
+
+_BLACK = (0.0, 0.0, 0.0)
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class _Look:
+    """The colours of one geom, RGB 0..1, as V-REP has them."""
+
+    diffuse: Color
+    specular: Color
+    emission: Color
+    auxiliary: Color = _BLACK
+
+
+@dataclass(frozen=True, slots=True)
+class PartColors:
+    """The colours of one part of a shape."""
+
+    geom: int
+    """MuJoCo's id of the geom."""
+    colors: list[float]
+    """RGB 0..1 of ambient and diffuse light, highlights and emission: 9 numbers."""
+    transparency: float
+    """0 opaque, 1 invisible."""
+
+
+class ShapeColors(Part):
+    """Reads and sets the colours of all shapes. The stop undoes a run's changes."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._looks: dict[str, _Look] = {}
+        """Colours that scripts have set, by the name of the geom."""
+        self._before_the_run: dict[str, _Look] = {}
+
+    def scene_changed(self) -> None:
+        self._looks = {}
+
+    def run_started(self) -> None:
+        self._before_the_run = dict(self._looks)
+
+    def run_stopped(self) -> None:
+        self._looks = dict(self._before_the_run)
+
+    def get(self, handle: int, component: int, name: str = "") -> list[float] | None:
+        """Return the colour of a shape's first part (with this colour name); None without such a part.
+
+        The transparency is given three times: 0 opaque, 1 invisible. Raises UnknownHandle, WrongKind, CommandError: no
+        such component.
+        """
+        _check(component)
+        geoms = self._geoms(handle, name)
+        return self._get_of(geoms[0], component) if geoms else None
+
+    def get_each(self, handle: int, component: int) -> list[list[float]]:
+        """Return the colours of all parts of a shape, for `set_each`. Raises as `get`."""
+        _check(component)
+        return [self._get_of(geom, component) for geom in self._geoms(handle, "")]
+
+    def parts(self, handle: int) -> list[PartColors]:
+        """Return the parts of a shape that are drawn, or all if none is. Raises UnknownHandle, WrongKind."""
+        components = (AMBIENT_DIFFUSE, SPECULAR, EMISSION)
+        return [
+            PartColors(
+                geom,
+                [value for component in components for value in self._get_of(geom, component)],
+                self._get_of(geom, TRANSPARENCY)[0],
+            )
+            for geom in self._geoms(handle, "")
+        ]
+
+    def set_each(self, handle: int, component: int, colors: Sequence[Sequence[float]]) -> None:
+        """Set the colours of all parts of a shape; parts beyond the given ones keep theirs. Raises as `set`."""
+        _check(component)
+        for geom, color in zip(self._geoms(handle, ""), colors, strict=False):
+            self._set_of(geom, component, [*color, 0.0, 0.0, 0.0][:3])
+        self._sim.model_edited()
+        self._sim.changed()
+
+    def set(self, handle: int, component: int, values: Sequence[float], name: str = "") -> int:
+        """Set a colour of a shape, of all its parts or of those with a colour name; return how many there are.
+
+        Raises UnknownHandle, WrongKind, CommandError: no such component, or too few values.
+        """
+        _check(component)
+        if len(values) < (1 if component == TRANSPARENCY else 3):
+            raise CommandError("a colour is {red, green, blue}, each 0 to 1")
+        if component in (SPECULAR, EMISSION):
+            self._give_materials(self._geoms(handle, name))
+        geoms = self._geoms(handle, name)
+        for geom in geoms:
+            self._set_of(geom, component, [min(max(value, 0.0), 1.0) for value in values])
+        self._sim.model_edited()
+        self._sim.changed()
+        return len(geoms)
+
+    def _get_of(self, geom: int, component: int) -> list[float]:
+        if component == TRANSPARENCY:
+            return [1.0 - float(self._rgba(geom)[3])] * 3
+        look = self._look(geom)
+        colors = {SPECULAR: look.specular, EMISSION: look.emission, AUXILIARY: look.auxiliary}
+        return list(colors.get(component, look.diffuse))
+
+    def _set_of(self, geom: int, component: int, values: list[float]) -> None:
+        model = self._sim.model
+        rgba, look = self._rgba(geom).copy(), self._look(geom)
+        if component == TRANSPARENCY:
+            rgba[3] = 1.0 - values[0]
+        else:
+            color = (values[0], values[1], values[2])
+            match component:
+                case 2:
+                    look = replace(look, specular=color)
+                case 3:
+                    look = replace(look, emission=color)
+                case 5:
+                    look = replace(look, auxiliary=color)
+                case _:
+                    look = replace(look, diffuse=color)
+            self._looks[model.geom(geom).name] = look
+        material = int(model.geom_matid[geom])
+        is_own = material >= 0 and self._is_own(material)
+        glows = sum(look.emission) > sum(look.diffuse)
+        rgba[:3] = look.emission if glows else look.diffuse
+        if is_own:
+            share = 1.0 if glows else sum(look.emission) / max(sum(look.diffuse), 1e-6)
+            model.mat_emission[material] = share
+            model.mat_specular[material] = sum(look.specular) / 3
+        if material >= 0 and np.allclose(rgba, _UNSET):
+            rgba[0] += _NEARLY
+        model.geom_rgba[geom] = rgba
+
+    def _look(self, geom: int) -> _Look:
+        """Return the colours of a geom as they were set, or as its material says."""
+        known = self._looks.get(self._sim.model.geom(geom).name)
+        if known is not None:
+            return known
+        model, material = self._sim.model, int(self._sim.model.geom_matid[geom])
+        red, green, blue = self._rgba(geom)[:3].tolist()
+        diffuse = (red, green, blue)
+        if material < 0:
+            return _Look(diffuse, (0.25, 0.25, 0.25), _BLACK)
+        emission, specular = float(model.mat_emission[material]), float(model.mat_specular[material])
+        glow = (red * emission, green * emission, blue * emission)
+        return _Look(diffuse, (specular, specular, specular), glow)
+
+    def _rgba(self, geom: int) -> np.ndarray:
+        """Return the colour that a geom shows."""
+        model = self._sim.model
+        rgba, material = model.geom_rgba[geom], int(model.geom_matid[geom])
+        return model.mat_rgba[material] if material >= 0 and np.allclose(rgba, _UNSET) else rgba
+
+    def _geoms(self, handle: int, name: str) -> list[int]:
+        """Return the geoms of a shape that are drawn, or all if none is; with a name those of that colour."""
+        sim = self._sim
+        item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+        model = sim.model
+        found = [
+            geom
+            for geom in ([item.id] if item.element == "geom" else _of_body(model, item.id))
+            if sim.scene.owner_of_geom(geom, model) == handle
+        ]
+        if name:
+            return [geom for geom in found if self._has_name(geom, name)]
+        drawn = [
+            geom
+            for geom in found
+            if sim.scene.withheld.get((model.geom(geom).name, "geom_group"), model.geom_group[geom])
+            in VISIBLE_GROUPS
+        ]
+        return drawn or found
+
+    def _has_name(self, geom: int, name: str) -> bool:
+        """Return whether a geom's material was made of a colour with this name."""
+        material = int(self._sim.model.geom_matid[geom])
+        if material < 0:
+            return False
+        stem = "".join(letter if letter.isalnum() else "_" for letter in name)
+        own = self._sim.model.mat(material).name.rpartition("/")[2]
+        return re.fullmatch(rf"{re.escape(stem)}(_\d+)?({_OWN}\d+)*", own) is not None
+
+    def _is_own(self, material: int) -> bool:
+        """Return whether a material was made here and belongs to a single geom."""
+        model = self._sim.model
+        return _OWN in model.mat(material).name and np.count_nonzero(model.geom_matid == material) == 1
+
+    def _give_materials(self, geoms: list[int]) -> None:
+        """Give each of these geoms a material that no other one has."""
+        model = self._sim.model
+        wanting = [
+            geom
+            for geom in geoms
+            if model.geom_matid[geom] < 0 or not self._is_own(int(model.geom_matid[geom]))
+        ]
+        if not wanting:
+            return
+
+        def surgery(spec: mujoco.MjSpec) -> None:
+            for geom in wanting:
+                _add_material(spec, model, geom)
+
+        edit(self._sim, surgery, set())
+
+
+def _of_body(model: mujoco.MjModel, body: int) -> range:
+    start = int(model.body_geomadr[body])
+    return range(start, start + int(model.body_geomnum[body]))
+
+
+def _add_material(spec: mujoco.MjSpec, model: mujoco.MjModel, geom: int) -> None:
+    """Give a geom of the spec a copy of its material, or a new one."""
+    target: Any = spec.geom(model.geom(geom).name)
+    material = int(model.geom_matid[geom])
+    stem = model.mat(material).name if material >= 0 else "color"
+    name = next(each for number in count() if spec.material(each := f"{stem}{_OWN}{number}") is None)
+    made: Any = spec.add_material(name=name)
+    if material >= 0:
+        source: Any = spec.material(stem)
+        for field in ("shininess", "reflectance", "metallic", "roughness", "texuniform", "texrepeat"):
+            setattr(made, field, getattr(source, field))
+        for role, texture in enumerate(source.textures):
+            if texture:
+                made.textures[role] = texture
+        made.rgba = model.mat_rgba[material].tolist()
+        made.emission, made.specular = model.mat_emission[material], model.mat_specular[material]
+    else:
+        made.rgba = model.geom_rgba[geom].tolist()
+        made.specular = 0.25
+    target.material = name
+
+
+def _check(component: int) -> None:
+    if not AMBIENT_DIFFUSE <= component <= AUXILIARY:
+        raise CommandError(
+            f"{component} is no component of a colour; those are 0 ambient and diffuse, 2 specular, 3 emission, "
+            "4 transparency, 5 auxiliary"
+        )

@@ -1,0 +1,1 @@
+"""Textures of shapes: their numbers and pixels, and how scripts change them."""

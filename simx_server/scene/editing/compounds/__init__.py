@@ -1,0 +1,1 @@
+"""Compound shapes: several shapes become one, and one becomes several."""

@@ -1,0 +1,51 @@
+"""Annotations of a scene: `<custom>` elements with the prefix `simx` for all settings that MJCF lacks.
+
+`<text name="simx:KIND:OBJECT" data="key=value key=value"/>`; `<numeric name="simx:time_step" data="0.05"/>`.
+In a value `%20` stands for a space, see `texts/values.py`.
+Scripts and old custom UIs have other forms, see `texts/scripts.py` and `texts/old_uis.py`.
+GRAMMAR is the whole list of kinds and keys; all others are errors that name the element and the valid values.
+"""
+
+from __future__ import annotations
+
+from simx_server.scene.formats.annotations.annotation import (
+    PREFIX,
+    Annotation,
+    Annotations,
+    SceneError,
+    Value,
+    numbers_of,
+)
+from simx_server.scene.formats.annotations.checks import DETECTABLE_KINDS
+from simx_server.scene.formats.annotations.grammar import (
+    BROUGHT,
+    ENGINES,
+    ENTITY_PREFIX,
+    FREE,
+    GRAMMAR,
+    REGISTERED,
+    WORLD,
+)
+from simx_server.scene.formats.annotations.reading import VOLUMES, parse, read_annotations
+from simx_server.scene.formats.annotations.references import check_objects
+
+__all__ = [
+    "BROUGHT",
+    "DETECTABLE_KINDS",
+    "ENGINES",
+    "ENTITY_PREFIX",
+    "FREE",
+    "GRAMMAR",
+    "PREFIX",
+    "REGISTERED",
+    "VOLUMES",
+    "WORLD",
+    "Annotation",
+    "Annotations",
+    "SceneError",
+    "Value",
+    "check_objects",
+    "numbers_of",
+    "parse",
+    "read_annotations",
+]

@@ -1,0 +1,99 @@
+"""Read a scene or model file as a spec: MJCF, URDF, V-REP's own files; each by its content rather than its name."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.includes import shipped_includes
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.surroundings import surround
+from simx_server.scene.formats.urdf.reading import is_urdf, read_urdf
+from simx_server.scene.formats.vrep.recognising import is_vrep, refuse_xml
+
+if TYPE_CHECKING:
+    from simx_server.scene.formats.vrep.report import Report
+
+_TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
+
+
+@dataclass(frozen=True)
+class SpecOfFile:
+    """A file that was read."""
+
+    spec: mujoco.MjSpec
+    is_urdf: bool = False
+    is_vrep_model: bool = False
+    report: Report | None = None
+    """Notes of the import of a V-REP file."""
+
+
+def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> SpecOfFile:
+    """Return a file as `read_spec`; a robot of a URDF and a model of V-REP stand in V-REP's default scene.
+
+    Raises SceneError.
+    """
+    sources = sources or Sources.of()
+    read = read_spec(file, sources, name)
+    if read.is_urdf or read.is_vrep_model:
+        surround(read.spec, sources, with_settings=read.is_urdf)
+    return read
+
+
+def read_spec(file: Path, sources: Sources | None = None, name: str | None = None) -> SpecOfFile:
+    """Return an MJCF, URDF or V-REP file, or one of the first two in a zip, as it is.
+
+    Args:
+        sources: search folders for the files that it names, beyond its own folder.
+        name: name of the file in messages, by default its own name.
+
+    Raises:
+        SceneError: the file cannot be read.
+    """
+    sources, name = sources or Sources.of(), name or file.name
+    try:
+        return _read(file, sources, name)
+    except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
+        text = one_line(error).replace(file.name, name)
+        if "Element 'include'" in text:
+            text += f"; it is searched beside the scene, then in the shipped scenes {sources.shipped}"
+        raise SceneError(f"cannot read '{name}': {text}") from error
+
+
+def one_line(error: Exception) -> str:
+    """Return the text of an error without line breaks."""
+    return " ".join(str(error).split())
+
+
+def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
+    data = sources.read(file)
+    if is_vrep(data, file.name):
+        return _read_vrep(data, file, sources, name)
+    if file.suffix == ".zip":
+        return SpecOfFile(mujoco.MjSpec.from_zip(io.BytesIO(data)))
+    if file.suffix.lower() in _TEXTS:
+        if is_urdf(data):
+            return SpecOfFile(read_urdf(data, name, file, sources), is_urdf=True)
+        refuse_xml(data, name)
+    shipped = shipped_includes(file, sources)
+    if sources.contents is None:
+        return SpecOfFile(mujoco.MjSpec.from_file(str(file), include=shipped))
+    with sources.contents.as_files(shipped) as files:
+        spec = mujoco.MjSpec.from_file(str(file), vfs=files)
+    spec.assets = dict(sources.contents.assets)
+    return SpecOfFile(spec)
+
+
+def _read_vrep(data: bytes, file: Path, sources: Sources, name: str) -> SpecOfFile:
+    from simx_server.scene.formats.vrep.opening import open_vrep  # slow, and often not needed
+
+    spec, report, is_model = open_vrep(data, name)
+    if sources.contents is not None:  # pictures of the default scene
+        others = {path: each for path, each in sources.contents.assets.items() if path != str(file)}
+        spec.assets = {**others, **dict(spec.assets)}
+    return SpecOfFile(spec, is_vrep_model=is_model, report=report)

@@ -1,0 +1,1 @@
+"""Values of annotations that are small languages."""

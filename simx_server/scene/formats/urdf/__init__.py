@@ -1,0 +1,1 @@
+"""URDF files as MuJoCo's spec, as V-REP's importer reads them."""

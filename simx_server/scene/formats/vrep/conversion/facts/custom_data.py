@@ -1,0 +1,28 @@
+"""Data blocks and extension strings of the objects in a V-REP file; and its credits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from simx_server.scene.formats.annotations import WORLD
+from simx_server.scene.formats.texts.values import encode_bytes
+from simx_server.scene.formats.vrep.conversion.context import Conversion
+
+
+def add_custom_data(conversion: Conversion) -> None:
+    """Annotate the data of all objects and of the scene; note the acknowledgements."""
+    file = conversion.file
+    conversion.report.credit(file.settings.acknowledgement)
+    _add_blocks(conversion, WORLD, file.custom_data)
+    for item in file.objects.values():
+        name = conversion.name(item)
+        conversion.report.credit(item.acknowledgement)
+        _add_blocks(conversion, name, item.custom_data)
+        if item.extension:
+            conversion.annotate("object", name, extension=item.extension)
+
+
+def _add_blocks(conversion: Conversion, name: str, blocks: Mapping[str, bytes]) -> None:
+    values = {tag: encode_bytes(data) for tag, data in blocks.items() if tag and data}
+    if values:
+        conversion.annotate("data", name, **values)

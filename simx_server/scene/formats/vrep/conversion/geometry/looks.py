@@ -1,0 +1,142 @@
+"""Colours and textures of leaves as materials and textures of a spec."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import cv2
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.scene.formats.vrep.conversion.context import Conversion
+from simx_server.scene.formats.vrep.conversion.geometry.corners import is_flat_shaded
+from simx_server.scene.formats.vrep.conversion.geometry.damage import within
+from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import DECAL, INTERPOLATED
+from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
+from simx_server.scene.formats.vrep.objects import Color, Leaf, Material, VisionSensor
+
+_SHININESS = 48 / 128
+"""V-REP's shininess is 48 of 128 for all shapes."""
+
+_LARGEST = 4096
+"""Largest side of a texture in pixels."""
+
+_SENSOR_IMAGE = "the texture that is the image of a vision sensor is left out"
+_NO_TEXTURE = "a texture that is not in the file is left out"
+_NO_PIXELS = "a texture without pixels is left out"
+_SMOOTHED = "a texture is drawn with smoothed pixels"
+
+
+@dataclass
+class Looks:
+    """The materials and textures that a conversion has added to its spec."""
+
+    conversion: Conversion
+    materials: dict[tuple[object, ...], str] = field(default_factory=dict[tuple[object, ...], str])
+    textures: dict[int, str | None] = field(default_factory=dict[int, "str | None"])
+    names: UniqueNames = field(default_factory=lambda: UniqueNames("{}_{}", first=1))
+
+    @classmethod
+    def of(cls, conversion: Conversion) -> Looks:
+        """Return the looks of a conversion."""
+        return conversion.part(cls, lambda: cls(conversion))
+
+    def has_texture(self, leaf: Leaf, owner: str) -> bool:
+        """Return whether the scene gets a leaf's texture; the report names the ones that it does not get."""
+        return leaf.texture is not None and self._texture(leaf.texture.texture, owner) is not None
+
+    def material_of(self, leaf: Leaf, *, is_flat: bool, texture: bool) -> str:
+        """Return the material of a leaf.
+
+        Args:
+            is_flat: whether its faces are flat. V-REP computes their light for an eye far away, so they have no sheen;
+                MuJoCo's would have one.
+            texture: whether the leaf shows its texture.
+        """
+        use = leaf.texture if texture else None
+        is_decal = use is not None and bool(use.flags & DECAL)
+        rgb, emission = _glow(leaf.material)
+        if is_decal:  # light does not change it
+            rgb, emission = (1.0, 1.0, 1.0), 1.0
+        specular = (
+            0.0 if is_flat or is_decal else sum(within(value, 0.0) for value in leaf.material.specular) / 3
+        )
+        image = None if use is None else self.textures[use.texture]
+        alpha = within(leaf.material.opacity, 1.0)
+        numbers = (round(value, 4) for value in (*rgb, alpha, emission, specular))
+        key = (leaf.material.name, *numbers, image)  # scripts find colours by their names
+        if key not in self.materials:
+            self.materials[key] = self._add(leaf.material.name, rgb, alpha, emission, specular, image)
+        if use is not None and not use.flags & INTERPOLATED:
+            self.conversion.report.approximate(_SMOOTHED)
+        return self.materials[key]
+
+    def painted(self, name: str, pixels: NDArray[np.uint8], emission: float) -> str:
+        """Return a material that shows an image, RGB, and nothing else."""
+        return self._add(name, (1.0, 1.0, 1.0), 1.0, emission, 0.0, self._image(pixels))
+
+    def _add(
+        self, name: str, rgb: Color, alpha: float, emission: float, specular: float, image: str | None
+    ) -> str:
+        wanted = "".join(letter if letter.isalnum() else "_" for letter in name) or "color"
+        unique = self.names.take(wanted)
+        material: Any = self.conversion.spec.add_material(name=unique)
+        material.rgba = [*rgb, alpha]
+        material.emission, material.specular = emission, specular
+        material.shininess = _SHININESS if specular else 0.0
+        if image is not None:
+            material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = image
+        return unique
+
+    def _texture(self, number: int, owner: str) -> str | None:
+        """Return the name of a texture of the file, or None where there is none to show."""
+        file, report = self.conversion.file, self.conversion.report
+        if number not in self.textures:
+            texture = file.textures.get(number)
+            self.textures[number] = None if texture is None else self._image(texture.pixels)
+        if self.textures[number] is None:
+            if isinstance(file.objects.get(number), VisionSensor):
+                report.leave_out(_SENSOR_IMAGE, owner)
+            else:
+                report.leave_out(_NO_PIXELS if number in file.textures else _NO_TEXTURE, owner)
+        return self.textures[number]
+
+    def _image(self, pixels: NDArray[np.uint8]) -> str | None:
+        """Add a texture, as a PNG among the spec's files: a spec with bare pixels cannot be written as MJCF."""
+        if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or not pixels.size:
+            return None
+        height, width = pixels.shape[:2]
+        if max(height, width) > _LARGEST:
+            share = _LARGEST / max(height, width)
+            size = max(1, round(width * share)), max(1, round(height * share))
+            pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
+        name = f"texture{len(self.conversion.spec.textures) + 1}"
+        added: Any = self.conversion.spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D)
+        added.file = f"{name}.png"
+        self.conversion.spec.assets[added.file] = _png(pixels)
+        return name
+
+
+def is_flat(leaf: Leaf) -> bool:
+    """Return whether all faces of a leaf look flat."""
+    return is_flat_shaded(leaf.normals)
+
+
+def _glow(material: Material) -> tuple[Color, float]:
+    """Return a colour, and the share of it that is there without light: MuJoCo's emission has the colour itself."""
+    diffuse = tuple(map(within, material.diffuse))
+    emission = tuple(within(value, 0.0) for value in material.emission)
+    given, own = sum(emission), sum(diffuse)
+    if given > own:  # a lamp: what it reflects hardly shows
+        return (emission[0], emission[1], emission[2]), 1.0
+    return (diffuse[0], diffuse[1], diffuse[2]), given / own if own else 0.0
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    """Return RGB pixels as a PNG; the first row of either lies at v = 0. Without transparency."""
+    done, encoded = cv2.imencode(".png", np.ascontiguousarray(pixels[..., 2::-1]))
+    if not done:
+        raise ValueError(f"a texture of {pixels.shape} pixels cannot be written as PNG")
+    return encoded.tobytes()

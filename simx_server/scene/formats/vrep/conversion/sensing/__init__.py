@@ -1,0 +1,1 @@
+"""Sensors, cameras and lights of a V-REP file, and what they look at."""

@@ -1,0 +1,128 @@
+"""Convert a file of V-REP or CoppeliaSim to an MjSpec with annotations."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+
+from simx_server.scene.formats.vrep.conversion.context import Conversion
+from simx_server.scene.formats.vrep.conversion.facts.custom_data import add_custom_data
+from simx_server.scene.formats.vrep.conversion.facts.graphs import add_graph
+from simx_server.scene.formats.vrep.conversion.facts.ik_groups import add_ik_groups
+from simx_server.scene.formats.vrep.conversion.facts.path_plannings import add_path_plannings
+from simx_server.scene.formats.vrep.conversion.facts.registered import add_registered
+from simx_server.scene.formats.vrep.conversion.facts.scripts import add_scripts
+from simx_server.scene.formats.vrep.conversion.facts.settings import add_settings
+from simx_server.scene.formats.vrep.conversion.geometry.masks import add_exclusions
+from simx_server.scene.formats.vrep.conversion.geometry.points import add_points
+from simx_server.scene.formats.vrep.conversion.inertia import set_inertia
+from simx_server.scene.formats.vrep.conversion.joints import add_joint
+from simx_server.scene.formats.vrep.conversion.loops import add_links, add_loops
+from simx_server.scene.formats.vrep.conversion.masses import give_masses
+from simx_server.scene.formats.vrep.conversion.old_uis import add_uis
+from simx_server.scene.formats.vrep.conversion.paths import add_followers, add_path
+from simx_server.scene.formats.vrep.conversion.physics import set_physics
+from simx_server.scene.formats.vrep.conversion.sensing.cameras import add_camera
+from simx_server.scene.formats.vrep.conversion.sensing.force import add_force_sensor
+from simx_server.scene.formats.vrep.conversion.sensing.inert import report_inert
+from simx_server.scene.formats.vrep.conversion.sensing.lights import add_light, set_surroundings
+from simx_server.scene.formats.vrep.conversion.sensing.proximity import add_proximity
+from simx_server.scene.formats.vrep.conversion.sensing.vision import add_vision
+from simx_server.scene.formats.vrep.conversion.shapes import add_geoms
+from simx_server.scene.formats.vrep.conversion.structure import Leaf, Structure
+from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
+from simx_server.scene.formats.vrep.objects import (
+    Camera,
+    ForceSensor,
+    Graph,
+    Light,
+    Path,
+    PointCloud,
+    ProximitySensor,
+    Shape,
+    VisionSensor,
+    VrepFile,
+    VrepObject,
+)
+from simx_server.scene.formats.vrep.report import Report
+from simx_server.scene.geometry.poses import Pose
+
+LEAVES: Mapping[type[VrepObject], Leaf] = {
+    Camera: add_camera,
+    Light: add_light,
+    ProximitySensor: add_proximity,
+    VisionSensor: add_vision,
+    ForceSensor: add_force_sensor,
+    Path: add_path,
+    Graph: add_graph,
+    PointCloud: add_points,
+}
+"""Converters of objects that are not bodies, by class; all others become sites."""
+
+
+def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
+    """Return a decoded file as a spec, complete with annotations, meshes, textures and the texts of the scripts.
+
+    Args:
+        file: its objects form a tree, as `read_file` has checked.
+
+    Returns:
+        The spec; and what it approximates or lacks.
+    """
+    report = Report(file.name, file.version, faults=file.notes, skipped=file.skipped)
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    conversion = Conversion(file, spec, report, _names(file))
+    structure = Structure(conversion, _add_shape, add_joint, LEAVES)
+    structure.build()
+    add_loops(conversion, structure)
+    add_links(conversion)
+    add_followers(conversion)
+    add_uis(conversion)
+    add_exclusions(conversion)
+    add_scripts(conversion)
+    add_custom_data(conversion)
+    add_registered(conversion)
+    add_ik_groups(conversion)
+    add_path_plannings(conversion)
+    add_settings(conversion)
+    give_masses(spec)
+    set_physics(conversion)
+    set_surroundings(conversion)
+    report_inert(conversion)
+    report.objects = Counter(_kind_of(item) for item in file.objects.values())
+    conversion.write_notes()
+    return spec, report
+
+
+def _add_shape(conversion: Conversion, shape: Shape, body: Any, at: Pose) -> None:
+    """Fill the body of a shape. Its mass counts only while it is dynamic."""
+    add_geoms(conversion, shape, body, at)
+    set_inertia(conversion, shape, body)
+
+
+_NOT_IN_NAMES = re.compile(r"[\s,;/%]+")
+"""Characters that names of objects cannot have here: annotations separate by spaces, commas and semicolons, paths by
+slashes.
+"""
+
+
+def _names(file: VrepFile) -> dict[int, str]:
+    """Return a unique name for each object, its own one wherever possible."""
+    unique = UniqueNames("{}_{}", taken=("world", "main", "all"))
+    return {
+        handle: unique.take(
+            _NOT_IN_NAMES.sub("_", item.name or item.alias or "object").lstrip("~") or "object"
+        )
+        for handle, item in file.objects.items()
+    }
+
+
+def _kind_of(item: VrepObject) -> str:
+    kind = getattr(item, "kind", None)
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(item).__name__).lower()
+    return str(kind) if kind else words

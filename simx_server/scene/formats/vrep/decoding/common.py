@@ -1,0 +1,77 @@
+"""Decode the records that all objects have: names, pose, layers, properties, custom data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from simx_server.scene.formats.vrep.chunks import Chunks, Place
+from simx_server.scene.formats.vrep.decoding.numbers import quaternion_first
+from simx_server.scene.formats.vrep.objects import VrepObject
+
+CUSTOM_DATA_BLOCKS = 356248756
+"""Header of older custom data that scripts wrote; other headers belong to plug-ins."""
+MOST_BLOCKS = 10_000
+
+
+def fill_common(item: VrepObject, chunks: Chunks) -> None:
+    """Fill the fields of VrepObject from the records before NXT. Raises SceneError."""
+    item.pose = quaternion_first(chunks, "Cfq")
+    item.name = chunks.text("Nme")
+    item.alias = chunks.text("Ali") if chunks.has("Ali") else None
+    (item.layers,) = chunks.ints("Lar", item.layers)
+    (item.properties,) = chunks.ints("Omp", item.properties)
+    (item.model_properties,) = chunks.ints("Mpo", item.model_properties)
+    flags = next((chunks.ints(tag)[0] for tag in ("Va3", "Va2", "Var") if chunks.has(tag)), 0)
+    item.is_model_base = bool(flags & 1)
+    (item.flags,) = chunks.ints("Op2", item.flags)
+    (order,) = chunks.ints("Cor", -1)
+    item.order = order if order >= 0 else None
+    (item.size_factor,) = chunks.reals("Sfa", item.size_factor)
+    along_x, along_y, along_z = chunks.reals("Sfb", *item.size_values)
+    item.size_values = along_x, along_y, along_z
+    item.extension = chunks.text("Rst")
+    item.acknowledgement = chunks.text("Ack")
+    for tag in ("Cod", "Cda"):  # the newer one last: it wins
+        for data in chunks.each(tag):
+            item.custom_data.update(custom_data(data))
+
+
+def custom_data(chunks: Chunks) -> dict[str, bytes]:
+    """Return custom data blocks by tag, of an object or the scene."""
+    found: dict[str, bytes] = {}
+    for start, end in chunks.all_places("Dat"):
+        found.update(_older_blocks(chunks, start, end))
+    for start, end in chunks.all_places("Cdt"):
+        tag, place = chunks.text_at("Cdt", start, end)
+        found[tag] = _sized(chunks, "Cdt", place, end)
+        if len(found) > MOST_BLOCKS:
+            raise chunks.error("Cdt", f"is one block too many: there may be {MOST_BLOCKS}")
+    return found
+
+
+def _sized(chunks: Chunks, tag: str, start: int, end: int) -> bytes:
+    (length,) = chunks.whole(tag, start, end, "i")
+    if not 0 <= length <= end - start - 4:
+        raise chunks.error(tag, f"has a block of {length} bytes where {end - start - 4} are left")
+    return bytes(chunks.body.data[start + 4 : start + 4 + length])
+
+
+def _older_blocks(chunks: Chunks, start: int, end: int) -> Iterator[tuple[str, bytes]]:
+    """Yield tag and data of each entry: its length, the tag's length, the tag and a 0, the data."""
+    header, _ = chunks.whole("Dat", start, end, "2i")
+    if header != CUSTOM_DATA_BLOCKS:
+        return
+    block = _sized(chunks, "Dat", start + 4, end)
+    place: Place = (0, len(block))
+    count = 0
+    while place[1] - place[0] >= 8:
+        count += 1
+        if count > MOST_BLOCKS:
+            raise chunks.error("Dat", f"has one block too many: there may be {MOST_BLOCKS}")
+        first = place[0]
+        length, tag_length = (int.from_bytes(block[first + at : first + at + 4], "little") for at in (0, 4))
+        if not 8 + tag_length <= length <= place[1] - first:
+            raise chunks.error("Dat", f"has an entry of {length} bytes where {place[1] - first} are left")
+        tag = block[first + 8 : first + 8 + tag_length].rstrip(b"\0").decode("utf-8", errors="replace")
+        yield tag, block[first + 8 + tag_length : first + length]
+        place = (first + length, place[1])

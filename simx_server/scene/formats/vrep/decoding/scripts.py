@@ -1,0 +1,106 @@
+"""Scripts, which lie beside the objects or in script objects."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from simx_server.scene.formats.vrep.chunks import Chunks, decoded
+from simx_server.scene.formats.vrep.objects import Script
+
+MAIN, CHILD, JOINT_CALL_BACK = 0, 1, 4
+THREADED, DISABLED, DEFAULT = 1, 2, 8
+"""Bits of Va2. The last one is set in an unchanged main script, up to CoppeliaSim 4.1; clear, it tells nothing."""
+FIRST_WITHOUT_FLAG = (4, 2, 0)
+MOST_PARAMETERS = 10_000
+LONGEST_DEFAULT = 20_000
+"""Characters of a main script beyond which it is the author's own; those of all versions have up to 5,000."""
+
+_COMMENT = re.compile(r"--\[\[.*?\]\]|--[^\n]*", re.DOTALL)
+_DEFAULT = re.compile(r"require\s*\(?\s*[\"']defaultMainScript[\"']\s*\)?")
+_CALL = re.compile(r"(?:sim\.?)?(\w+)\s*\(")
+_ROUTINE = re.compile(
+    r"sysCall_\w+|if|(?:handle|reset|resume|launch|open|close)[A-Z]\w*|enableWorkThreads|waitForWorkThreads"
+    r"|getSimulationTime(?:Step)?|[gs]et(?:Int32|Integer)Parameter|getSystemTimeInMilliseconds"
+)
+"""Functions that the main scripts of all versions call."""
+_ESSENTIAL = {"handleDynamics", "handleChildScripts", "handleProximitySensor", "handleVisionSensor"}
+_OWN = re.compile(r"\b(?:for|while|repeat|local|return)\b")
+"""Words that no main script of the simulator has."""
+
+
+def script_of(chunks: Chunks, program: tuple[int, int, int]) -> Script:
+    """Return a script in a list. Its `owner` is the one that the record names, -1 for none. Raises SceneError."""
+    number, owner, kind = chunks.ints("Si2")
+    (chosen,) = chunks.ints("Coc", -1)
+    (called_for,) = chunks.ints("Coi", -1)
+    (flags,) = chunks.ints("Va2", 0)
+    text = unmasked(chunks.raw("Ste"))
+    first = text.lstrip().partition("\n")[0].strip()
+    language = chunks.text("Lne") or ("python" if first.startswith("#python") else "lua")
+    script = Script(
+        id=number,
+        type=kind,
+        owner=chosen if chosen >= 0 else owner,
+        text=text,
+        language="python" if language.lower().startswith("python") else "lua",
+        is_threaded=bool(flags & THREADED),
+        is_disabled=bool(flags & DISABLED),
+    )
+    if kind == JOINT_CALL_BACK and called_for >= 0:
+        script.owner = called_for
+    if kind == MAIN:
+        marked = program < FIRST_WITHOUT_FLAG and bool(flags & DEFAULT)
+        script.is_default_main = marked or is_default(text)
+    parameters = chunks.child("Prm")
+    if parameters is not None:
+        script.parameters = _parameters(parameters)
+    return script
+
+
+def is_default(text: str) -> bool:
+    """Return whether a main script does what the simulator does without one.
+
+    It requires the simulator's own main script, or calls the handlers that this one calls and nothing else.
+    """
+    if len(text) > LONGEST_DEFAULT:
+        return False
+    code = _COMMENT.sub("", text).strip()
+    if _DEFAULT.fullmatch(code):
+        return True
+    called = {name[:1].lower() + name[1:] for name in _CALL.findall(code)}
+    return called >= _ESSENTIAL and all(map(_ROUTINE.fullmatch, called)) and not _OWN.search(code)
+
+
+def unmasked(data: bytes) -> str:
+    """Return a script's text, which is lightly masked: bytes are shifted by their places and by both end bytes."""
+    if len(data) >= 3:
+        octets = np.frombuffer(data, np.uint8).astype(np.int64)
+        first, last = (int.from_bytes(data[at : at + 1], "little", signed=True) for at in (0, len(data) - 1))
+        start, end = int(first / 2), 3 * last
+        place = np.arange(octets.size)
+        shift = np.where(place & 1, place + start + end, 0)
+        shift -= np.where(place & 2, 3 * place + start, 0)
+        shift += np.where(place & 4, (place >> 1) + end, 0)
+        shift[[0, -1]] = 0
+        data = (octets + shift & 255).astype(np.uint8).tobytes()
+    return decoded(data.rstrip(b"\0"))
+
+
+def _parameters(chunks: Chunks) -> list[tuple[str, str, str]]:
+    """Return name, unit and value of each user parameter."""
+    found: list[tuple[str, str, str]] = []
+    for place, end in chunks.all_places("Par"):
+        (count,) = chunks.whole("Par", place, end, "i")
+        if count > MOST_PARAMETERS:
+            raise chunks.error("Par", f"has {count} parameters; there may be {MOST_PARAMETERS}")
+        place += 4
+        for _ in range(count):
+            name, place = chunks.text_at("Par", place, end)
+            unit, place = chunks.text_at("Par", place, end)
+            value, place = chunks.text_at("Par", place, end)
+            chunks.whole("Par", place, end, "i")
+            place += 4
+            found.append((name, unit, value))
+    return found

@@ -1,0 +1,87 @@
+"""A V-REP file as plain objects: what `reading.py` returns and `conversion/` takes.
+
+Units are those of the file: metres, radians, kilograms, newtons. Quaternions are w, x, y, z. Handles belong to the
+file.
+"""
+
+from __future__ import annotations
+
+from simx_server.scene.formats.vrep.objects.common import (
+    Color,
+    Engine,
+    EngineValues,
+    Material,
+    Volume,
+    VrepObject,
+)
+from simx_server.scene.formats.vrep.objects.file import Settings, VrepFile
+from simx_server.scene.formats.vrep.objects.joints import Dummy, ForceSensor, Joint, JointType
+from simx_server.scene.formats.vrep.objects.paths import Graph, GraphCurve, GraphStream, Path, PathPoint
+from simx_server.scene.formats.vrep.objects.registered import (
+    Button,
+    Collection,
+    IkElement,
+    IkGroup,
+    OldUI,
+    Pair,
+    PathPlanning,
+    Script,
+)
+from simx_server.scene.formats.vrep.objects.sensors import (
+    Camera,
+    Filter,
+    Light,
+    OtherObject,
+    ProximitySensor,
+    VisionSensor,
+)
+from simx_server.scene.formats.vrep.objects.shapes import (
+    Leaf,
+    PointCloud,
+    Primitive,
+    Shape,
+    Surface,
+    Texture,
+    TextureUse,
+)
+
+__all__ = [
+    "Button",
+    "Camera",
+    "Collection",
+    "Color",
+    "Dummy",
+    "Engine",
+    "EngineValues",
+    "Filter",
+    "ForceSensor",
+    "Graph",
+    "GraphCurve",
+    "GraphStream",
+    "IkElement",
+    "IkGroup",
+    "Joint",
+    "JointType",
+    "Leaf",
+    "Light",
+    "Material",
+    "OldUI",
+    "OtherObject",
+    "Pair",
+    "Path",
+    "PathPlanning",
+    "PathPoint",
+    "PointCloud",
+    "Primitive",
+    "ProximitySensor",
+    "Script",
+    "Settings",
+    "Shape",
+    "Surface",
+    "Texture",
+    "TextureUse",
+    "VisionSensor",
+    "Volume",
+    "VrepFile",
+    "VrepObject",
+]

@@ -1,0 +1,33 @@
+"""Read V-REP's files. This module and its imports are loaded with the first such file: most servers open none."""
+
+from __future__ import annotations
+
+import importlib
+
+import mujoco
+
+from simx_server.scene.formats.vrep.conversion.geometry import decomposition
+from simx_server.scene.formats.vrep.converting import convert
+from simx_server.scene.formats.vrep.reading import read_file
+from simx_server.scene.formats.vrep.report import Report
+
+
+def prepare_for_trial() -> None:
+    """Import what reading imports on demand, for a process that cannot open files later."""
+    importlib.import_module("numpy.ma")  # by numpy.unique
+    decomposition.switch_off()
+
+
+def open_vrep(data: bytes, name: str) -> tuple[mujoco.MjSpec, Report, bool]:
+    """Return the spec of a V-REP file, what the import changed, and whether the file is a model.
+
+    Args:
+        data: its bytes.
+        name: its name in messages.
+
+    Raises:
+        SceneError: it cannot be read.
+    """
+    file = read_file(data, name)
+    spec, report = convert(file)
+    return spec, report, file.is_model

@@ -1,0 +1,49 @@
+"""The constraints by which physics holds linked dummies together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from simx_server.scene.tree import INTERNAL
+
+if TYPE_CHECKING:
+    from simx_server.scene.objects import SceneObject
+
+PHYSICS, IK = 0, 5
+"""`sim_dummy_linktype_dynamics_loop_closure` and `sim_dummy_linktype_ik_tip_target`."""
+
+EQUALITY = INTERNAL + "link:"
+"""Prefix of the names of the constraints; the rest is the name of a dummy's site or body."""
+
+CLOSED = (0.005, 1.0)
+"""Time constant (s) and damping ratio: V-REP closes a loop within one of its dynamics steps of 5 ms."""
+
+IMPEDANCE = (0.99, 0.999, 0.0001)
+
+
+def site_name(body: str) -> str:
+    """Return the name of the site that marks the place of a dummy that is a body."""
+    prefix, sign, name = body.rpartition("/")
+    return f"{prefix}{sign}{INTERNAL}site:{name}"
+
+
+def site_of(spec: mujoco.MjSpec, item: SceneObject) -> str:
+    """Return the name of a dummy's site; a dummy that is a body gets one."""
+    if item.element == "site":
+        return item.element_name
+    name = site_name(item.element_name)
+    if spec.site(name) is None:
+        spec.body(item.element_name).add_site(name=name, group=4)
+    return name
+
+
+def add_weld(spec: Any, name: str, first: str, second: str, reference: tuple[float, float] = CLOSED) -> None:
+    """Add a constraint that holds two sites together in place and orientation."""
+    weld = spec.add_equality(
+        name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_SITE, name1=first, name2=second
+    )
+    weld.solref[:2] = reference
+    weld.solimp[:3] = IMPEDANCE
+    weld.data[10] = 1.0  # orientations count like positions

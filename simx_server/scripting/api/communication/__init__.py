@@ -1,0 +1,1 @@
+"""How scripts exchange data with each other and with clients."""

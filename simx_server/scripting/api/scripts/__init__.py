@@ -1,0 +1,1 @@
+"""Scripts of the scene: calls between them, their attributes and threads, and what a main script does."""

@@ -1,0 +1,219 @@
+"""Interaction of the scene's scripts: handles, names, calls, attributes, parameters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.parts.add_ons import AddOn
+from simx_server.scripting.api.base import HANDLE_SELF, ApiPart
+from simx_server.scripting.exchange import check_results
+from simx_server.scripting.interpreter import ScriptError
+from simx_server.scripting.script import LUA, Script, ScriptKind
+from simx_server.scripting.signature import to_text
+from simx_server.scripting.targets import find_target, split_target
+
+_NONE = -1
+_HIGHEST_TYPE = 0xFF
+"""Greater numbers are handles of scripts; sim.handle_self is below."""
+
+_VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
+
+
+class ScriptFunctions(ApiPart):
+    """Functions for scripts. A handle identifies a script, or a type and the name of its object; sim.handle_self is
+    the caller.
+    """
+
+    def callScriptFunction(self, function: str, script: int, *values: Any) -> tuple[Any, ...]:
+        """Call `NAME@OBJECT` of a script by its type, or `NAME` by its handle, with any values; return all its
+        results.
+
+        Functions of the server's add-ons take four tables: integers, floats, strings, and a buffer.
+        """
+        name, described = split_target(function, "")
+        target = self._target(script, described)
+        if isinstance(target, Script):
+            return tuple(self._world.scripts.run(target, name, *values))
+        missing: list[Any] = [[], [], [], b""]
+        ints, floats, texts, buffer = [*values, *missing[len(values) :]][:4]
+        return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
+
+    def setScriptVariable(self, variable: str, script: int, value: Any) -> int:
+        """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its handle.
+
+        Partly: only in Lua scripts.
+        """
+        name, described = split_target(variable, "")
+        target = self._target(script, described)
+        if not _VARIABLE.fullmatch(name):
+            raise CommandError(f"'{name[:80]}' is no name of a variable")
+        if not isinstance(target, Script) or target.language != LUA:
+            raise CommandError(
+                "only variables of Lua scripts can be set; give the script a function that does it"
+            )
+        assign: Callable[..., Any] = self._world.scripts.run(target, "load", f"{name} = ...")[0]
+        assign(value)
+        return 1
+
+    def executeScriptString(self, text: str, script: int) -> tuple[Any, ...]:
+        """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle; return 0 and its
+        results.
+
+        Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one. Partly: only in
+        Lua scripts.
+        """
+        piece, _, described = (
+            text.rpartition("@") if script <= _HIGHEST_TYPE and "@" in text else (text, "", "")
+        )
+        target = self._target(script, described)
+        if not isinstance(target, Script) or target.language != LUA:
+            raise CommandError("only Lua scripts run a text; give the script a function that does it")
+        loaded = self._world.scripts.run(target, "load", piece)
+        if loaded[0] is None:
+            return -1, loaded[1]
+        try:
+            return 0, *loaded[0]()
+        except ScriptError as problem:
+            return -1, str(problem)
+
+    def removeScript(self, script: int = HANDLE_SELF) -> int:
+        """Remove a script from the scene and return 1. The caller itself ends when its present call returns; its
+        sysCall_cleanup is called then.
+        """
+        self._world.scripts.remove(self._script_at(script))
+        return 1
+
+    def getScriptText(self, script: int) -> bytes:
+        """Return the text of the script's file or annotation."""
+        return self._script_at(script).source(self._sim)
+
+    def getScriptHandle(self, owner: str | None = None) -> int:
+        """Return the handle of an object's child script; without a name, of the caller. V-REP 3's form."""
+        if owner is None or owner == str(HANDLE_SELF):
+            return self._script.handle
+        handle = self._sim.scene.resolve(self._adjusted(owner), self._owner)
+        return self._of(handle, ScriptKind.CHILD)
+
+    def getScript(self, kind: int, owner: int | str = HANDLE_SELF, _name: str = "") -> int:
+        """Return the script of an object (handle or name) by script type, -1 for none; with sim.handle_self alone the
+        caller.
+        """
+        if kind == HANDLE_SELF:
+            return self._script.handle
+        if kind not in tuple(ScriptKind):
+            known = ", ".join(f"{int(each)} {each.text}" for each in ScriptKind)
+            raise CommandError(f"{kind} is no type of script of the scene; those are {known}")
+        if kind == ScriptKind.MAIN:
+            return self._of(-1, ScriptKind.MAIN)
+        if isinstance(owner, str):
+            owner = self._sim.scene.resolve(self._adjusted(owner), self._owner)
+        return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind(kind))
+
+    def getScriptName(self, script: int = HANDLE_SELF) -> str:
+        """Return the name of the script's object; empty for the main script."""
+        found = self._script_at(script)
+        served = found.home if found.owner == -1 else found.owner
+        return "" if found.kind == ScriptKind.MAIN else self._sim.scene.get(served).name
+
+    def getObjectAssociatedWithScript(self, script: int = HANDLE_SELF) -> int:
+        """Return the script's object; -1 for the main script."""
+        return self._script_at(script).owner
+
+    def getScriptAssociatedWithObject(self, owner: int) -> int:
+        """Return the child script of an object, -1 for none."""
+        return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CHILD)
+
+    def getCustomizationScriptAssociatedWithObject(self, owner: int) -> int:
+        """Return the customization script of an object, -1 for none."""
+        return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CUSTOMIZATION)
+
+    def getScriptSimulationParameter(
+        self, script: int, name: str, as_text: bool = False
+    ) -> bool | float | str | None:
+        """Return true, false or a number where the text is one, else the text; nil for a missing parameter, and for
+        `nil`.
+        """
+        text = self._world.script_parameters.get(self._script_at(script).home, name)
+        if text is None or as_text:
+            return text
+        plain = {"true": True, "false": False, "nil": None}
+        if text in plain:
+            return plain[text]
+        try:
+            return int(text)
+        except ValueError:
+            pass
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    def setScriptSimulationParameter(self, script: int, name: str, value: Any) -> int:
+        """Set a parameter of one script, or with sim.handle_all of all; return the number of scripts.
+
+        Differs: a missing parameter is created. A number is stored as its text.
+        """
+        every = script == c.sim_handle_all
+        owners = [one.home for one in self._world.scripts.all() if one.home != -1]
+        text = _text(value)
+        parameters = self._world.script_parameters
+        return sum(
+            parameters.set(o, name, text) for o in (owners if every else [self._script_at(script).home])
+        )
+
+    def include(self, _file: str, _command: str | None = None) -> NoReturn:
+        """Run a Lua file of the simulator's folder, as ``require`` does: ``/lua/graph_customization.lua`` is the
+        module graph_customization. Lua scripts only.
+        """
+        raise CommandError("only Lua scripts include files; a Python script imports modules")
+
+    def copyTable(self, table: Any) -> Any:
+        """Return a copy of a table and of all tables within it."""
+        return table
+
+    def getScriptExecutionCount(self) -> int:
+        """Return how many simulation steps were started before this one."""
+        return self._sim.step_count
+
+    def isScriptExecutionThreaded(self) -> int:
+        """Return 1 in a script with a thread."""
+        return int(self._script.has_thread)
+
+    def isScriptRunningInThread(self) -> int:
+        """Return 1 in a script with a thread."""
+        return int(self._script.has_thread)
+
+    def _of(self, owner: int, kind: ScriptKind) -> int:
+        found = self._world.scripts.of(owner, kind)
+        return _NONE if found is None else found.handle
+
+    def _target(self, script: int, described: str) -> Script | AddOn:
+        if script == HANDLE_SELF:
+            return self._script
+        name = self._adjusted(described) if described else described
+        return find_target(self._world.scripts, self._sim.scene, script, name)
+
+
+def _text(value: Any) -> str:
+    """Return the text in which a parameter is stored.
+
+    Raises:
+        CommandError: the value cannot be stored.
+    """
+    match value:
+        case bool():
+            return str(value).lower()
+        case int():
+            return str(value)
+        case float():
+            return f"{value:.17g}"
+        case bytes() | str():
+            return to_text(value)
+        case None:
+            return "nil"
+        case _:
+            raise CommandError("a parameter is a number, a text, true or false")

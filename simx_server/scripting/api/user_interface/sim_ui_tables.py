@@ -1,0 +1,182 @@
+"""Tables and trees of ``simUI``. The web viewer shows tables, without a way to edit them; trees are only kept."""
+
+from __future__ import annotations
+
+from simx_server.errors import CommandError
+from simx_server.parts.user_interface.xml_uis.widgets import MAX_TEXT, Widget
+
+from .sim_ui import UiPart
+
+MAX_CELLS = 10_000
+"""Most cells of a table, and most items of a tree."""
+
+
+class UiTableFunctions(UiPart):
+    """Tables. Rows and columns are counted from 0."""
+
+    def _table(self, handle: int, id: int) -> Widget:
+        return self._widget(handle, id, "table")
+
+    def _resize(self, table: Widget, rows: int, columns: int) -> None:
+        if rows < 0 or columns < 0 or rows * columns > MAX_CELLS or max(rows, columns) > MAX_CELLS:
+            raise CommandError(f"a table has at most {MAX_CELLS} cells, not {rows} rows of {columns}")
+        kept = table.kept
+        for names, count in ((kept["names"], rows), (kept["columns"], columns)):
+            names[:] = names[:count] + [""] * (count - len(names))
+        kept["rows"] = [row[:columns] + [""] * (columns - len(row)) for row in kept["rows"][:rows]]
+        kept["rows"] += [[""] * columns for _ in range(rows - len(kept["rows"]))]
+
+    def _cell(self, table: Widget, row: int, column: int) -> list[str]:
+        rows, columns = table.kept["rows"], table.kept["columns"]
+        if not (0 <= row < len(rows) and 0 <= column < len(columns)):
+            raise CommandError(
+                f"table {table.id} has {len(rows)} rows and {len(columns)} columns, from 0; no cell {row}, {column}"
+            )
+        return rows[row]
+
+    def getRowCount(self, handle: int, id: int) -> int:
+        return len(self._table(handle, id).kept["rows"])
+
+    def setRowCount(self, handle: int, id: int, count: int, _suppress: bool = True) -> None:
+        """Set the number of rows; new cells are empty."""
+        table = self._table(handle, id)
+        self._resize(table, count, len(table.kept["columns"]))
+
+    def getColumnCount(self, handle: int, id: int) -> int:
+        return len(self._table(handle, id).kept["columns"])
+
+    def setColumnCount(self, handle: int, id: int, count: int, _suppress: bool = True) -> None:
+        """Set the number of columns; new cells are empty."""
+        table = self._table(handle, id)
+        self._resize(table, len(table.kept["rows"]), count)
+
+    def clearTable(self, handle: int, id: int, _suppress: bool = True) -> None:
+        """Remove all rows and columns."""
+        self._resize(self._table(handle, id), 0, 0)
+
+    def getItem(self, handle: int, id: int, row: int, column: int) -> str:
+        """Return the text of a cell."""
+        return self._cell(self._table(handle, id), row, column)[column]
+
+    def setItem(self, handle: int, id: int, row: int, column: int, text: str, _suppress: bool = True) -> None:
+        """Set the text of a cell."""
+        self._cell(self._table(handle, id), row, column)[column] = text[:MAX_TEXT]
+
+    def setRowHeaderText(self, handle: int, id: int, row: int, text: str) -> None:
+        """Set the name of a row."""
+        _name(self._table(handle, id).kept["names"], row, text)
+
+    def setColumnHeaderText(self, handle: int, id: int, column: int, text: str) -> None:
+        """Set the name of a column."""
+        _name(self._table(handle, id).kept["columns"], column, text)
+
+    def insertTableRow(self, handle: int, id: int, index: int) -> None:
+        """Insert an empty row before one, or at the end."""
+        table = self._table(handle, id)
+        self._resize(table, len(table.kept["rows"]) + 1, len(table.kept["columns"]))
+        place = min(max(index, 0), len(table.kept["rows"]) - 1)
+        table.kept["rows"].insert(place, table.kept["rows"].pop())
+        table.kept["names"].insert(place, table.kept["names"].pop())
+
+    def removeTableRow(self, handle: int, id: int, index: int) -> None:
+        table = self._table(handle, id)
+        if not 0 <= index < len(table.kept["rows"]):
+            raise CommandError(
+                f"table {id} has {len(table.kept['rows'])} rows, from 0; {index} is not one of them"
+            )
+        del table.kept["rows"][index], table.kept["names"][index]
+
+    def setItemEditable(self, handle: int, id: int, row: int, column: int, _editable: bool) -> None:
+        """Do nothing to an existing cell. Stand-in: the user cannot edit cells."""
+        self._cell(self._table(handle, id), row, column)
+
+    def setRowHeight(self, handle: int, id: int, _row: int, _least: int, _most: int | None = None) -> None:
+        """Do nothing to an existing table. Stand-in: the web viewer gives cells their size."""
+        self._table(handle, id)
+
+    def setColumnWidth(
+        self, handle: int, id: int, _column: int, _least: int, _most: int | None = None
+    ) -> None:
+        """Do nothing to an existing table or tree. Stand-in: the web viewer gives cells their size."""
+        self._widget(handle, id, "table", "tree")
+
+    def setTableSelection(
+        self, handle: int, id: int, _row: int, _column: int, _suppress: bool = True
+    ) -> None:
+        """Do nothing to an existing table. Stand-in: no cell is shown as selected."""
+        self._table(handle, id)
+
+    def saveState(self, handle: int, id: int) -> bytes:
+        """Return the widths of columns. Stand-in: an empty buffer."""
+        self._widget(handle, id, "table", "tree")
+        return b""
+
+    def restoreState(self, handle: int, id: int, _state: bytes) -> None:
+        """Do nothing to an existing table. Stand-in: columns have no widths."""
+        self._widget(handle, id, "table", "tree")
+
+
+class UiTreeFunctions(UiPart):
+    """Trees. Their items are kept and not shown."""
+
+    def _items(self, handle: int, id: int) -> dict[int, int]:
+        """Return the parent of each item."""
+        return self._widget(handle, id, "tree").kept.setdefault("items", {})
+
+    def clearTree(self, handle: int, id: int, _suppress: bool = True) -> None:
+        """Remove all items. Stand-in: trees are not shown."""
+        self._items(handle, id).clear()
+
+    def addTreeItem(
+        self, handle: int, id: int, item: int, _texts: list[str], parent: int = 0, _expanded: bool = False
+    ) -> None:
+        """Add an item. Stand-in: trees are not shown."""
+        items = self._items(handle, id)
+        if len(items) >= MAX_CELLS:
+            raise CommandError(f"tree {id} has {MAX_CELLS} items already; remove some")
+        items[item] = parent
+
+    def updateTreeItemText(self, handle: int, id: int, item: int, _texts: list[str]) -> None:
+        """Do nothing to an existing item. Stand-in: trees are not shown."""
+        _known(self._items(handle, id), item)
+
+    def updateTreeItemParent(
+        self, handle: int, id: int, item: int, parent: int, _suppress: bool = True
+    ) -> None:
+        """Set the parent of an item. Stand-in: trees are not shown."""
+        items = self._items(handle, id)
+        _known(items, item)
+        items[item] = parent
+
+    def removeTreeItem(self, handle: int, id: int, item: int, _suppress: bool = True) -> None:
+        """Remove an item. Stand-in: trees are not shown."""
+        items = self._items(handle, id)
+        _known(items, item)
+        del items[item]
+
+    def setTreeSelection(self, handle: int, id: int, _item: int, _suppress: bool = True) -> None:
+        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        self._items(handle, id)
+
+    def expandAll(self, handle: int, id: int, _suppress: bool = True) -> None:
+        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        self._items(handle, id)
+
+    def collapseAll(self, handle: int, id: int, _suppress: bool = True) -> None:
+        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        self._items(handle, id)
+
+    def expandToDepth(self, handle: int, id: int, _depth: int, _suppress: bool = True) -> None:
+        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        self._items(handle, id)
+
+
+def _name(names: list[str], index: int, text: str) -> None:
+    if not 0 <= index < len(names):
+        raise CommandError(f"there are {len(names)} of these, from 0; {index} is not one of them")
+    names[index] = text[:MAX_TEXT]
+
+
+def _known(items: dict[int, int], item: int) -> None:
+    if item not in items:
+        raise CommandError(f"the tree has no item {item}; add it with simUI.addTreeItem")

@@ -1,0 +1,40 @@
+"""Compare the needs of a V-REP file's scripts with the functions that the server offers, for the import report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from . import api
+from .coverage import Support, script_functions
+from .interpreter import OLD_SPACES
+from .modules import own_modules
+from .namespaces import constants
+
+if TYPE_CHECKING:
+    from simx_server.scene.formats.vrep.report import Report
+
+
+def offered() -> Mapping[str, frozenset[str]]:
+    """Return the functions that do their work, and the constants, by namespace."""
+    found = {space: set(constants(space)) for space in api.NAMESPACES}
+    for function in script_functions():
+        if function.support is not Support.NONE:
+            space, _, name = function.name.partition(".")
+            found[space].add(name)
+    for prefix, space in OLD_SPACES.items():
+        found["sim"] |= {f"{prefix[0].lower()}{prefix[1:]}{name}" for name in found.get(space, ())}
+    return {space: frozenset(names) for space, names in found.items()}
+
+
+def modules() -> frozenset[str]:
+    """Return the modules, besides namespaces, that `require` finds in each scene."""
+    return frozenset({*own_modules("lua"), *own_modules("python")})
+
+
+def note_missing(report: Report) -> None:
+    """Note in a report which functions, constants and modules its scripts need and the server lacks."""
+    report.missing_functions.clear()
+    have, known = offered(), modules()
+    for needs in report.needs.values():
+        report.missing_functions.update(needs.missing(have, known))

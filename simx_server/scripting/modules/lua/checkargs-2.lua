@@ -1,0 +1,3 @@
+-- The same under its name with a version.
+
+return require('checkargs')

@@ -1,0 +1,3 @@
+-- An older name.
+
+return require("conveyor_customization-2")

@@ -1,0 +1,3 @@
+-- The same for conveyors since CoppeliaSim 4.7.
+
+return require("conveyor_customization-2")

@@ -1,0 +1,3 @@
+-- A conveyor with one belt, since CoppeliaSim 4.7.
+
+return require("conveyor_customization-2")

@@ -1,0 +1,3 @@
+-- The same for graphs since CoppeliaSim 4.7.
+
+return require("graph_customization")

@@ -1,0 +1,1 @@
+"""Image processing in vision sensors: the filters of scripts, and chains of them that a sensor has."""

@@ -1,0 +1,79 @@
+"""The 15 numbers that a vision sensor reports of an image, and whether it detects something."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .filters.chain import Processed
+from .image import NO_CODE, Picture, depth_as_grey, grey
+from .vision_settings import Verdict, VisionSettings
+
+
+def statistics(picture: Picture, shows_depth: bool) -> list[float]:
+    """Return the 15 numbers of V-REP's first auxiliary packet."""
+    assert picture.depth is not None
+    pixels = shown(picture, shows_depth)
+    channels = [grey(pixels), pixels[..., 0], pixels[..., 1], pixels[..., 2]]
+    found: list[float] = []
+    for measure in (np.min, np.max, _mean):
+        found += [int(measure(channel)) / 255 for channel in channels]
+        found.append(float(measure(picture.depth)))
+    return found
+
+
+def _handles_in(picture: Picture) -> list[float]:
+    """Return the handles in an image, in order; V-REP adds a half so that rounding down cannot change them."""
+    assert picture.rgb is not None
+    codes = np.unique(picture.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
+    return [code + 0.5 for code in codes.tolist() if code != NO_CODE]
+
+
+_MEAN_INTENSITY = 10
+"""Index of the mean intensity in the 15 numbers."""
+
+
+def judged(
+    settings: VisionSettings,
+    picture: Picture,
+    shows_depth: bool,
+    verdict: Verdict | None = None,
+    processed: Processed | None = None,
+) -> tuple[bool, list[list[float]]]:
+    """Return whether the sensor detects, and the packets: first the statistics, then those of the chain.
+
+    It detects when all limits that are set are met, or when its chain detects. A script's verdict replaces both, and
+    its packets follow.
+    """
+    if settings.shows_handles:
+        seen = [_handles_in(picture)]
+        return (False, seen) if verdict is None else (bool(verdict.detects), [*seen, *verdict.packets])
+    numbers = statistics(picture, shows_depth) if settings.needs_statistics else []
+    intensity = numbers[_MEAN_INTENSITY] if numbers else 0.0
+    above, below = settings.detect_above, settings.detect_below
+    detects = (
+        (above is not None or below is not None)
+        and (above is None or intensity > above)
+        and (below is None or intensity < below)
+    )
+    packets = [numbers if settings.has_statistics else []]
+    if processed is not None:
+        detects |= processed.detects
+        packets += processed.packets
+    if verdict is not None:
+        detects = detects if verdict.detects is None else verdict.detects
+        packets += verdict.packets
+    return detects, packets
+
+
+def _mean(values: np.ndarray) -> float:
+    """Return the mean in double precision: a large image's sum would lose digits in single."""
+    return float(values.mean(dtype=np.float64))
+
+
+def shown(picture: Picture, shows_depth: bool) -> np.ndarray:
+    """Return (h, w, 3) uint8: the sensor's image."""
+    if shows_depth:
+        assert picture.depth is not None
+        return depth_as_grey(picture.depth)
+    assert picture.rgb is not None
+    return picture.rgb

@@ -1,0 +1,170 @@
+"""The settings of all vision sensors of the scene, and the views that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.errors import CommandError
+from simx_server.scene.collection import ALL
+from simx_server.scene.objects import ObjectKind
+
+from .image import NO_CODE, CameraView, Picture, fovy_from_perspective_angle
+from .vision_settings import VisionSettings, settings_from_model
+
+if TYPE_CHECKING:
+    from simx_server.scene.collection import Collections
+    from simx_server.scene.objects import Scene
+    from simx_server.world.simulation import Simulation
+
+BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+
+
+class SensorSettings:
+    """Settings by handle; those of the file until they are changed."""
+
+    def __init__(self, sim: Simulation, collections: Collections) -> None:
+        self._sim = sim
+        self._collections = collections
+        self.background = BLACK
+        """RGB 0..1 where nothing is seen; V-REP uses the colour of the scene's fog, at first black."""
+        self._settings: dict[int, VisionSettings] = {}
+        self._known_owners: tuple[Scene, mujoco.MjModel, NDArray[np.int64]] | None = None
+
+    def settings(self, handle: int) -> VisionSettings:
+        """Return the settings of a sensor, for reading.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a vision sensor's.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
+        if handle not in self._settings:
+            settings = self._settings[handle] = settings_from_model(item, self._sim.model)
+            settings.entity = self._collections.named(
+                str(item.annotations.get("vision", {}).get("entity", "all"))
+            )
+        return self._settings[handle]
+
+    def change(self, handle: int, **values: float | int) -> None:
+        """Change settings by field name.
+
+        Raises:
+            CommandError: an image with these settings is impossible; the settings stay as they were.
+        """
+        settings = self.settings(handle)
+        before = {name: getattr(settings, name) for name in values}
+        for name, value in values.items():
+            setattr(settings, name, value)
+        try:
+            self._view(handle)
+        except CommandError:
+            for name, value in before.items():
+                setattr(settings, name, value)
+            raise
+        settings.forget()
+
+    def set_background(self, handle: int, color: tuple[float, float, float] | None) -> None:
+        """Set the colour where a sensor sees nothing, RGB 0..1; None: the scene's.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a sensor's.
+        """
+        settings = self.settings(handle)
+        settings.background = color
+        settings.forget()
+
+    def entity(self, handle: int) -> int:
+        """Return the object or collection that alone a sensor sees, ALL for everything.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a sensor's.
+        """
+        entity = self.settings(handle).entity
+        # The entity may be removed; then the sensor sees everything, as in V-REP.
+        gone = entity not in self._sim.scene.objects and entity not in self._collections
+        return ALL if gone else entity
+
+    def set_entity(self, handle: int, entity: int) -> None:
+        """Set what a sensor sees; ALL for everything.
+
+        Raises:
+            CommandError: the entity does not exist.
+        """
+        if entity != ALL:
+            self._collections.entity(entity)
+        self.change(handle, entity=entity)
+
+    def copy_settings(self, copies: Mapping[int, int]) -> None:
+        """Copy settings of sensors to their copies; `copies` maps the handle of the original to that of the copy."""
+        for handle, copy in copies.items():
+            if handle in self._settings:
+                self._settings[copy] = replace(
+                    self._settings[handle],
+                    picture=None,
+                    filtered=None,
+                    verdict=None,
+                    processed=None,
+                    work=None,
+                )
+
+    def views(self) -> list[CameraView]:
+        """Return the view of each vision sensor with its present settings."""
+        handles = self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
+        return [self._view(handle) for handle in handles]
+
+    def _background(self, settings: VisionSettings) -> Picture:
+        colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)
+        rgb = np.tile(colour, (settings.height, settings.width, 1))
+        return Picture(rgb, np.ones((settings.height, settings.width), np.float32))
+
+    def _background_of(self, settings: VisionSettings) -> tuple[float, float, float]:
+        if settings.shows_handles:
+            return WHITE
+        return self.background if settings.background is None else settings.background
+
+    def _codes(self) -> tuple[int, ...]:
+        """Return the handle of each geom's shape."""
+        return tuple(owner if owner >= 0 else NO_CODE for owner in self._owners().tolist())
+
+    def _owners(self) -> NDArray[np.int64]:
+        """Return (ngeom,) the handle of each geom's shape, -1 for those without one."""
+        scene, model = self._sim.scene, self._sim.model
+        known = self._known_owners
+        if known is None or known[0] is not scene or known[1] is not model:
+            owners = np.array([scene.owner_of_geom(geom, model) for geom in range(model.ngeom)], np.int64)
+            known = self._known_owners = scene, model, owners
+        return known[2]
+
+    def _only(self, entity: int) -> frozenset[int] | None:
+        """Return the ids of the geoms of an entity; None for everything."""
+        if entity == ALL:
+            return None
+        members = np.isin(self._owners(), self._collections.entity(entity))
+        return frozenset(np.flatnonzero(members).tolist())
+
+    def _view(
+        self, handle: int, size: tuple[int, int] | None = None, entity: int | None = None
+    ) -> CameraView:
+        settings = self.settings(handle)
+        width, height = size or (settings.width, settings.height)
+        try:
+            return CameraView(
+                camera_id=self._sim.scene.get(handle).id,
+                width=width,
+                height=height,
+                fovy_deg=fovy_from_perspective_angle(settings.angle, width, height),
+                near=settings.near,
+                far=settings.far,
+                background=self._background_of(settings),
+                orthographic_size=settings.orthographic_size,
+                codes=self._codes() if settings.shows_handles else None,
+                is_users=self._sim.scene.get(handle).kind == ObjectKind.CAMERA,
+                only=self._only(self.entity(handle) if entity is None else entity),
+            )
+        except ValueError as problem:
+            raise CommandError(str(problem)) from None

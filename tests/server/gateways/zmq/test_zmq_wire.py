@@ -1,0 +1,74 @@
+"""Reading messages: values as clients' libraries write them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from zmq_world import cbor2
+
+from simx_server.gateways.zmq.peers import Peers
+from simx_server.gateways.zmq.wire import Reader, WireError, read_request, uuid_of
+
+
+@pytest.mark.parametrize(
+    ("value", "read"),
+    [
+        (0, 0), (23, 23), (24, 24), (1 << 40, 1 << 40), (-1, -1), (-(1 << 33), -(1 << 33)),
+        (1 << 70, 1 << 70), (-(1 << 70), -(1 << 70)), (0.5, 0.5), (True, True), (False, False), (None, None),
+        ("text", b"text"), ("x" * 300, b"x" * 300), (b"\x00\xff", b"\x00\xff"), ([], []), ({}, {}),
+        ([1, [2, "a"]], [1, [2, b"a"]]), ({"a": 1, 2: 3.0}, {"a": 1, 2: 3.0}), ([1.0] * 40, [1.0] * 40),
+        ([0.1 * n for n in range(100)] + [7], [0.1 * n for n in range(100)] + [7]),
+    ],
+)  # fmt: skip
+def test_values_arrive(value: Any, read: Any) -> None:
+    assert Reader(cbor2.dumps(value)).whole() == read
+
+
+def test_lengths_may_be_left_open() -> None:
+    assert Reader(b"\x9f\x01\x7f\x61a\x61b\xff\xff").whole() == [1, b"ab"]
+    assert Reader(b"\xbf\x61a\x01\xff").whole() == {"a": 1}
+    assert Reader(b"\x9f" + b"\xfb\x3f\xf0" + bytes(6) + b"\xff").whole() == [1.0]
+
+
+@pytest.mark.parametrize("damaged", [b"\x1c", b"\xf8\x20", b"\x7f\x41a\xff", b"\x00\x00", b"\xdf"])
+def test_damaged_values_are_errors(damaged: bytes) -> None:
+    with pytest.raises(WireError):
+        Reader(damaged).whole()
+
+
+def test_a_request_is_read_whatever_the_order_of_its_keys() -> None:
+    fields = {"uuid": "u", "args": ["uuid", 1], "func": "sim.step", "lang": "c++", "ver": 2, "timeout": 600}
+    payload = cbor2.dumps(fields)
+    request = read_request(payload)
+    assert (request.function, request.arguments, request.language) == ("sim.step", [b"uuid", 1], "c++")
+    assert uuid_of(payload) == "u"
+
+
+def test_a_connection_is_gone_when_its_descriptor_is_closed() -> None:
+    peers = Peers()
+    peers.accepted(5)
+    peers.seen(5, b"a")
+    peers.disconnected(5)
+    assert peers.gone() == [b"a"]
+    assert peers.gone() == []
+
+
+def test_a_descriptor_that_is_used_again_belongs_to_the_later_connection() -> None:
+    peers = Peers()
+    peers.accepted(5)
+    peers.seen(5, b"a")
+    peers.disconnected(5)
+    peers.accepted(5)
+    peers.seen(5, b"b")
+    assert peers.gone() == [b"a"]
+    peers.disconnected(5)
+    assert peers.gone() == [b"b"]
+
+
+def test_a_connection_that_never_sent_is_forgotten() -> None:
+    peers = Peers()
+    peers.accepted(5)
+    peers.disconnected(5)
+    assert peers.gone() == []
+    assert not peers.open

@@ -1,0 +1,125 @@
+"""The files' compression against a plain decoder that follows the tree bit by bit."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from vrep_packing import Tree, codes_of, compress, huffman_tree, tree_bits
+
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.vrep.huffman import decompress
+
+
+def plain(data: bytes, length: int) -> bytes:
+    """Decode as the format is described, one bit at a time."""
+    bits = "".join(f"{byte:08b}" for byte in data)
+    place = 0
+
+    def tree() -> Tree:
+        nonlocal place
+        place += 1
+        if bits[place - 1] == "1":
+            place += 8
+            return int(bits[place - 8 : place], 2)
+        first = tree()
+        return first, tree()
+
+    root, out = tree(), bytearray()
+    while len(out) < length:
+        node = root
+        if isinstance(node, int):
+            place += 1
+        while not isinstance(node, int):
+            node = node[int(bits[place])]
+            place += 1
+        out.append(node)
+    assert len(bits) - place < 8
+    return bytes(out)
+
+
+def chain(depth: int) -> Tree:
+    """A tree of `depth` + 1 leaves whose codes have 1, 2, 3, ... bits."""
+    tree: Tree = depth
+    for symbol in reversed(range(depth)):
+        tree = (symbol, tree)
+    return tree
+
+
+def mirrored(tree: Tree) -> Tree:
+    return tree if isinstance(tree, int) else (mirrored(tree[1]), mirrored(tree[0]))
+
+
+def some_bytes(seed: int, size: int, symbols: int, share: float) -> bytes:
+    """Bytes of which a share is one symbol and the rest any of `symbols`."""
+    source = random.Random(seed)
+    return bytes(0 if source.random() < share else source.randrange(symbols) for _ in range(size))
+
+
+TEXTS = {
+    "nothing": b"",
+    "one byte": b"a",
+    "one symbol": b"\0" * 70_001,
+    "two symbols": some_bytes(1, 60_000, 2, 0.5),
+    "mostly zeros": some_bytes(2, 90_000, 200, 0.95),
+    "any bytes": some_bytes(3, 50_000, 256, 0.0),
+    "seven bits each": some_bytes(4, 50_000, 128, 0.0),
+}
+
+
+@pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS.keys())
+def test_bytes_come_out_as_they_went_in(text: bytes) -> None:
+    packed = compress(text)
+    assert decompress(b"header" + packed, 6, len(text)) == text == plain(packed, len(text))
+
+
+@pytest.mark.parametrize("depth", [1, 15, 16, 17, 24, 40, 100])
+@pytest.mark.parametrize("is_mirrored", [False, True])
+def test_codes_longer_than_the_window_are_decoded(depth: int, is_mirrored: bool) -> None:
+    source = random.Random(depth)
+    # Rare as in files that were compressed well, then all codes alike, then long ones only.
+    rare = [min(int(source.expovariate(0.7)), depth) for _ in range(30_000)]
+    text = bytes(rare + [source.randrange(depth + 1) for _ in range(6_000)] + [depth] * 3_000)
+    tree = mirrored(chain(depth)) if is_mirrored else chain(depth)
+    packed = compress(text, tree)
+    assert max(map(len, codes_of(tree).values())) == depth
+    assert decompress(packed, 0, len(text)) == text == plain(packed, len(text))
+
+
+def test_the_deepest_tree_is_decoded() -> None:
+    text = bytes(range(256)) * 40
+    assert decompress(compress(text, chain(255)), 0, len(text)) == text
+
+
+@pytest.mark.parametrize("size", [4096, 4097, 4112, 4113, 131_071, 131_072, 131_073, 300_000])
+def test_sizes_around_those_of_blocks_are_decoded(size: int) -> None:
+    text = some_bytes(size, size, 60, 0.7)
+    assert decompress(compress(text), 0, size) == text
+
+
+@pytest.mark.parametrize("size", [100, 50_000])
+def test_a_body_that_is_cut_off_is_an_error(size: int) -> None:
+    text = some_bytes(5, size, 90, 0.5)
+    packed = compress(text)
+    for end in (*range(0, len(packed), max(1, len(packed) // 40)), len(packed) - 1):
+        with pytest.raises(SceneError, match="cut off"):
+            decompress(packed[:end], 0, size)
+
+
+def test_bytes_after_the_body_are_an_error() -> None:
+    text = some_bytes(6, 20_000, 90, 0.5)
+    with pytest.raises(SceneError, match="bytes"):
+        decompress(compress(text) + b"\0", 0, len(text))
+
+
+def test_a_length_that_cannot_be_is_refused_before_memory_is_taken() -> None:
+    packed = compress(b"abcabc")
+    with pytest.raises(SceneError, match="cannot hold the 4294967295 bytes"):
+        decompress(packed, 0, 2**32 - 1)
+
+
+def test_a_tree_of_too_many_leaves_is_an_error() -> None:
+    tree = tree_bits(huffman_tree(bytes(range(256)))).replace("1", "0", 1)
+    data = int(tree.ljust(4000, "0"), 2).to_bytes(500, "big")
+    with pytest.raises(SceneError, match="tree"):
+        decompress(data, 0, 10)

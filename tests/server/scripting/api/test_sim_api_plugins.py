@@ -1,0 +1,61 @@
+"""Plug-ins that scripts look for, and programs and ports that they may not use."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld, world
+
+import simx_server
+
+__all__ = ["world"]
+
+OLD = ["IK", "OMPL", "RemoteApi", "Vision", "CustomUI"]
+NEW = ["simIK", "simOMPL", "simRemoteApi", "simVision", "simUI"]
+
+
+@pytest.mark.parametrize(("function", "names"), [("getModuleName", OLD), ("getPluginName", NEW)])
+def test_a_loop_over_plug_ins_ends_with_nil(world: ScriptWorld, function: str, names: list[str]) -> None:
+    loop = f"local found, i = {{}}, 0 repeat local name = sim.{function}(i) i = i + 1 found[i] = name until not name"
+    assert world.lua(f"{loop} return found") == [names]
+    assert world.lua("return (sim.getModuleName(0)), (sim.getPluginName(-1))") == ["IK", None]
+
+
+def test_plug_ins_are_loaded_if_the_server_has_them(world: ScriptWorld) -> None:
+    assert world.value("sim.getLoadedPlugins()") == NEW
+    assert world.lua("return sim.isPluginLoaded('simIK'), sim.isPluginLoaded('IK')") == [True, True]
+    assert world.value("sim.isPluginLoaded('simOctomap')") is False
+    assert world.value("sim.loadModule('folder/v_repExtVision.dll', 'Vision')") == 3
+    assert world.value("sim.loadPlugin('simVision')") == 3
+    assert world.value("sim.loadPlugin('simOctomap')") == -3
+    assert world.parts.status_bar.messages[-1].startswith("plug-in 'simOctomap' cannot be loaded")
+    assert world.lua("return sim.unloadModule(3), sim.unloadPlugin(3)") == [0, 0]
+
+
+def test_a_plug_in_has_the_servers_version(world: ScriptWorld) -> None:
+    version = simx_server.__version__
+    assert world.lua(
+        "return sim.getModuleInfo('IK', sim.moduleinfo_extversionstr), sim.getPluginInfo('simIK', 0)"
+    ) == [version, version]
+    major, minor, patch = (int(part) for part in version.split(".")[:3])
+    number = major * 10000 + minor * 100 + patch
+    assert world.lua("local _, version = sim.getModuleName(0) return version, sim.getModuleInfo(0, 2)") == [
+        number,
+        number,
+    ]
+    assert world.value("sim.setModuleInfo('IK', sim.moduleinfo_verbosity, 300)") == 1
+    assert world.value("sim.sendModuleMessage(0, {}, '')") == -1
+    world.fails("sim.getModuleInfo('ROS', 0)", "no plug-in 'ROS'; plug-ins here are IK, OMPL")
+    world.fails("sim.getModuleInfo('IK', 9)", "those are 0 to 4")
+
+
+def test_a_program_is_not_started_and_the_log_names_it(world: ScriptWorld) -> None:
+    assert world.value("sim.launchExecutable('robotClient', '19999 7', 0)") == -1
+    assert world.parts.status_bar.messages[-1] == (
+        "scripts start no programs on this server: start 'robotClient' yourself (arguments: 19999 7)"
+    )
+
+
+def test_serial_ports_do_not_open(world: ScriptWorld) -> None:
+    assert world.value("sim.serialOpen('COM3', 115200)") == -1
+    for call in ("serialClose(0)", "serialSend(0, 'x')", "serialRead(0, 3)", "serialCheck(0)"):
+        world.fails(f"sim.{call}", "no serial port is open")

@@ -1,0 +1,215 @@
+"""``simUI`` for scripts: windows from XML whose widgets call the script's functions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from scripted_world import said, scripted
+from sim_api_calls import ScriptWorld, world
+
+from simx_server.parts.user_interface import ADD_ON_NAME
+
+__all__ = ["world"]
+
+PANEL = """
+<ui title="Panel" closeable="true" on-close="closed">
+  <label text="Speed" id="1"/> <hslider minimum="0" maximum="100" value="20" on-change="changed" id="2"/>
+  <button text="Go" on-click="clicked" id="3"/> <checkbox text="On" on-change="changed" id="4"/>
+  <radiobutton text="A" id="5"/> <radiobutton text="B" id="6"/> <edit value="old" on-change="changed" id="7"/>
+  <spinbox minimum="0" maximum="10" value="3" id="8"/> <progressbar id="9"/> <text-browser id="10"/>
+  <combobox id="11"><item>one</item></combobox> <tabs id="12"><tab title="a"/><tab title="b"/></tabs>
+  <table id="13"/> <tree id="14"/> <plot id="15"/> <image id="16"/> <button text="T" checkable="true" id="17"/>
+</ui>
+"""
+
+HANDLERS = """
+function clicked(ui, id) print('clicked', id) end
+function changed(ui, id, value) print('changed', id, value) end
+function closed(ui) print('closed') simUI.destroy(ui) end
+"""
+
+
+@pytest.fixture
+def ui(world: ScriptWorld) -> int:
+    world.lua(HANDLERS)
+    return world.value(f"simUI.create([[{PANEL}]])")
+
+
+def test_setters_keep_and_getters_give_back(world: ScriptWorld, ui: int) -> None:
+    world.lua(
+        f"""
+        simUI.setLabelText({ui}, 1, 'Fast', true) simUI.setSliderValue({ui}, 2, 70.9, true)
+        simUI.setCheckboxValue({ui}, 4, 2) simUI.setRadiobuttonValue({ui}, 6, 1) simUI.setEditValue({ui}, 7, 'new')
+        simUI.setSpinboxValue({ui}, 8, 99) simUI.setProgress({ui}, 9, 40) simUI.setText({ui}, 10, 'a')
+        simUI.appendText({ui}, 10, 'b') simUI.setButtonText({ui}, 3, 'Stop') simUI.setButtonPressed({ui}, 17, true)
+        simUI.setCurrentTab({ui}, 12, 1) simUI.setEnabled({ui}, 3, false) simUI.setWidgetVisibility({ui}, 1, false)
+        simUI.setTitle({ui}, 'Other') simUI.setPosition({ui}, 5, 6) simUI.setSize({ui}, 7, 8)
+        """
+    )
+    assert world.lua(
+        f"""return simUI.getLabelText({ui}, 1), simUI.getSliderValue({ui}, 2), simUI.getCheckboxValue({ui}, 4),
+        simUI.getRadiobuttonValue({ui}, 5), simUI.getRadiobuttonValue({ui}, 6), simUI.getEditValue({ui}, 7),
+        simUI.getSpinboxValue({ui}, 8), simUI.getCurrentTab({ui}, 12), simUI.getWidgetVisibility({ui}, 1),
+        simUI.getTitle({ui}), simUI.isVisible({ui}), simUI.isWindowEnabled({ui})"""
+    ) == ["Fast", 70, 2, 0, 1, "new", 10, 1, False, "Other", True, True]
+    assert world.lua(f"return simUI.getPosition({ui})") == [5, 6]
+    assert world.lua(f"return simUI.getSize({ui})") == [7, 8]
+    shown = world.parts.user_interface.windows.get(ui)
+    assert (shown.widget(9).value, shown.widget(10).text, shown.widget(17).value) == (40, "a\nb", 1)
+    assert not shown.widget(3).is_usable
+    assert said(world)[-1:] != ["changed"], "setters suppress events unless they are told not to"
+
+
+def test_a_setter_that_does_not_suppress_events_calls_the_script(world: ScriptWorld, ui: int) -> None:
+    said(world)
+    world.lua(f"simUI.setSliderValue({ui}, 2, 30, false) simUI.setEditValue({ui}, 7, 'x', false)")
+    assert said(world) == ["changed, 2, 30", "changed, 7, x"]
+
+
+def test_a_user_operates_it_over_the_add_on_and_the_script_is_called(world: ScriptWorld, ui: int) -> None:
+    def act(function: str, *numbers: int, text: str | None = None) -> None:
+        strings = [] if text is None else [text]
+        world.call("simxCallScriptFunction", ADD_ON_NAME, 2, function, list(numbers), [], strings, b"")
+
+    said(world)
+    act("pressWidget", ui, 3)
+    act("enterValue", ui, 2, text="55")
+    act("enterValue", ui, 4, text="2")
+    act("closeWindow", ui)
+    assert said(world) == ["clicked, 3", "changed, 2, 55", "changed, 4, 2", "closed"]
+    world.fails(f"simUI.getTitle({ui})", "no UI with handle")
+
+
+def test_an_error_in_a_function_is_printed_and_the_script_goes_on(world: ScriptWorld) -> None:
+    ui = world.value(
+        'simUI.create(\'<ui><button on-click="bad" id="1"/><button on-click="none" id="2"/></ui>\')'
+    )
+    world.lua("function bad() error('my fault') end")
+    said(world)
+    world.parts.user_interface.windows.press(ui, 1)
+    world.parts.user_interface.windows.press(ui, 2)
+    first, second = said(world)
+    assert "my fault" in first
+    assert "has no function 'none'" in second
+    assert world.value("1 + 1") == 2
+
+
+def test_combo_boxes(world: ScriptWorld, ui: int) -> None:
+    world.lua(f"simUI.insertComboboxItem({ui}, 11, 99, 'two') simUI.insertComboboxItem({ui}, 11, 0, 'zero')")
+    assert world.value(f"simUI.getComboboxItems({ui}, 11)") == ["zero", "one", "two"]
+    assert world.value(f"simUI.getComboboxSelectedIndex({ui}, 11)") == 1, "the same item stays selected"
+    world.lua(f"simUI.removeComboboxItem({ui}, 11, 0) simUI.setComboboxSelectedIndex({ui}, 11, 1)")
+    assert world.lua(
+        f"return simUI.getComboboxItemText({ui}, 11, 1), simUI.getComboboxItemCount({ui}, 11),"
+        f"simUI.getComboboxSelectedIndex({ui}, 11)"
+    ) == ["two", 2, 1]
+    world.lua(f"simUI.setComboboxItems({ui}, 11, {{'a', 'b', 'c'}}, 2)")
+    assert world.value(f"simUI.getComboboxSelectedIndex({ui}, 11)") == 2
+    world.fails(f"simUI.setComboboxSelectedIndex({ui}, 11, 3)", "has 3 items; 3 is not one")
+    world.fails(f"simUI.removeComboboxItem({ui}, 11, -1)", "is not one of them")
+    world.fails(f"simUI.getComboboxItemText({ui}, 11, -1)", "those count from 0")
+
+
+def test_tables_are_kept_and_shown(world: ScriptWorld, ui: int) -> None:
+    world.lua(
+        f"""
+        simUI.setColumnCount({ui}, 13, 2) simUI.setRowCount({ui}, 13, 1) simUI.setItem({ui}, 13, 0, 1, 'x')
+        simUI.setRowHeaderText({ui}, 13, 0, 'first') simUI.setColumnHeaderText({ui}, 13, 1, 'second')
+        simUI.insertTableRow({ui}, 13, 0)
+        """
+    )
+    assert world.lua(
+        f"return simUI.getRowCount({ui}, 13), simUI.getColumnCount({ui}, 13), simUI.getItem({ui}, 13, 1, 1)"
+    ) == [2, 2, "x"]
+    kept = world.parts.user_interface.windows.get(ui).widget(13).kept
+    assert kept == {"columns": ["", "second"], "rows": [["", ""], ["", "x"]], "names": ["", "first"]}
+    world.lua(f"simUI.removeTableRow({ui}, 13, 0)")
+    assert kept["rows"] == [["", "x"]]
+    world.fails(f"simUI.getItem({ui}, 13, 1, 0)", "has 1 rows and 2 columns, from 0")
+    world.fails(f"simUI.setRowCount({ui}, 13, 1000000)", "at most 10000 cells")
+    world.fails(f"simUI.setColumnCount({ui}, 13, -1)", "at most 10000 cells")
+    world.lua(f"simUI.clearTable({ui}, 13)")
+    assert world.value(f"simUI.getRowCount({ui}, 13)") == 0
+
+
+def test_curves_keep_their_newest_points(world: ScriptWorld, ui: int) -> None:
+    world.lua(
+        f"""
+        simUI.addCurve({ui}, 15, simUI.curve_type.time, 'y', {{255, 0, 0}}, simUI.curve_style.line, {{cyclic=true}})
+        simUI.addCurveTimePoints({ui}, 15, 'y', {{0, 1}}, {{5, 6}}) simUI.replot({ui}, 15)
+        simUI.setPlotLabels({ui}, 15, 'x', 'y') simUI.rescaleAxesAll({ui}, 15)
+        """
+    )
+    assert world.lua(f"return simUI.getCurveData({ui}, 15, 'y')") == [[], [0, 1], [5, 6]]
+    world.lua(f"simUI.clearCurve({ui}, 15, 'y') simUI.addCurveXYPoints({ui}, 15, 'y', {{0}}, {{1}}, {{2}})")
+    assert world.lua(f"return simUI.getCurveData({ui}, 15, 'y')") == [[0], [1], [2]]
+    world.lua(f"simUI.removeCurve({ui}, 15, 'y')")
+    world.fails(f"simUI.clearCurve({ui}, 15, 'y')", "has no curve 'y'")
+    assert world.value("sim_customui_curve_type_time == simUI.curve_type.time") is True
+
+
+def test_what_is_not_shown_is_kept_and_said_once(world: ScriptWorld, ui: int) -> None:
+    world.value(f"simUI.create([[{PANEL}]])")
+    told = [line for line in world.parts.status_bar.messages if "kept and not shown" in line]
+    assert told == ["simUI: these widgets are kept and not shown: image, plot, tree"]
+    world.lua(
+        f"""
+        simUI.addTreeItem({ui}, 14, 1, {{'a'}}, 0, false) simUI.updateTreeItemParent({ui}, 14, 1, 0)
+        simUI.removeTreeItem({ui}, 14, 1) simUI.clearTree({ui}, 14) simUI.setImageData({ui}, 16, 'data', 1, 1)
+        """
+    )
+    world.fails(f"simUI.updateTreeItemText({ui}, 14, 1, {{'b'}})", "the tree has no item 1")
+
+
+def test_dialogs_are_closed_at_once(world: ScriptWorld) -> None:
+    assert world.lua(
+        "return simUI.msgBox(simUI.msgbox_type.info, simUI.msgbox_buttons.ok, 'T', 'M') == simUI.msgbox_result.ok,"
+        "simUI.msgBox(1, simUI.msgbox_buttons.yesno, 'T', 'M') == simUI.msgbox_result.no, simUI.inputDialog('a')"
+    )[:2] == [True, True]
+    assert world.parts.status_bar.messages.count("T: M") == 2
+    assert world.value("#simUI.fileDialog(simUI.filedialog_type.load, 't', '', '', '', '')") == 0
+
+
+def test_the_old_names_reach_the_same_functions(world: ScriptWorld) -> None:
+    ui = world.value('simExtCustomUI_create(\'<ui title="Old"><label id="1" text="a"/></ui>\')')
+    world.lua(f"simExtCustomUI_setLabelText({ui}, 1, 'b') simExtCustomUI_hide({ui})")
+    assert world.lua(f"return simExtCustomUI_getLabelText({ui}, 1), simUI.isVisible({ui})") == ["b", False]
+    world.lua(f"simUI.show({ui}) simUI.hide({ui}) simUI.setWindowEnabled({ui}, false)")
+    assert world.lua(f"return simUI.isVisible({ui}), simUI.isWindowEnabled({ui})") == [False, False]
+    world.lua(f"simExtCustomUI_destroy({ui})")
+    world.fails(f"simExtCustomUI_show({ui})", "no UI with handle")
+    assert world.value("simExtCustomUI_noSuch == nil") is True
+
+
+def window_of(world: Any) -> list[str]:
+    return [each["title"] for each in world.parts.user_interface.windows.describe()]
+
+
+def test_windows_end_with_the_script_that_made_them() -> None:
+    text = "function sysCall_init() simUI.create('<ui title=\"{0}\"/>') end"
+    world = scripted({"lua:base": text.format("child"), "lua:customization:base": text.format("kept")})
+    assert window_of(world) == ["kept"]
+    world.run(1)
+    assert window_of(world) == ["kept", "child"]
+    world.call("simxStopSimulation")
+    assert window_of(world) == ["kept"]
+
+
+def test_there_is_a_limit_to_windows(world: ScriptWorld) -> None:
+    world.fails("for i = 1, 1000 do simUI.create('<ui/>') end", "remove some with simUI.destroy")
+
+
+def test_python_scripts_make_windows_too() -> None:
+    source = """
+    def sysCall_init():
+        self.ui = simUI.create('<ui><button on-click="clicked" id="1"/></ui>')
+    def clicked(ui, number):
+        print('clicked', number)
+    """
+    world = scripted({"python:base": source})
+    world.run(1)
+    world.parts.user_interface.windows.press(1, 1)
+    lines = said(world)
+    world.parts.scripts.close()
+    assert "clicked 1" in lines

@@ -1,0 +1,136 @@
+"""``simVision``: images that are made of those of several sensors, in a box with a colour on each side."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ray_painter import RayPainter
+from real_world import render_with
+from sim_api_calls import ScriptWorld
+
+RED, GREEN, BLUE, YELLOW, CYAN, PINK = (
+    (1, 0, 0),
+    (0, 1, 0),
+    (0, 0, 1),
+    (1, 1, 0),
+    (0, 1, 1),
+    (1, 0, 1),
+)
+SIDES = {"1 0 0": RED, "0 0 1": GREEN, "-1 0 0": BLUE, "0 0 -1": YELLOW, "0 1 0": CYAN, "0 -1 0": PINK}
+"""Front, top, back, bottom, left, right: place of the wall, and its colour."""
+
+AXES = ("0 -1 0 0 0 1", "0 -1 0 -1 0 0", "0 -1 0 0 0 -1", "0 -1 0 1 0 0", "1 0 0 0 0 1", "-1 0 0 0 0 1")
+"""Right and up of each sensor, as in V-REP's model: those of front, top, back and bottom are turned about one axis."""
+
+WALLS = "".join(
+    f'<geom type="sphere" size="0.2" pos="{place}" rgba="{" ".join(map(str, color))} 1"/>'
+    for place, color in SIDES.items()
+)
+CAMERAS = "".join(
+    f'<camera name="eye{i}" xyaxes="{axes}" resolution="32 32"/>' for i, axes in enumerate(AXES)
+)
+NOTES = "".join(
+    f'<text name="simx:vision:eye{i}" data="near=0.05 far=2.05 angle_deg=90 explicit=yes"/>' for i in range(6)
+)
+BOX = f"""
+<mujoco>
+  <worldbody>
+    <body name="robot"><geom size="0.01" rgba="0 0 0 0"/>{CAMERAS}
+      <camera name="round" resolution="72 36"/><camera name="far" resolution="72 36"/>
+      <camera name="pair" resolution="32 32"/>
+    </body>
+    {WALLS}
+  </worldbody>
+  <custom>{NOTES}<text name="simx:vision:pair" data="explicit=yes"/></custom>
+</mujoco>
+"""
+
+START = """
+local eyes = {}
+for i = 0, 5 do eyes[i + 1] = sim.getObjectHandle('eye' .. i) end
+local round, far = sim.getObjectHandle('round'), sim.getObjectHandle('far')
+local pair = sim.getObjectHandle('pair')
+"""
+WHOLE = "simVision.handleSpherical(round, eyes, 2 * math.pi, math.pi, far)"
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> ScriptWorld:
+    made = ScriptWorld(tmp_path, BOX)
+    render_with(made, RayPainter())
+    return made
+
+
+def image(world: ScriptWorld, source: str) -> np.ndarray:
+    """The bytes of a snippet's result, as an image of 72 x 36 pixels."""
+    (text,) = world.lua(START + source)
+    return np.frombuffer(text.encode("latin-1"), np.uint8).reshape(36, 72, -1).astype(int)
+
+
+def hue(pixel: np.ndarray) -> tuple[int, ...]:
+    return tuple((pixel > pixel.max() / 2).astype(int)) if pixel.max() else (0, 0, 0)
+
+
+def test_spherical_image_has_the_front_in_its_middle(world: ScriptWorld) -> None:
+    pixels = image(world, f"{WHOLE} return (sim.getVisionSensorCharImage(round))")
+    assert hue(pixels[18, 36]) == RED
+    assert hue(pixels[18, 18]) == PINK, "columns run from the right to the left"
+    assert hue(pixels[18, 54]) == CYAN
+    assert hue(pixels[18, 0]) == hue(pixels[17, 71]) == BLUE
+    assert {hue(each) for each in pixels[35]} == {GREEN}
+    assert {hue(each) for each in pixels[0]} == {YELLOW}
+
+
+def test_spherical_depth_is_the_distance(world: ScriptWorld) -> None:
+    depth = image(world, f"{WHOLE} return (sim.getVisionSensorCharImage(far))")[..., 0]
+    assert depth[18, 36] / 255 * 2 + 0.05 == pytest.approx(0.8, abs=0.03)
+    assert depth[18, 45] == 255, "nothing is seen between the balls"
+
+
+def test_smaller_angles_show_the_front_alone(world: ScriptWorld) -> None:
+    angle = math.radians(40)
+    pixels = image(
+        world,
+        f"simVision.handleSpherical(round, eyes, {angle}, {angle}) return (sim.getVisionSensorCharImage(round))",
+    )
+    assert hue(pixels[18, 36]) == RED
+    assert {hue(each) for row in pixels for each in row} <= {RED, (0, 0, 0)}
+
+
+def test_wrong_sensors_are_refused(world: ScriptWorld) -> None:
+    world.fails(START + "simVision.handleSpherical(round, {eyes[1]}, 1, 1)", "made of six sensors")
+    world.fails(START + "eyes[1] = round simVision.handleSpherical(round, eyes, 1, 1)", "handled explicitly")
+    world.fails(START + "simVision.handleSpherical(-1, eyes, 1, 1)", "colours or depth")
+    world.fails(
+        START + "eyes[2] = pair simVision.handleSpherical(pair, {pair, pair, pair}, 1, 1)", "made of six"
+    )
+    world.fails(START + "simVision.handleAnaglyphStereo(pair, {eyes[1]})", "made of two sensors")
+    world.fails(START + "simVision.handleAnaglyphStereo(round, {eyes[1], eyes[2]})", "handled explicitly")
+    world.fails(START + "simVision.handleAnaglyphStereo(pair, {eyes[1], eyes[2]}, {1})", "colours are red")
+
+
+def test_stereo_image_mixes_two_greys(world: ScriptWorld) -> None:
+    (text,) = world.lua(
+        START
+        + "simVision.handleAnaglyphStereo(pair, {eyes[1], eyes[4]}) return (sim.getVisionSensorCharImage(pair))"
+    )
+    left, right = (
+        np.frombuffer(
+            world.lua(f"return (sim.getVisionSensorCharImage(sim.getObjectHandle('eye{i}')))")[0].encode(
+                "latin-1"
+            ),
+            np.uint8,
+        )
+        .reshape(32, 32, 3)
+        .mean(axis=2)
+        for i in (0, 3)
+    )
+    mixed = np.frombuffer(text.encode("latin-1"), np.uint8).reshape(32, 32, 3)
+    assert left.max() > 0
+    assert np.abs(mixed[..., 0] - left).max() <= 1
+    assert np.abs(mixed[..., 1] - right).max() <= 1
+    assert (mixed[..., 1] == mixed[..., 2]).all()
+    world.lua(START + "simVision.handleAnaglyphStereo(pair, {eyes[1], eyes[4]}, {0, 1, 0, 0, 0, 1})")

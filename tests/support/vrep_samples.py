@@ -1,0 +1,54 @@
+"""V-REP's own files, of others, which lie outside the repository; tests that need them are skipped without them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from handler_calls import QuickPainter, World
+
+from simx_server.scene.formats.loader import build
+from simx_server.scene.formats.vrep.converting import convert
+from simx_server.scene.formats.vrep.objects import VrepFile
+from simx_server.scene.formats.vrep.reading import read_file
+
+FOLDER = Path(__file__).resolve().parents[3] / "shared" / "ttt-samples"
+
+ALL = sorted(path for path in FOLDER.rglob("*") if path.suffix in (".ttt", ".ttm"))
+
+needs_samples = pytest.mark.skipif(not ALL, reason="the sample files of V-REP are not here")
+
+each_sample = pytest.mark.parametrize(
+    "path", ALL or [pytest.param(None, marks=needs_samples)], ids=lambda path: path.stem if path else "none"
+)
+
+
+def sample(name: str) -> Path:
+    """The sample with this file name; skips the test without it."""
+    found = next((path for path in ALL if path.name == name), None)
+    if found is None:
+        pytest.skip(f"the sample file {name} is not here")
+    return found
+
+
+def decoded(path: Path) -> VrepFile:
+    """What the reader makes of a sample."""
+    return read_file(path.read_bytes(), path.name)
+
+
+def world_of(path: Path) -> World:
+    """A world with the scene or model of a sample in it; `close_worlds` ends its scripts."""
+    spec, _ = convert(decoded(path))
+    world = World(painter=QuickPainter())
+    _opened.append(world)
+    world.sim.use(*build(spec, path))
+    return world
+
+
+_opened: list[World] = []
+
+
+def close_worlds() -> None:
+    """End the scripts of all worlds so far: those in Python have processes."""
+    while _opened:
+        _opened.pop().parts.scripts.close()

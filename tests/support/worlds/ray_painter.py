@@ -1,0 +1,38 @@
+"""A stand-in for the render thread that casts rays at once: images are true, and the same on every machine."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import Any
+
+import mujoco
+
+from simx_server.sensors.ray_casting.renderer import RaycastRenderer
+from simx_server.sensors.vision.image import CameraView, Picture
+
+
+class RayPainter:
+    """Renders when it is asked."""
+
+    def __init__(self) -> None:
+        self._renderer: RaycastRenderer | None = None
+        self._model: mujoco.MjModel | None = None
+
+    def request(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        view: CameraView,
+        *,
+        rgb: bool,
+        depth: bool,
+        **_: Any,
+    ) -> Future[Picture]:
+        if self._renderer is None or self._model is not model:
+            self._renderer, self._model = RaycastRenderer(model), model
+        future: Future[Picture] = Future()
+        future.set_result(self._renderer.render(data, view, rgb, depth))
+        return future
+
+    def paint(self) -> None:
+        """Do nothing: no request waits."""
