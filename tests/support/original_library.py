@@ -6,16 +6,13 @@ The wheel's Python module is not imported, so the library that it belongs to nee
 from __future__ import annotations
 
 import ctypes
-import importlib.metadata
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-from simx_client.protocol.cli.installing import line
+from other_clients import client_folder, install_line
 
 PACKAGE = "dqrobotics-interface-coppeliasim-vrep"
-INSTALL = f"{line([PACKAGE])} --no-deps"
 
 ONESHOT, BLOCKING, STREAMING = 0x00000, 0x10000, 0x20000
 ONESHOT_SPLIT, STREAMING_SPLIT, DISCONTINUE, BUFFER, REMOVE = 0x30000, 0x40000, 0x50000, 0x60000, 0x70000
@@ -23,15 +20,11 @@ ONESHOT_SPLIT, STREAMING_SPLIT, DISCONTINUE, BUFFER, REMOVE = 0x30000, 0x40000, 
 
 def library_path() -> Path | None:
     """The file of the compiled client; None if it is not installed."""
-    try:
-        files = importlib.metadata.files(PACKAGE) or []
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    return next((Path(str(each.locate())) for each in files if each.name.startswith("_core")), None)
+    return next(client_folder(PACKAGE).rglob("_core*"), None)
 
 
 needs_library = pytest.mark.skipif(
-    library_path() is None, reason=f"the original client is not installed: {INSTALL}"
+    library_path() is None, reason=f"the original client is not installed: {install_line(PACKAGE)}"
 )
 
 
@@ -40,7 +33,7 @@ class Library:
 
     def __init__(self) -> None:
         path = library_path()
-        assert path is not None, INSTALL
+        assert path is not None, install_line(PACKAGE)
         self._c = ctypes.CDLL(str(path))
         self._c.simxStart.argtypes = [
             ctypes.c_char_p,

@@ -7,14 +7,12 @@ import gc
 import importlib
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from other_clients import client_folder, install_line
 from zmq_world import INSTALL, PATIENCE, ZmqWorld, zmq
-
-from simx_client.protocol.cli.installing import line
 
 NAME = "coppeliasim_zmqremoteapi_client"
 OLDER = ("0.1.0", "2.0.2")
@@ -59,9 +57,10 @@ def use(package: ModuleType, server: ZmqWorld) -> Any:
 @pytest.mark.parametrize("version", OLDER)
 @pytest.mark.usefixtures("fresh_modules")
 def test_older_clients_work(server: ZmqWorld, version: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = Path(__file__).parents[4] / ".clients" / version
+    requirement = f"{NAME.replace('_', '-')}=={version}"
+    folder = client_folder(requirement)
     if not folder.is_dir():
-        pytest.skip(f"{line([f'{NAME}=={version}'])} --no-deps --target .clients/{version}")
+        pytest.skip(install_line(requirement))
     monkeypatch.syspath_prepend(str(folder))
     package = importlib.import_module(NAME)
     assert str(folder) in str(package.__file__)
