@@ -389,31 +389,27 @@ class Inbox:
         return bool(self._turns) or self._ready.qsize() > 0
 
     def wait(self, seconds: float) -> Event | Arrival | None:
-        """Return the next item as soon as there is one; None when the time is over."""
+        """Return the next item as soon as there is one; None when the time is over, or a socket had something else."""
         if self.sockets is not None:
-            self.sockets.fetch()
+            self.sockets.poll(seconds, self._has_work)
+            return self._next()
         taken = self._next()
         if taken is None:
             try:
-                box = self._sleep(seconds)
+                box = self._ready.get(timeout=seconds)
             except queue.Empty:
                 return None
             self._line_up(box)
             taken = self._next()
         return taken
 
-    def _sleep(self, seconds: float) -> Box:
-        """Wait for the next queue that is not empty. Raises queue.Empty: there is none."""
-        if self.sockets is None:
-            return self._ready.get(timeout=seconds)
-        self.sockets.sleep(seconds, self._ready.qsize)
-        self.sockets.fetch()
-        return self._ready.get_nowait()
+    def _has_work(self) -> bool:
+        return bool(self._held) or self.others_wait()
 
     def at_hand(self, seconds: float = float("inf")) -> Iterator[Event | Arrival]:
         """Yield the items that are present now, for at most this many seconds. Items that come meanwhile stay."""
         if self.sockets is not None:
-            self.sockets.fetch(everything=True)
+            self.sockets.poll()
         until = time.perf_counter() + seconds
         for _ in range(len(self)):
             if (taken := self._next()) is None:

@@ -1,4 +1,4 @@
-"""Sockets that the physics thread reads itself, while it waits for the next thing to do.
+"""Sockets that the physics thread uses itself, while it waits for the next thing to do.
 
 A thread of a gateway that reads a socket and wakes the physics thread costs as much as the call itself. Here the
 physics thread waits for the sockets, and other threads wake it with a byte.
@@ -9,13 +9,10 @@ from __future__ import annotations
 import contextlib
 import selectors
 import socket
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable
 
-Fetch = Callable[[bool], object]
-"""Reads what has arrived at some sockets, and queues it; does not wait. With False, the first message is enough: the
-physics thread comes back before it waits.
-"""
+Ready = Callable[[], object]
+"""Reads some of what has arrived at a socket, and queues it; or sends what was left. Does not wait."""
 
 
 class Sockets:
@@ -26,50 +23,42 @@ class Sockets:
         self._wake, self._waker = socket.socketpair()
         for end in (self._wake, self._waker):
             end.setblocking(False)
-        self._selector.register(self._wake, selectors.EVENT_READ, self._empty)
-        self._fetches: list[Fetch] = []
+        self.add(self._wake, self._empty)
         self._is_asleep = False
 
-    def add(self, files: Iterable[tuple[Any, Callable[[], object]]], fetch: Fetch) -> None:
-        """Wait for these files as well, and call a function whenever they may have something.
+    def add(self, file: socket.socket, ready: Ready) -> None:
+        """Call a function whenever a socket has something to read, until it is removed."""
+        self._selector.register(file, selectors.EVENT_READ, ready)
+
+    def change(self, file: socket.socket, ready: Ready, *, to_send: bool) -> None:
+        """Call a function whenever a socket takes something to send, or whenever it has something to read again."""
+        self._selector.modify(file, selectors.EVENT_WRITE if to_send else selectors.EVENT_READ, ready)
+
+    def remove(self, file: socket.socket) -> None:
+        """Wait for this socket no more; it is still open."""
+        self._selector.unregister(file)
+
+    def poll(self, seconds: float = 0.0, has_work: Callable[[], object] = bool) -> None:
+        """Wait until a socket is ready, `wake` is called, or the time is over; then serve each socket that is ready.
 
         Args:
-            files: each with a function to call when a wait ends because of it.
+            has_work: whether there is something to do already; then it does not wait. Called after the last moment at
+                which another thread need not call `wake`.
         """
-        for file, arrived in files:
-            self._selector.register(file, selectors.EVENT_READ, arrived)
-        self._fetches.append(fetch)
-
-    def remove(self, files: Iterable[Any], fetch: Fetch) -> None:
-        """Wait for these files no more."""
-        for file in files:
-            self._selector.unregister(file)
-        self._fetches.remove(fetch)
-
-    def fetch(self, everything: bool = False) -> None:
-        """Read what has arrived; the first message is enough, unless `everything` is wanted."""
-        for fetch in self._fetches:
-            fetch(everything)
-
-    def sleep(self, seconds: float, has_work: Callable[[], object]) -> None:
-        """Wait until something arrives, `wake` is called, or the time is over; at once if there is work already.
-
-        Call `fetch` before and after.
-        """
-        self._is_asleep = True
+        self._is_asleep = seconds > 0.0
         try:
-            if not has_work():
-                for key, _ in self._selector.select(max(0.0, seconds)):
-                    key.data()
+            ready = self._selector.select(0.0 if has_work() else seconds)
         finally:
             self._is_asleep = False
+        for key, _ in ready:
+            key.data()
 
     def _empty(self) -> None:
         with contextlib.suppress(BlockingIOError):
             self._wake.recv(4096)
 
     def wake(self) -> None:
-        """End the sleep of the physics thread. Any thread; call it after there is work."""
+        """End the wait of the physics thread. Any thread; call it after there is work."""
         if self._is_asleep:
             with contextlib.suppress(OSError):  # closed, or full of wakes
                 self._waker.send(b"x")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Generator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-_NOTHING = nullcontext()
 _LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
 
@@ -78,20 +77,26 @@ class Sleepers:
         """Wake everything with the next kinematics; bodies may fall asleep again."""
         self.are_to_wake = True
 
-    def woken_if_due(self) -> AbstractContextManager[None]:
+    @contextmanager
+    def woken_if_due(self) -> Generator[None]:
         """Switch sleep off around MuJoCo's kinematics if something is due to wake: this wakes everything."""
         if not self.are_to_wake:
-            return _NOTHING
+            yield
+            return
         self.are_to_wake = False
-        return _sleepless(self._sim.model)
+        with _sleepless(self._sim.model):
+            yield
 
-    def watched_awake(self) -> AbstractContextManager[None]:
+    @contextmanager
+    def watched_awake(self) -> Generator[None]:
         """Keep everything awake in the physics steps of a simulation step while scripts are called in between, or
         surfaces move.
         """
-        if self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts:
-            return _sleepless(self._sim.model)
-        return _NOTHING
+        if not (self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts):
+            yield
+            return
+        with _sleepless(self._sim.model):
+            yield
 
     def data_with_all_contacts(self) -> mujoco.MjData:
         """Return data with all contacts: the simulation's, or a copy in which nothing sleeps."""

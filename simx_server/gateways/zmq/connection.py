@@ -233,10 +233,8 @@ class Connection:
     def _next_payload(self, queue: deque[bytes | None], name: str) -> bytes:
         until = min(self._until, time.perf_counter() + SILENCE)
         sockets = self._clients.loop.sockets
-        sockets.fetch()
         while not queue:
-            sockets.sleep(PATIENCE, lambda: queue)
-            sockets.fetch()
+            sockets.poll(PATIENCE)
             if queue:
                 break
             self._check(name, until)

@@ -1,37 +1,100 @@
-"""One connection, as the socket and its client share it."""
+"""One connection: its socket, as the gateway and its client share it."""
 
 from __future__ import annotations
 
+import contextlib
+import socket
+import time
 from collections import deque
-from dataclasses import dataclass
+
+from .zmtp import GREETING, Incoming, framed
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""
 
+_READ, _MOST_READ = 1 << 16, 1 << 20
+"""Least and most bytes to read at a time: the physics thread does other things in between."""
 
-@dataclass(slots=True, eq=False)
+
 class Peer:
-    """An open connection."""
+    """An open connection. Physics thread."""
 
-    identity: bytes
-    """The routing identity that the socket gives it."""
+    def __init__(self, connected: socket.socket, number: int, longest: int) -> None:
+        """Greet the peer.
 
-    number: int
-    """Never used again."""
+        Args:
+            connected: a socket that does not block; it belongs to the connection from now on.
+            number: never used again.
+            longest: bytes that a message may have.
+        """
+        self.number = number
+        self.socket = connected
+        self.since = time.monotonic()
+        self.key = ""
+        """Its client, as the server loop names it; empty before the first valid message."""
 
-    descriptor: int | None = None
-    """By which its messages come; None until the first is read."""
+        self.unanswered = 0
+        """Messages that were not answered yet."""
 
-    key: str = ""
-    """Its client, as the server loop names it; empty before the first valid message."""
+        self.is_gone = False
+        self.nested: deque[bytes | None] | None = None
+        """Takes its messages while it runs a function for the server; None is put in when it is gone."""
 
-    unanswered: int = 0
-    """Messages that were not answered yet."""
+        self._incoming = Incoming(longest)
+        self.unsent = bytearray(GREETING)
+        """Bytes that the system has not taken yet."""
 
-    is_cut: bool = False
-    """It broke the rules: nothing more of it is read."""
+        self.flush()
 
-    is_gone: bool = False
+    @property
+    def is_ready(self) -> bool:
+        """Return whether the peer has said everything that comes before its messages."""
+        return self._incoming.is_ready
 
-    nested: deque[bytes | None] | None = None
-    """Takes its messages while it runs a function for the server; None is put in when it is gone."""
+    def receive(self) -> list[bytes]:
+        """Return the messages that have arrived.
+
+        Raises:
+            BadPeer: it breaks the rules.
+            OSError: it has left.
+        """
+        incoming = self._incoming
+        try:
+            data = self.socket.recv(min(incoming.missing, _MOST_READ) if incoming.missing > _READ else _READ)
+        except BlockingIOError:
+            return []
+        if not data:
+            raise ConnectionResetError
+        messages = incoming.take(data)
+        if incoming.due:
+            self.unsent += incoming.due
+            incoming.due = b""
+            self.flush()
+        return messages
+
+    def send(self, payload: bytes) -> None:
+        """Send a message; what the system does not take now stays in `unsent`."""
+        data = framed(payload)
+        if self.unsent:
+            self.unsent += data
+            return
+        try:
+            sent = self.socket.send(data)
+        except BlockingIOError:
+            sent = 0
+        except OSError:  # it has just gone; reading tells
+            return
+        if sent < len(data):
+            with memoryview(data) as view:
+                self.unsent += view[sent:]
+
+    def flush(self) -> None:
+        """Send what is left. Raises OSError: the peer has left."""
+        with contextlib.suppress(BlockingIOError):
+            del self.unsent[: self.socket.send(self.unsent)]
+
+    def finish(self, until: float) -> None:
+        """Send what is left, and wait for it until a time on the monotonic clock."""
+        with contextlib.suppress(OSError):
+            self.socket.settimeout(max(0.001, until - time.monotonic()))
+            self.socket.sendall(self.unsent)

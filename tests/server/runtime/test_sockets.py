@@ -13,22 +13,36 @@ def test_a_wait_ends_when_a_socket_has_something() -> None:
     inbox, sockets = Inbox(), Sockets()
     inbox.sockets = sockets
     near, far = socket.socketpair()
-    near.setblocking(False)
     heard: list[bytes] = []
 
-    def fetch(_everything: bool) -> None:
-        try:
-            heard.append(near.recv(10))
-        except BlockingIOError:
-            return
+    def read() -> None:
+        heard.append(near.recv(10))
         inbox.post(lambda: "served")
 
-    sockets.add([(near, lambda: None)], fetch)
+    sockets.add(near, read)
     threading.Thread(target=far.send, args=(b"x",)).start()
     event = inbox.wait(20)
     assert callable(event)
     assert (event(), heard) == ("served", [b"x"])
-    sockets.remove([near], fetch)
+    sockets.remove(near)
+    sockets.close()
+    near.close()
+    far.close()
+
+
+def test_a_socket_can_be_waited_for_until_it_takes_something() -> None:
+    sockets = Sockets()
+    near, far = socket.socketpair()
+    near.setblocking(False)
+    done: list[str] = []
+    sockets.add(near, lambda: done.append("reads"))
+    sockets.change(near, lambda: done.append("sends"), to_send=True)
+    sockets.poll(20)
+    sockets.change(near, lambda: done.append("reads"), to_send=False)
+    sockets.poll()
+    far.send(b"x")
+    sockets.poll(20)
+    assert done == ["sends", "reads"]
     sockets.close()
     near.close()
     far.close()

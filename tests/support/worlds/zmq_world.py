@@ -14,7 +14,7 @@ from real_world import RealWorld
 
 from simx_client.protocol.cli.installing import extra_line, line
 
-zmq = pytest.importorskip("zmq", reason=extra_line("zmq"))
+zmq = pytest.importorskip("zmq", reason=line(["pyzmq"]))
 cbor2 = pytest.importorskip("cbor2", reason=extra_line("zmq"))
 INSTALL = line(["coppeliasim-zmqremoteapi-client==2.0.4"])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import random
 import re
 import socket
@@ -11,7 +12,9 @@ from typing import Any
 import pytest
 from zmq_world import ZmqWorld, cbor2, zmq
 
+from simx_server.gateways.zmq import gateway
 from simx_server.gateways.zmq.gateway import MOST_UNANSWERED
+from simx_server.gateways.zmq.zmtp import GREETING
 
 
 def message(**fields: Any) -> bytes:
@@ -122,6 +125,48 @@ def test_bytes_that_are_no_zeromq_disturb_nobody(server: ZmqWorld) -> None:
     with socket.create_connection(("127.0.0.1", server.port)) as peer:
         peer.sendall(b"GET / HTTP/1.1\r\n\r\n" + bytes(1000))
         assert server.sim().getObject("/box") >= 0
+
+
+def test_nothing_is_read_of_a_peer_until_it_has_taken_its_answers(server: ZmqWorld) -> None:
+    other, greedy = server.sim(), server.raw(zmq.DEALER)
+    greedy.socket.setsockopt(zmq.RCVHWM, 1)
+    other.setStringSignal("much", bytes(8 << 20))
+    for _ in range(MOST_UNANSWERED):
+        greedy.socket.send_multipart((b"", message(func="sim.getStringSignal", args=["much"])))
+    assert other.getObject("/box") >= 0
+    for _ in range(MOST_UNANSWERED):
+        assert cbor2.loads(greedy.socket.recv_multipart()[1]) == {"ret": [bytes(8 << 20)]}
+    other.clearStringSignal("much")
+
+
+def test_a_peer_that_does_not_start_is_cut(
+    server: ZmqWorld, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO")
+    with socket.create_connection(("127.0.0.1", server.port)) as peer:
+        peer.settimeout(20)
+        assert peer.recv(100) == GREETING
+        monkeypatch.setattr(gateway, "SILENCE", 0.0)
+        monkeypatch.setattr(server.gateway, "_next_look", 0.0)
+        assert server.wait_until(lambda: "has not started" in caplog.text)
+        assert peer.recv(100) == b""
+
+
+def test_clients_get_in_when_descriptors_are_free_again(
+    server: ZmqWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spent = [OSError(errno.EMFILE, "Too many open files")]
+    accept = socket.socket.accept
+
+    def accept_later(listener: socket.socket) -> Any:
+        if spent:
+            raise spent.pop()
+        return accept(listener)
+
+    monkeypatch.setattr(socket.socket, "accept", accept_later)
+    monkeypatch.setattr(gateway, "RETRY", 0.01)
+    assert server.sim().getObject("/box") >= 0
+    assert not spent
 
 
 def test_a_second_call_before_the_answer_is_refused(server: ZmqWorld) -> None:

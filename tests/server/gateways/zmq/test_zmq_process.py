@@ -42,7 +42,7 @@ def test_a_taken_port_ends_the_server_with_advice(scene: Path) -> None:
 def test_a_missing_package_is_named_with_the_extra(server: ZmqWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cbor2", None)
     assert extra_line("zmq") in gateway.missing()
-    with pytest.raises(GatewayError, match="cbor2 is missing"):
+    with pytest.raises(GatewayError, match="cbor2, which is missing"):
         ZmqGateway(server.loop, "127.0.0.1:0")
 
 

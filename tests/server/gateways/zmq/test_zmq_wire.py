@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from zmq_world import cbor2
 
-from simx_server.gateways.zmq.peers import Peers
 from simx_server.gateways.zmq.wire import Reader, WireError, read_request, uuid_of
 
 
@@ -43,32 +42,3 @@ def test_a_request_is_read_whatever_the_order_of_its_keys() -> None:
     request = read_request(payload)
     assert (request.function, request.arguments, request.language) == ("sim.step", [b"uuid", 1], "c++")
     assert uuid_of(payload) == "u"
-
-
-def test_a_connection_is_gone_when_its_descriptor_is_closed() -> None:
-    peers = Peers()
-    peers.accepted(5)
-    peers.seen(5, b"a")
-    peers.disconnected(5)
-    assert peers.gone() == [b"a"]
-    assert peers.gone() == []
-
-
-def test_a_descriptor_that_is_used_again_belongs_to_the_later_connection() -> None:
-    peers = Peers()
-    peers.accepted(5)
-    peers.seen(5, b"a")
-    peers.disconnected(5)
-    peers.accepted(5)
-    peers.seen(5, b"b")
-    assert peers.gone() == [b"a"]
-    peers.disconnected(5)
-    assert peers.gone() == [b"b"]
-
-
-def test_a_connection_that_never_sent_is_forgotten() -> None:
-    peers = Peers()
-    peers.accepted(5)
-    peers.disconnected(5)
-    assert peers.gone() == []
-    assert not peers.open
