@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from coverage_of_fast_tests import register
 from kinds_of_tests import add_markers
 from processes import PENDULUM
 from real_world import Open, RealWorld, World
@@ -70,8 +69,7 @@ minutes, or try very many cases."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """What is done once, before xdist's workers begin; all processes measure coverage."""
-    register(config)
+    """What is done once, before xdist's workers begin."""
     if hasattr(config, "workerinput"):
         return
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.

@@ -138,11 +138,11 @@ class Stepper:
         has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
         carrying = self._carrying if self._carrying else None
         total, now, accumulate = self._force, data.actuator_force, np.add
-        total[:] = 0.0
+        total.fill(0.0)
         scripted = self._scripted if self._scripted else None
         accompany = self._accompany
         has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
-        sensed[:] = 0.0
+        sensed.fill(0.0)
         for index in chain.from_iterable(self._pieces(data, count)):
             if accompany is not None:
                 accompany(index, count, False)

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -65,6 +67,8 @@ class Watch:
         self._cost = GLANCE
         """Duration of a physics step in seconds, from the last ones."""
         self._has_warned = False
+        self._bad: tuple[mujoco.MjData, NDArray[np.intc]] | None = None
+        """The data, and a view of MuJoCo's counts of its diverged positions, velocities and accelerations."""
 
     def pieces(self, data: mujoco.MjData, count: int) -> Iterator[range]:
         """Yield which physics steps (from 0, of `count`) to make at once, one range after the other.
@@ -72,8 +76,10 @@ class Watch:
         Raises:
             StepFailed: the simulation step cannot be completed.
         """
-        bad = data.warning.number[_DIVERGED]  # a view: it shows the counts of MuJoCo
-        bad[:] = 0
+        if self._bad is None or self._bad[0] is not data:
+            self._bad = data, data.warning.number[_DIVERGED]
+        bad = self._bad[1]
+        bad.fill(0)
         point = self._sim.interruptions.physics_point
         began = before = time.perf_counter()
         worked, longest = time.thread_time(), self._sim.limits.step_seconds

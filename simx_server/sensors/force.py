@@ -28,6 +28,7 @@ from ..scene.breaking import break_sensor
 from ..scene.objects import ObjectKind, SceneObject
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -59,6 +60,8 @@ class ForceSensors(Part):
         self._sim = sim
         self._records: dict[int, _Record] = {}
         self._broken: set[int] = set()
+        self._places: dict[int, NDArray[np.intp]] = {}
+        """Where force and torque of each sensor are in MuJoCo's `sensordata`: (6,)."""
         self.overloaded: dict[int, ForceReading] = {}
         """The sensors whose scripts are to be called in this simulation step, and what they measure."""
 
@@ -70,6 +73,9 @@ class ForceSensors(Part):
 
     def scene_changed(self) -> None:
         self._forget()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._places.clear()
 
     def read(self, handle: int) -> ForceReading | None:
         """Return the last measurement, filtered.
@@ -142,20 +148,20 @@ class ForceSensors(Part):
         if not self._sim.dynamics_enabled:
             self._records.clear()
             return
-        values, addresses = self._sim.joints.mean_sensed, self._sim.model.sensor_adr
+        values = self._sim.joints.mean_sensed
         failing: list[int] = []
         for handle in handles:
             item = self._sim.scene.objects[handle]
-            force, torque = (int(addresses[sensor]) for sensor in item.sensors)
+            note, count = _note(item), _samples(item)
             record = self._records.get(handle)
-            if record is None or record.samples.maxlen != _samples(item):
+            if record is None or record.samples.maxlen != count:
                 known = record.samples if record else ()
-                record = self._records[handle] = _Record(deque(known, maxlen=_samples(item)))
-            record.samples.append(-np.concatenate([values[force : force + 3], values[torque : torque + 3]]))
-            if not self._is_overloaded(item, record):
+                record = self._records[handle] = _Record(deque(known, maxlen=count))
+            record.samples.append(-values[self._places_of(item)])
+            if not ("max_force" in note or "max_torque" in note) or not self._is_overloaded(item, record):
                 continue
             reading = self.read(handle)
-            if _note(item).get("overload", "break") == "break":
+            if note.get("overload", "break") == "break":
                 failing.append(handle)
             elif reading is not None:
                 self.overloaded[handle] = reading
@@ -163,12 +169,17 @@ class ForceSensors(Part):
             logger.info("force sensor '%s' breaks under its load", self._sim.scene.get(handle).name)
             self.break_apart(handle)
 
+    def _places_of(self, item: SceneObject) -> NDArray[np.intp]:
+        places = self._places.get(item.handle)
+        if places is None:
+            first = self._sim.model.sensor_adr[list(item.sensors)]
+            places = self._places[item.handle] = (first[:, np.newaxis] + np.arange(3)).ravel()
+        return places
+
     def _is_overloaded(self, item: SceneObject, record: _Record) -> bool:
         """Count the simulation steps in which a threshold is reached; return whether the sensor breaks."""
         note = _note(item)
-        if not note.keys() & {"max_force", "max_torque"} or item.handle in self._broken:
-            return False
-        if len(record.samples) < _samples(item):
+        if item.handle in self._broken or len(record.samples) < _samples(item):
             return False
         filtered = _filtered(item, record)
         too_much = any(

@@ -21,7 +21,7 @@ logger = logging.getLogger(__name__)
 
 _NUMBERS = re.compile(r"[-+]?\d[\d.e+-]*")
 _heard: ContextVar[set[str] | None] = ContextVar("heard", default=None)
-"""Kinds that were logged within `once_a_kind`; each thread has its own set."""
+"""Kinds that were logged within `OnceAKind`; each thread has its own set."""
 
 
 def listen() -> None:
@@ -29,17 +29,19 @@ def listen() -> None:
     mujoco.set_mju_user_warning(_log)
 
 
-@contextmanager
-def once_a_kind() -> Generator[None]:
-    """Log only the first warning of each kind within the block.
+class OnceAKind:
+    """Log only the first warning of each kind within the block. Each simulation step enters one.
 
     Warnings that differ only in numbers are of one kind.
     """
-    token = _heard.set(set())
-    try:
-        yield
-    finally:
-        _heard.reset(token)
+
+    __slots__ = ("_token",)
+
+    def __enter__(self) -> None:
+        self._token = _heard.set(set())
+
+    def __exit__(self, *_: object) -> None:
+        _heard.reset(self._token)
 
 
 _collecting: ContextVar[list[Warning] | None] = ContextVar("collecting", default=None)

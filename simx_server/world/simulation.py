@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+_ALL = np.logical_and.reduce
+"""`numpy.all` of one array, in half the time."""
+
 DEFAULT_TIME_STEP = 0.05
 """V-REP's default simulation step in seconds."""
 
@@ -94,7 +97,8 @@ class Simulation:
         self.surfaces = Surfaces(self)
         self._snapshot: Snapshot | None = None
         self._stale = False
-        self._is_rearranged = True
+        self.is_rearranged = True
+        """State or model was written since the last physics."""
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
         self._adopt_empty()
@@ -305,17 +309,17 @@ class Simulation:
         """
         if not self.dynamics_enabled:
             return
-        if self._is_rearranged:  # positions were set; physics alone keeps shapes apart
-            self._is_rearranged = False
+        if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
+            self.is_rearranged = False
             if self.model.ngeom > FEW:
                 self._check_room()
-        with physics_warnings.once_a_kind():
+        with physics_warnings.OnceAKind():
             if self.sleepers.are_to_wake:
                 self.refresh()
             with self.sleepers.watched_awake():
                 self.joints.step(self.substeps)
         # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
-        if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
+        if not (_ALL(np.isfinite(self.data.qpos)) and _ALL(np.isfinite(self.data.qvel))):
             raise StepFailed(DIVERGED)
 
     def _check_room(self) -> None:
@@ -376,7 +380,7 @@ class Simulation:
     def changed(self) -> None:
         """Note that state or model was written: readers see a new version and fresh kinematics."""
         self.sleepers.wake()
-        self._is_rearranged = True
+        self.is_rearranged = True
         self._moved()
 
     def _moved(self) -> None:
@@ -423,7 +427,7 @@ class Simulation:
         try:
             data = mujoco.MjData(model)
             set_turns(scene, model, data)
-            with physics_warnings.once_a_kind():
+            with physics_warnings.OnceAKind():
                 mujoco.mj_forward(model, data)
         except (mujoco.FatalError, MemoryError) as error:
             raise CommandError(f"'{scene.name}' cannot be simulated: {one_line(error)}") from error

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+_NOTHING = nullcontext()
 _LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
 
@@ -77,26 +78,20 @@ class Sleepers:
         """Wake everything with the next kinematics; bodies may fall asleep again."""
         self.are_to_wake = True
 
-    @contextmanager
-    def woken_if_due(self) -> Generator[None]:
+    def woken_if_due(self) -> AbstractContextManager[None]:
         """Switch sleep off around MuJoCo's kinematics if something is due to wake: this wakes everything."""
         if not self.are_to_wake:
-            yield
-            return
+            return _NOTHING
         self.are_to_wake = False
-        with _sleepless(self._sim.model):
-            yield
+        return _sleepless(self._sim.model)
 
-    @contextmanager
-    def watched_awake(self) -> Generator[None]:
+    def watched_awake(self) -> AbstractContextManager[None]:
         """Keep everything awake in the physics steps of a simulation step while scripts are called in between, or
         surfaces move.
         """
-        if not (self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts):
-            yield
-            return
-        with _sleepless(self._sim.model):
-            yield
+        if self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts:
+            return _sleepless(self._sim.model)
+        return _NOTHING
 
     def data_with_all_contacts(self) -> mujoco.MjData:
         """Return data with all contacts: the simulation's, or a copy in which nothing sleeps."""

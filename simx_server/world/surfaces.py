@@ -93,8 +93,7 @@ class Surfaces(Part):
         sim = self._sim
         if not (sim.model.nv and len(self._bodies)):
             return
-        sim.refresh()
-        velocities = self._of_moved_bodies()
+        velocities = self._of_moved_bodies() if sim.is_rearranged else {}
         if not sim.dynamics_enabled:
             self._motion = None
             return
@@ -118,10 +117,13 @@ class Surfaces(Part):
         if self._motion is not None:
             self._place(1.0)
             self._motion = None
+            self._sim.changed()
+            self._sim.refresh()
 
     def _of_moved_bodies(self) -> dict[int, list[float]]:
         """Return the velocities of bodies that were moved since the last simulation step."""
         sim = self._sim
+        sim.refresh()
         places, turns = sim.data.xpos[self._bodies], sim.data.xquat[self._bodies]
         before, before_turns = self._world
         local = sim.model.body_pos[self._bodies], sim.model.body_quat[self._bodies]

@@ -36,8 +36,11 @@ class Velocities(Part):
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
-        self._before: Memory = self._copy()
-        self._after: Memory = self._copy()
+        self._before: Memory
+        self._after: Memory
+        self._sources: list[tuple[str, np.ndarray, np.ndarray]]
+        """World positions and rotations in MuJoCo's data, of the elements that the model has."""
+        self.restart()
 
     def scene_changed(self) -> None:
         self.restart()
@@ -57,15 +60,20 @@ class Velocities(Part):
     def restart(self) -> None:
         """Reset all velocities to 0: a run starts or ends, or there is another model. The kinematics must be fresh."""
         self._before, self._after = self._copy(), self._copy()
+        data = self._sim.data
+        self._sources = [
+            (element, getattr(data, place), getattr(data, turn))
+            for element, (place, turn) in _ARRAYS.items()
+            if len(self._after[element][0])
+        ]
 
     def remember(self) -> None:
         """Store the poses at the end of a simulation step. The kinematics must be fresh."""
         self._before, self._after = self._after, self._before
-        data = self._sim.data
-        for element, (places, turns) in self._after.items():
-            place_name, turn_name = _ARRAYS[element]
-            places[:] = getattr(data, place_name)
-            turns[:] = getattr(data, turn_name)
+        for element, places, turns in self._sources:
+            kept_places, kept_turns = self._after[element]
+            kept_places[:] = places
+            kept_turns[:] = turns
 
     def _carry(self, twins: Twins) -> None:
         """Carry velocities over to an edited model, for elements that stayed (by name)."""

@@ -98,7 +98,7 @@ def test_one_line_a_kind_and_none_in_a_file_of_the_working_folder(
     for _ in range(2):
         caplog.clear()
         data = mujoco.MjData(model)
-        with physics_warnings.once_a_kind():
+        with physics_warnings.OnceAKind():
             mujoco.mj_step(model, data, 50)
         assert [record.message[:33] for record in caplog.records] == [
             f"mujoco: Nan, Inf or huge value in {what}"[:33] for what in ("QACC", "QPOS")
