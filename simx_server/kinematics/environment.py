@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from enum import IntFlag
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -15,24 +16,46 @@ import numpy as np
 
 from simx_server.scene.geometry.frames import get_pose
 from simx_server.scene.geometry.placing import carrier_body, object_pose
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse
+from simx_server.scene.geometry.poses import Pose, compose, inverse
 from simx_server.world.sleepers import kinematics
 
 from ..errors import CommandError
 from ..joints import JointMode
 from ..scene.objects import ObjectKind
 from .chain import Element, Joints, fixed_pose, make_arms
-from .scratch import Scratch
-from .solver import Calculation, Method, Solution, Solver, pose_of_body
+from .groups import must_stay
+from .own_objects import OwnJoint, OwnObjects
+from .scratch import Array, Scratch
+from .solver import Calculation, Method, Result, Solution, Solver, pose_of_body
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
-_FIRST_DUMMY = 1_000_000
-"""First handle of an environment's dummies, above all handles of a scene's objects."""
-
 _START = Calculation(Method.PSEUDO_INVERSE, 0.0, 6)
 """The calculation of CoppeliaSim's new groups."""
+
+
+class GroupFlag(IntFlag):
+    """Options of a group."""
+
+    ENABLED = 1
+    IGNORE_MAX_STEPS = 2
+    """One iteration may move a joint as far as it likes."""
+    RESTORE_ON_BAD_LINEAR = 4
+    RESTORE_ON_BAD_ANGULAR = 8
+    """The joints stay where they are when the tips do not reach this part of their targets."""
+    AVOID_LIMITS = 64
+    """Without effect, as no solution leaves the joints' limits."""
+
+    @property
+    def restore(self) -> frozenset[str]:
+        """Return the parts of a pose that must be reached, as `must_stay` names them."""
+        parts = {self.RESTORE_ON_BAD_LINEAR: "position", self.RESTORE_ON_BAD_ANGULAR: "orientation"}
+        return frozenset(part for flag, part in parts.items() if self & flag)
+
+
+_INTERVALS = {OwnJoint.REVOLUTE: (True, -math.pi, 2 * math.pi), OwnJoint.PRISMATIC: (False, -0.5, 1.0)}
+"""Intervals of new joints: whether they are cyclic, the least value, and the range."""
 
 
 @dataclass
@@ -42,6 +65,7 @@ class EnvironmentGroup:
     name: str
     how: Calculation = _START
     elements: dict[int, Element] = field(default_factory=dict[int, Element])
+    flags: GroupFlag = GroupFlag.ENABLED | GroupFlag.IGNORE_MAX_STEPS
     solution: Solution | None = None
     """The result of the last handling."""
 
@@ -55,11 +79,17 @@ class Environment:
         self.groups: dict[int, EnvironmentGroup] = {}
         self.passive: set[int] = set()
         """Handles of joints that take no part."""
-        self.dummies: dict[int, str] = {}
-        """Handles and names of the dummies that exist in this environment only."""
+        self.own = OwnObjects(self._world_pose)
+        """The objects that exist in this environment only."""
+        self.targets: dict[int, int] = {}
+        """The target of a tip, as a script has linked them."""
         self._values: dict[int, float] = {}
         self._poses: dict[int, Pose] = {}
         self._intervals: dict[int, tuple[bool, float, float]] = {}
+        self.steps: dict[int, float] = {}
+        """How far one iteration moves a joint at most, rad or m, where a script has set it."""
+        self.weights: dict[int, float] = {}
+        """How readily a joint moves beside the others, where a script has set it."""
 
     def joint_position(self, joint: int) -> float:
         """Return the position of a joint, rad or m.
@@ -67,23 +97,33 @@ class Environment:
         Raises:
             UnknownHandle, WrongKind, CommandError: the joint has no single value.
         """
+        if joint in self.own:
+            return self.own.joint(joint).value
         self._address(joint)
         return self._values.get(joint, self._sim.joints.position(joint))
 
     def set_joint_position(self, joint: int, value: float) -> None:
         """Set the position of a joint, limited to its interval as in the scene."""
-        self._address(joint)
+        self._check_joint(joint)
         cyclic, least, extent = self.interval(joint)
         if not cyclic and extent < 1e9:
             value = min(max(value, least), least + extent)
-        self._values[joint] = value
+        self._keep(joint, value)
 
     def interval(self, joint: int) -> tuple[bool, float, float]:
         """Return (cyclic, minimum, range)."""
-        return self._intervals.get(joint) or self._sim.joints.interval(joint)
+        if joint in self._intervals:
+            return self._intervals[joint]
+        kind = self.own.joint(joint).joint if joint in self.own else None
+        return self._sim.joints.interval(joint) if kind is None else _INTERVALS[kind]
+
+    def joint_type(self, joint: int) -> int:
+        """Return V-REP's number of a joint's type."""
+        kind = self.own.joint(joint).joint if joint in self.own else None
+        return self._sim.joints.joint_type(joint) if kind is None else int(kind)
 
     def set_interval(self, joint: int, cyclic: bool, least: float, extent: float) -> None:
-        self._address(joint)
+        self._check_joint(joint)
         self._intervals[joint] = cyclic, least, extent
 
     def pose(self, handle: int, relative_to: int = -1) -> Pose:
@@ -96,52 +136,81 @@ class Environment:
         return world if relative_to == -1 else compose(inverse(self._world_pose(relative_to)), world)
 
     def set_pose(self, handle: int, relative_to: int, pose: Pose) -> None:
-        """Set the pose of a target; the object's children stay where they are.
+        """Set the pose of an object; the children of one of the scene stay where they are.
 
         Raises:
             UnknownHandle: the object does not exist.
         """
-        if handle not in self.dummies:
+        world = pose if relative_to == -1 else compose(self._world_pose(relative_to), pose)
+        if handle in self.own:
+            self.own.place(handle, world)
+        else:
             self._sim.scene.get(handle)
-        self._poses[handle] = pose if relative_to == -1 else compose(self._world_pose(relative_to), pose)
+            self._poses[handle] = world
 
-    def create_dummy(self, name: str) -> int:
-        """Create a pose that the scene does not have; return its handle."""
-        handle = _FIRST_DUMMY + len(self.dummies)
-        self.dummies[handle] = name or f"dummy{handle}"
-        self._poses[handle] = IDENTITY
-        return handle
+    def erase(self, handle: int) -> None:
+        """Erase an object that exists in this environment only.
+
+        Raises:
+            CommandError: a group uses it.
+        """
+        self.own[handle]
+        for group in self.groups.values():
+            for element in group.elements.values():
+                if handle in (element.tip, element.target, element.base):
+                    raise CommandError(f"the group '{group.name}' needs '{self.own[handle].name}'")
+        self.own.erase(handle)
+        self.targets = {tip: target for tip, target in self.targets.items() if handle not in (tip, target)}
 
     def add(self, group: EnvironmentGroup, element: Element) -> int:
-        """Add an element of the scene, with its present joints and poses; return its number.
+        """Add an element, one of the scene with its present joints and poses; return its number.
+
+        Raises:
+            CommandError: no joint takes part, the base is not above the tip, or the other elements of the group
+                move joints of the other kind, of the scene or of this environment.
+        """
+        others = [each.tip in self.own for each in group.elements.values()]
+        if not all(others) if element.tip in self.own else any(others):
+            raise CommandError(
+                "a group moves joints of the scene, or joints made in its environment, not both"
+            )
+        self.check(element)
+        number = max(group.elements, default=-1) + 1
+        group.elements[number] = element
+        if element.tip in self.own:
+            return number
+        for handle in self.joints(group).handles:
+            self._values.setdefault(handle, self._sim.joints.position(handle))
+        if element.target not in self.own:
+            self._poses[element.target] = get_pose(self._sim, element.target)
+        return number
+
+    def check(self, element: Element) -> None:
+        """Look whether an element can be solved.
 
         Raises:
             CommandError: no joint takes part, or the base is not above the tip.
         """
-        make_arms(self._sim, [element], self._takes_part)
-        number = max(group.elements, default=-1) + 1
-        group.elements[number] = element
-        for handle in self.joints(group).handles:
-            self._values.setdefault(handle, self._sim.joints.position(handle))
-        if element.target not in self.dummies:
-            self._poses[element.target] = get_pose(self._sim, element.target)
-        return number
+        if element.tip in self.own:
+            self.own.chain(element, self._takes_part)
+        else:
+            make_arms(self._sim, [element], self._takes_part)
 
     def take_over(self, groups: Iterable[EnvironmentGroup]) -> None:
         """Copy the scene's present state: values of the groups' joints, poses of their tips' targets."""
         self._sim.refresh()
         for group in groups:
-            for handle in self.joints(group).handles:
+            for handle in self._of_scene(group):
                 self._values[handle] = self._sim.joints.position(handle)
             for element in group.elements.values():
                 self._poses.pop(element.tip, None)
-                if element.target not in self.dummies:
+                if element.target not in self.own:
                     self._poses[element.target] = get_pose(self._sim, element.target)
 
     def give_back(self, groups: Iterable[EnvironmentGroup]) -> None:
         """Move the scene's joints to the values of the groups here: by their motors where they have any."""
         for group in groups:
-            for handle in self.joints(group).handles:
+            for handle in self._of_scene(group):
                 move_joint(self._sim, handle, self._values[handle])
 
     def joints(self, group: EnvironmentGroup) -> Joints:
@@ -170,12 +239,19 @@ class Environment:
         def takes_part(handle: int) -> bool:
             return self._takes_part(handle) and (only is None or handle in only)
 
-        joints, arms = make_arms(self._sim, list(group.elements.values()), takes_part)
+        elements = list(group.elements.values())
+        if elements[0].tip in self.own:
+            place, joints, arms = self.own.arms(elements, takes_part)
+        else:
+            joints, arms = make_arms(self._sim, elements, takes_part)
+            self._load()
+            place = self._scratch
         bounds = [self._limits(handle) if limits else (-math.inf, math.inf) for handle in joints.handles]
         low, high = np.array(bounds, dtype=float).T
-        joints = replace(joints, low=low, high=high)
-        self._load()
-        return joints, Solver(self._scratch, self._sim.model, joints, arms)
+        joints = replace(
+            joints, low=low, high=high, max_step=self._steps(group, joints), weights=self._weighted(joints)
+        )
+        return joints, Solver(place, joints, arms)
 
     def goals(self, group: EnvironmentGroup) -> list[Pose]:
         """Return the world poses of the targets."""
@@ -186,13 +262,52 @@ class Environment:
         return [self._world_pose(element.tip) for element in group.elements.values()]
 
     def handle(self, group: EnvironmentGroup) -> Solution:
-        """Solve, and keep the result, even if it is only the nearest."""
+        """Solve, and keep the result, even if it is only the nearest, unless the group's flags say otherwise."""
         goals = self.goals(group)
         joints, solver = self.solver(group)
-        start = np.array([self._values[handle] for handle in joints.handles])
+        start = np.array([self.joint_position(handle) for handle in joints.handles])
+        if not group.flags & GroupFlag.ENABLED:
+            return Solution(start, Result.NOT_PERFORMED, 0.0, 0.0)
         group.solution = solver.solve(start, goals, group.how)
-        self._values.update(zip(joints.handles, group.solution.values.tolist(), strict=True))
+        if not must_stay(list(group.elements.values()), group.flags.restore, group.solution):
+            for handle, value in zip(joints.handles, group.solution.values.tolist(), strict=True):
+                self._keep(handle, value)
         return group.solution
+
+    def _of_scene(self, group: EnvironmentGroup) -> list[int]:
+        """Return the joints of the scene that a group moves."""
+        return [handle for handle in self.joints(group).handles if handle not in self.own]
+
+    def _steps(self, group: EnvironmentGroup, joints: Joints) -> Array:
+        if group.flags & GroupFlag.IGNORE_MAX_STEPS:
+            return np.full(len(joints.handles), math.inf)
+        return np.array(
+            [
+                self.steps.get(each, usual)
+                for each, usual in zip(joints.handles, joints.max_step.tolist(), strict=True)
+            ]
+        )
+
+    def _weighted(self, joints: Joints) -> Array:
+        return np.array(
+            [
+                self.weights.get(each, usual)
+                for each, usual in zip(joints.handles, joints.weights.tolist(), strict=True)
+            ]
+        )
+
+    def _keep(self, joint: int, value: float) -> None:
+        if joint in self.own:
+            self.own.joint(joint).value = value
+        else:
+            self._values[joint] = value
+
+    def _check_joint(self, joint: int) -> None:
+        """Raise CommandError for an object other than a joint with a single value."""
+        if joint in self.own:
+            self.own.joint(joint)
+        else:
+            self._address(joint)
 
     def _takes_part(self, handle: int) -> bool:
         return handle not in self.passive
@@ -216,6 +331,8 @@ class Environment:
         return data
 
     def _world_pose(self, handle: int) -> Pose:
+        if handle in self.own:
+            return self.own.pose(handle)
         if handle in self._poses:
             return self._poses[handle]
         item = self._sim.scene.get(handle)

@@ -6,6 +6,7 @@ They are handled in each simulation step as in V-REP's main script.
 from __future__ import annotations
 
 import logging
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -172,7 +173,7 @@ class IkGroups(Part):
     def _solver(self, group: Group, *, balls: bool) -> tuple[Joints, Solver]:
         joints, arms = make_arms(self._sim, group.elements, is_in_ik_mode(self._sim), balls=balls)
         self.scratch.load()
-        return joints, Solver(self.scratch, self._sim.model, joints, arms)
+        return joints, Solver(self.scratch, joints, arms)
 
     def solve(self, group: Group) -> tuple[Joints, Solution]:
         """Return the joint values that bring the tips to their targets; the joints do not move.
@@ -191,7 +192,7 @@ class IkGroups(Part):
             return group.result
         joints, solution = self.solve(group)
         group.result = solution.result
-        if _must_stay(group, solution):
+        if must_stay(group.elements, group.restore, solution):
             return group.result
         before = self._sim.data.qpos[joints.addresses]
         for handle, value, old in zip(joints.handles, solution.values.tolist(), before, strict=True):
@@ -285,12 +286,18 @@ class IkGroups(Part):
         self._at_start = []
 
 
-def _must_stay(group: Group, solution: Solution) -> bool:
-    """Return whether the joints keep their positions, since the tips do not reach what they must reach."""
-    linear = max(element.precision[0] for element in group.elements)
-    angular = max(element.precision[1] for element in group.elements)
+def must_stay(elements: Sequence[Element], restore: Collection[str], solution: Solution) -> bool:
+    """Return whether the joints keep their positions, since the tips do not reach what they must reach.
+
+    Args:
+        elements: those of the group.
+        restore: what must be reached, of position and orientation.
+        solution: the result of the group.
+    """
+    linear = max(element.precision[0] for element in elements)
+    angular = max(element.precision[1] for element in elements)
     misses = {"position": solution.distance > linear, "orientation": solution.angle > angular}
-    return solution.result != Result.SUCCESS and any(misses[part] for part in group.restore)
+    return solution.result != Result.SUCCESS and any(misses[part] for part in restore)
 
 
 def _read_calculation(note: Annotation) -> Calculation:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import mujoco
 import numpy as np
@@ -16,6 +16,20 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+class Positions(Protocol):
+    """Positions on a model that a solver tries."""
+
+    @property
+    def model(self) -> mujoco.MjModel: ...
+
+    @property
+    def data(self) -> mujoco.MjData: ...
+
+    def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
+        """Set joint positions and update what follows: frames of bodies, Jacobians."""
+        ...
+
+
 class Scratch:
     """Positions only: nothing in it moves. Created again when the simulation has another model."""
 
@@ -23,6 +37,11 @@ class Scratch:
         self._sim = sim
         self._data: mujoco.MjData | None = None
         self._model: mujoco.MjModel | None = None
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """Return the simulation's present model."""
+        return self._sim.model
 
     @property
     def data(self) -> mujoco.MjData:

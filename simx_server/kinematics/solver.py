@@ -26,7 +26,7 @@ from simx_server.scene.geometry.poses import (
 
 from ..errors import CommandError
 from .chain import Arm, Constraint, Joints
-from .scratch import Array, Scratch
+from .scratch import Array, Positions
 
 _ENOUGH = 0.01
 """Share of the precision below which the solver stops; so a target at rest leaves the joints at rest."""
@@ -117,9 +117,9 @@ class Solution:
 class Solver:
     """One set of joints and elements on one model; targets are passed with each call."""
 
-    def __init__(self, scratch: Scratch, model: mujoco.MjModel, joints: Joints, arms: Sequence[Arm]) -> None:
+    def __init__(self, scratch: Positions, joints: Joints, arms: Sequence[Arm]) -> None:
         self._scratch = scratch
-        self._model = model
+        self._model = model = scratch.model
         self._joints = joints
         self._arms = list(arms)
         self._turns: list[Quaternion] = []

@@ -435,7 +435,7 @@ def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> Non
     world.fails(ENVIRONMENT + "simIK.handleGroup(env, 9)", "no group 9")
     world.fails(ENVIRONMENT + "simIK.setElementConstraints(env, group, element, 99)", "constraints")
     world.fails(ENVIRONMENT + "simIK.eraseEnvironment(env) simIK.handleGroup(env, group)", "no environment")
-    world.fails("simIK.createJoint(0, 0)", "not provided")
+    world.fails("simIK.createDebugOverlay(0, 0)", "not provided")
     world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 1, 0.1, 1e9)", "iterations are 1 to")
     world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 7, 0.1, 10)", "no method")
     world.fails(ENVIRONMENT + "simIK.setObjectPose(env, target, {0, 0, 'up', 0, 0, 0, 1})", "a pose is")
@@ -453,3 +453,51 @@ def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> Non
 
 def _copy(world: World, name: str) -> list[int]:
     return copy_objects(world, [world.simulation.scene.resolve(name)])
+
+
+FOLLOW = (
+    LUA_JOINTS
+    + """
+local base, tip, target = sim.getObjectHandle('base'), sim.getObjectHandle('tip'), sim.getObjectHandle('target')
+local function follow(goal, ik)
+    ik.tip, ik.target = tip, target
+    local data = sim.moveToPose_init({ik = ik, targetPose = goal, maxVel = {1, 1, 1, 3}, maxAccel = {9, 9, 9, 9},
+        maxJerk = {99, 99, 99, 99}})
+    local code = 0
+    for i = 1, 500 do
+        code, data = sim.moveToPose_step(data)
+        if code ~= 0 then break end
+    end
+    sim.moveToPose_cleanup(data)
+    return code
+end
+local goal = sim.getObjectPose(tip)
+"""
+)
+
+
+def test_a_motion_to_a_pose_moves_the_joints_that_carry_the_tip(world: ScriptWorld) -> None:
+    code, wanted, place, mark, last = world.lua(
+        FOLLOW
+        + """
+for i = 1, 6 do sim.setJointPosition(js[i], 0.3) end
+goal = sim.getObjectPose(tip)
+goal[1], goal[3] = goal[1] - 0.1, goal[3] - 0.05
+local last = sim.getJointPosition(js[6])
+local code = follow(goal, {base = base, joints = {js[1], js[2], js[3], js[4], js[5]}, constraints = 7})
+return code, goal, sim.getObjectPose(tip), sim.getObjectPose(target), sim.getJointPosition(js[6]) - last
+"""
+    )
+    assert code == 1
+    assert place[:3] == pytest.approx(wanted[:3], abs=2e-3)
+    assert mark[:3] == pytest.approx(wanted[:3], abs=1e-6), "the target went ahead"
+    assert last == 0, "a joint that is not named stays"
+
+
+def test_a_motion_out_of_reach_leaves_the_joints_or_ends_as_asked(world: ScriptWorld) -> None:
+    assert world.lua(FOLLOW + "goal[1] = goal[1] + 5 return follow(goal, {constraints = 7})") == [1]
+    assert get_position(world.sim, world.sim.scene.resolve("tip"))[0] < 1
+    world.fails(
+        FOLLOW + "goal[1] = goal[1] + 5 return follow(goal, {constraints = 7, breakFlags = 16})",
+        "the inverse kinematics failed; its flags",
+    )

@@ -7,7 +7,7 @@ A call-back ends the motion by returning true.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
@@ -18,7 +18,6 @@ from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.values.matrices import as_numbers, as_pose
 from simx_server.scripting.interpreter import Function, Waiting
 from simx_server.scripting.signature import (
-    describe,
     to_bool,
     to_first,
     to_float,
@@ -28,6 +27,8 @@ from simx_server.scripting.signature import (
     to_text,
 )
 
+from .fields import NUMBERS, field, read
+from .following_target import FollowingTarget
 from .moving import Motion, Moving, Way, lists, nearest, numbers, profile_to, start_state, stops
 from .profiles import synchronisation
 
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 _MATRIX = 12
-_NUMBERS = to_list(to_float)
 _FREE = Limits([9999.0], [99999.0], [9999999.0])
 """Limits that CoppeliaSim uses when a table names none: the motion is over in one step of `_FREE_STEP` seconds."""
 _FREE_STEP = 10.0
@@ -45,7 +45,8 @@ _FREE_STEP = 10.0
 class MoveFunctions(Moving):
     """Functions for motions. A table has the fields pos or joints, targetPos, vel, accel, targetVel, maxVel,
     maxAccel, maxJerk, minVel, minAccel, flags, cyclicJoints, timeStep, callback; for a pose also pose or object,
-    relObject, targetPose, metric.
+    relObject or ik (tip, target, base, joints, method, damping, iterations, constraints, precision, allowError,
+    breakFlags), targetPose, metric.
     """
 
     def __init__(self, world: World, script: Script) -> None:
@@ -108,8 +109,8 @@ class MoveFunctions(Moving):
 
         The call-back is called with (pose, velocities, accelerations, auxiliary), or with that table. An object
         named in a table is moved without a call-back. Poses may be matrices. Limits apply to x, y, z and the angle;
-        with a metric (their factors) to the combined length. Partly: a field ik in a table is an error; move the
-        target of a simIK group instead.
+        with a metric (their factors) to the combined length. The field ik names a tip
+        and its target: the target moves, and joints bring the tip to it.
         """
         if isinstance(flags, dict):
             motion, data = self._posed(flags)
@@ -167,8 +168,8 @@ class MoveFunctions(Moving):
 
     def _configuration(self, parameters: dict[str, Any]) -> tuple[Motion, dict[str, Any]]:
         """Return the motion that a table describes, and the table that shows its state."""
-        own = [self._self(each) for each in _read(parameters, "joints", to_list(to_int), [])]
-        now = _read(parameters, "pos", _NUMBERS, None) or [
+        own = [self._self(each) for each in read(parameters, "joints", to_list(to_int), [])]
+        now = read(parameters, "pos", NUMBERS, None) or [
             joints.get_joint_position(self._world, each) for each in own
         ]
         if not now:
@@ -179,8 +180,8 @@ class MoveFunctions(Moving):
             raise CommandError(f"the table has {len(own)} joints but {len(now)} numbers in pos")
         goal = _turned(
             now,
-            _field(parameters, "targetPos", len(now)),
-            _read(parameters, "cyclicJoints", to_list(to_bool), None),
+            field(parameters, "targetPos", len(now)),
+            read(parameters, "cyclicJoints", to_list(to_bool), None),
         )
         data, callback = self._opened(parameters)
 
@@ -194,23 +195,25 @@ class MoveFunctions(Moving):
         return self._described(data, callback, now, goal, show, carry)
 
     def _posed(self, parameters: dict[str, Any]) -> tuple[Motion, dict[str, Any]]:
-        if "ik" in parameters:
-            raise CommandError(
-                "the field ik is not provided; move the target of an IK group, as the field object"
-            )
-        moved, given = _read(parameters, "object", to_int, None), _read(parameters, "pose", _NUMBERS, None)
+        moved, given = read(parameters, "object", to_int, None), read(parameters, "pose", NUMBERS, None)
         handle, relative_to = (
             None if moved is None else self._self(moved),
-            self._self(_read(parameters, "relObject", to_int, -1)),
+            self._self(read(parameters, "relObject", to_int, -1)),
         )
+        following: FollowingTarget | None = None
         if given:
             start, handle = _pose(given, "pose"), None
         elif handle is not None:
             start = frames.get_pose(self._sim, handle, relative_to)
+        elif parameters.get("ik") is not None:
+            following = FollowingTarget(self._world, parameters["ik"], self._self)
+            start, relative_to = following.start, frames.WORLD
         else:
-            raise CommandError("the table needs pose (where the motion begins) or object (what moves)")
-        goal = _pose(_read(parameters, "targetPose", _NUMBERS, None), "targetPose")
-        way = Way(start, goal, _read(parameters, "metric", _NUMBERS, None))
+            raise CommandError(
+                "the table needs pose (where the motion begins), object (what moves), or ik (a tip and its target)"
+            )
+        goal = _pose(read(parameters, "targetPose", NUMBERS, None), "targetPose")
+        way = Way(start, goal, read(parameters, "metric", NUMBERS, None))
         data, callback = self._opened(parameters)
 
         def show(state: State) -> None:
@@ -218,14 +221,16 @@ class MoveFunctions(Moving):
             data["matrix"] = frames.matrix12(way.pose(state.position))
 
         def carry(state: State) -> None:
-            if handle is not None:
+            if following is not None:
+                following.follow(way.pose(state.position))
+            elif handle is not None:
                 self._put_pose(handle, relative_to, way.pose(state.position))
 
         return self._described(data, callback, [0.0] * len(way.lengths), way.lengths, show, carry)
 
     def _opened(self, parameters: dict[str, Any]) -> tuple[dict[str, Any], Function | None]:
         """Return the table without its call-back, and the call-back."""
-        callback = _read(parameters, "callback", to_first(to_function, to_text), None)
+        callback = read(parameters, "callback", to_first(to_function, to_text), None)
         data = {name: value for name, value in parameters.items() if name != "callback"}
         return data, None if callback is None else self._function(callback)
 
@@ -241,8 +246,8 @@ class MoveFunctions(Moving):
         count = len(now)
         limits, flags, seconds = _bounds(data, count)
         rest = [0.0] * count
-        start = start_state(now, _read(data, "vel", _NUMBERS, None), _read(data, "accel", _NUMBERS, None))
-        profile = Profile(start, Goal(goal, _field(data, "targetVel", count, rest)), limits, flags)
+        start = start_state(now, read(data, "vel", NUMBERS, None), read(data, "accel", NUMBERS, None))
+        profile = Profile(start, Goal(goal, field(data, "targetVel", count, rest)), limits, flags)
 
         def put(state: State) -> bool:
             _, data["vel"], data["accel"] = lists(state)
@@ -265,38 +270,13 @@ def _bounds(data: Mapping[str, Any], count: int) -> tuple[Limits, Synchronisatio
     if not any(name in data for name in ("maxVel", "maxAccel", "maxJerk")):
         free = (_FREE.velocity, _FREE.acceleration, _FREE.jerk)
         return Limits(*([*each] * count for each in free)), Synchronisation.NONE, _FREE_STEP
-    most = [_field(data, name, count) for name in ("maxVel", "maxAccel", "maxJerk")]
-    least = [_field(data, name, count) if name in data else None for name in ("minVel", "minAccel")]
+    most = [field(data, name, count) for name in ("maxVel", "maxAccel", "maxJerk")]
+    least = [field(data, name, count) if name in data else None for name in ("minVel", "minAccel")]
     return (
         Limits(*most, *least),
-        synchronisation(_read(data, "flags", to_int, -1)),
-        _read(data, "timeStep", to_float, 0.0),
+        synchronisation(read(data, "flags", to_int, -1)),
+        read(data, "timeStep", to_float, 0.0),
     )
-
-
-def _field(
-    data: Mapping[str, Any], name: str, count: int, default: Sequence[float] | None = None
-) -> list[float]:
-    """Return `count` numbers of a table's field; a single number stands for all."""
-    value = data.get(name)
-    if isinstance(value, (int, float)):
-        value = [value] * count
-    return numbers(_read({name: value}, name, _NUMBERS, None), count, f"the field {name}", default)
-
-
-def _read(data: Mapping[str, Any], name: str, convert: Callable[[Any], Any], default: Any) -> Any:
-    """Return a checked field of a script's table.
-
-    Raises:
-        CommandError: the field has the wrong type.
-    """
-    value = data.get(name)
-    if value is None:
-        return default
-    try:
-        return convert(value)
-    except TypeError as problem:
-        raise CommandError(f"the field {name} must be {problem}, got {describe(value)}") from None
 
 
 def _turned(now: Sequence[float], goal: Sequence[float], cyclic: Sequence[bool] | None) -> list[float]:

@@ -182,6 +182,8 @@ class OmplFunctions(OmplTasks):
         self._task(task).judge = judge
         return True
 
+    setStateValidationCallback = setStateValidityCallback
+
     def setStartState(self, task: int, state: list[float]) -> bool:
         self._task(task).start = self._state(task, state)
         return True

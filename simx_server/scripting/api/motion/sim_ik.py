@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.kinematics import Calculation, Element, Result, Solution
-from simx_server.kinematics.environment import Environment, EnvironmentGroup
+from simx_server.kinematics.environment import Environment, EnvironmentGroup, GroupFlag
 from simx_server.scripting.api.base import ApiPart
 
 from .ik import as_constraints, as_pair
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _ALL = -2
 _NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
+
+_FLAGS = sum(GroupFlag)
 
 _UNDAMPED = 3
 """The undamped pseudo inverse; the plain pseudo inverse serves for it, as it has no damping either."""
@@ -58,6 +60,14 @@ class IkEnvironmentFunctions(ApiPart):
             "calc_limithit": _LIMIT_HIT,
             "jointmode_passive": 0,
             "jointmode_ik": 2,
+            "group_enabled": int(GroupFlag.ENABLED),
+            "group_ignoremaxsteps": int(GroupFlag.IGNORE_MAX_STEPS),
+            "group_restoreonbadlintol": int(GroupFlag.RESTORE_ON_BAD_LINEAR),
+            "group_restoreonbadangtol": int(GroupFlag.RESTORE_ON_BAD_ANGULAR),
+            "group_stoponlimithit": 16,
+            "group_avoidlimits": int(GroupFlag.AVOID_LIMITS),
+            "objecttype_joint": 1,
+            "objecttype_dummy": 4,
             "handle_all": _ALL,
             "handle_parent": -11,
             "handle_world": -1,
@@ -101,9 +111,8 @@ class IkEnvironmentFunctions(ApiPart):
     def setGroupCalculation(
         self, environment: int, group: int, method: int, damping: float, iterations: int
     ) -> None:
-        """Set method (a simIK.method_*), damping and maximum iterations. Partly: other options are not available."""
-        same = 0 if method == _UNDAMPED else method
-        self._group(environment, group).how = Calculation.checked(same, damping, iterations)
+        """Set method (a simIK.method_*), damping and maximum iterations."""
+        self._group(environment, group).how = as_calculation(method, damping, iterations)
 
     setIkGroupCalculation = setGroupCalculation
 
@@ -112,6 +121,24 @@ class IkEnvironmentFunctions(ApiPart):
         return int(how.method), how.damping, how.iterations
 
     getIkGroupCalculation = getGroupCalculation
+
+    def setGroupFlags(self, environment: int, group: int, flags: int) -> None:
+        """Set bits simIK.group_*: enabled, ignoremaxsteps (how far one iteration moves a joint is not limited),
+        restoreonbadlintol and restoreonbadangtol (a failure leaves the joints where they are), avoidlimits.
+
+        Partly: group_stoponlimithit is an error; joints never leave their intervals, so group_avoidlimits has no
+        effect.
+        """
+        if flags & ~_FLAGS:
+            raise CommandError(
+                f"flags are simIK.group_enabled, _ignoremaxsteps, _restoreonbadlintol, _restoreonbadangtol and "
+                f"_avoidlimits, together {_FLAGS}, not {flags}"
+            )
+        self._group(environment, group).flags = GroupFlag(flags)
+
+    def getGroupFlags(self, environment: int, group: int) -> int:
+        """Return bits simIK.group_*; those of a new group are enabled and ignoremaxsteps."""
+        return int(self._group(environment, group).flags)
 
     def addElementFromScene(
         self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
@@ -128,7 +155,7 @@ class IkEnvironmentFunctions(ApiPart):
             as_constraints(constraints),
         )
         self._sim.scene.get(element.tip)
-        if element.target not in chosen.dummies:
+        if element.target not in chosen.own:
             self._sim.scene.get(element.target)
         number = chosen.add(self._group(environment, group), element)
         joints = chosen.joints(self._group(environment, group)).handles
@@ -179,7 +206,7 @@ class IkEnvironmentFunctions(ApiPart):
         wanted = self._groups(environment, groups)
         if asked.get("syncWorlds"):
             chosen.take_over(wanted)
-        answer = _summary([chosen.handle(group) for group in wanted])
+        answer = summary([chosen.handle(group) for group in wanted])
         if asked.get("syncWorlds") and (answer[0] == Result.SUCCESS or asked.get("allowError")):
             chosen.give_back(wanted)
         return answer
@@ -224,16 +251,27 @@ class IkEnvironmentFunctions(ApiPart):
             return list(self._environment(environment).groups.values())
         return [self._group(environment, int(handle)) for handle in handles]
 
-    def _change(self, environment: int, group: int, element: int, **what: Any) -> None:
+    def _element(self, environment: int, group: int, element: int) -> Element:
         elements = self._group(environment, group).elements
         if element not in elements:
             raise CommandError(
                 f"no element {element}; those of this group: {', '.join(map(str, elements)) or 'none'}"
             )
-        elements[element] = replace(elements[element], **what)
+        return elements[element]
+
+    def _change(self, environment: int, group: int, element: int, **what: Any) -> None:
+        changed = replace(self._element(environment, group, element), **what)
+        self._group(environment, group).elements[element] = changed
 
 
-def _summary(solutions: list[Solution]) -> tuple[int, int, list[float]]:
+def as_calculation(method: int, damping: float, iterations: int) -> Calculation:
+    """Return a calculation from a script's numbers; `method` is a simIK.method_*. Raises CommandError."""
+    return Calculation.checked(0 if method == _UNDAMPED else method, damping, iterations)
+
+
+def summary(handled: list[Solution]) -> tuple[int, int, list[float]]:
+    """Return result, flags and errors of several groups, as simIK.handleGroups does."""
+    solutions = [each for each in handled if each.result != Result.NOT_PERFORMED]
     if not solutions:
         return int(Result.NOT_PERFORMED), 1, [0.0, 0.0]
     failed = any(solution.result != Result.SUCCESS for solution in solutions)

@@ -23,7 +23,7 @@ from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.interpreter import Function, Plain
 
 from .ik import joint_order
-from .sim_ik import IkEnvironmentFunctions
+from .sim_ik_objects import IkObjectFunctions
 
 _PASSIVE, _IK = 0, 2
 _WORLD, _PARENT = -1, -11
@@ -40,22 +40,18 @@ _SECONDS = 0.5
 _Judge = Callable[[list[float]], bool]
 
 
-class SimIk(IkEnvironmentFunctions):
+class SimIk(IkObjectFunctions):
     """All functions of ``simIK``."""
 
-    def createDummy(self, environment: int, name: str = "") -> int:
-        """Create a target: a pose that exists only in the environment."""
-        return self._environment(environment).create_dummy(name)
-
     def getObjectHandle(self, environment: int, name: str) -> int:
-        for handle, known in self._environment(environment).dummies.items():
-            if known == name:
+        for handle, known in self._environment(environment).own.all().items():
+            if known.name == name:
                 return handle
         return self._sim.scene.resolve(self._adjusted(name), self._owner)
 
     def doesObjectExist(self, environment: int, name: str) -> bool:
-        self._environment(environment)
-        return self._sim.scene.by_name(name) is not None
+        own = self._environment(environment).own.all()
+        return any(each.name == name for each in own.values()) or self._sim.scene.by_name(name) is not None
 
     def getJointPosition(self, environment: int, joint: int) -> float:
         return self._environment(environment).joint_position(joint)
@@ -91,8 +87,8 @@ class SimIk(IkEnvironmentFunctions):
         return [*position, *xyzw_from_wxyz(quat)]
 
     def setObjectPose(self, environment: int, handle: int, relative_to: Any, pose: Any = None) -> None:
-        """Set the pose of a target. Arguments 3 and 4: reference and pose in either order; without a reference: the
-        world.
+        """Set the pose of a target or an own object. Arguments 3 and 4: reference and pose in either order; without a
+        reference: the world.
         """
         reference, values = _in_order(relative_to, pose)
         x, y, z, *turn = _numbers(values, 7, "a pose is {x, y, z, qx, qy, qz, qw}")
@@ -286,14 +282,16 @@ class SimIk(IkEnvironmentFunctions):
         values = np.array([chosen.joint_position(handle) for handle in usable.handles])
         return solver.look(values, goals)
 
-    def _reference(self, handle: int, relative_to: int) -> int:
-        return self._sim.scene.get(handle).parent if relative_to == _PARENT else relative_to
+    def _reference(self, environment: int, handle: int, relative_to: int) -> int:
+        return self.getObjectParent(environment, handle) if relative_to == _PARENT else relative_to
 
     def _pose(self, environment: int, handle: int, relative_to: int) -> Pose:
-        return self._environment(environment).pose(handle, self._reference(handle, relative_to))
+        return self._environment(environment).pose(handle, self._reference(environment, handle, relative_to))
 
     def _place(self, environment: int, handle: int, relative_to: int, pose: Pose) -> None:
-        self._environment(environment).set_pose(handle, self._reference(handle, relative_to), pose)
+        self._environment(environment).set_pose(
+            handle, self._reference(environment, handle, relative_to), pose
+        )
 
 
 def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], bool] | None:

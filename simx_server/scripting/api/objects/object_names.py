@@ -30,9 +30,8 @@ class ObjectNameFunctions(ApiPart):
     def getObjectAlias(self, handle: int, options: int = -1) -> str:
         """Return the alias in the form that `options` selects: -1 the alias; 0 with its index where siblings have the
         same one; 1 the shortest path that means this object; 2 the full path; 3 ``alias__handle__`` where it is not
-        unique, 4 always; 5 a short path for people.
-
-        Partly: the forms 6 to 9, with numbers in braces, are not available.
+        unique, 4 always; 5 a short path for people; 6 to 9 a path with a number in
+        braces in each part, which starts at the object itself, or at the first, second or outermost model above it.
         """
         scene, handle = self._sim.scene, self._self(handle)
         alias = scene.get(handle).alias

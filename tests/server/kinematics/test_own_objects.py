@@ -1,0 +1,167 @@
+"""Mechanisms that a script builds joint by joint in an environment of simIK."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld
+
+TWO_LINKS = """
+local env = simIK.createEnvironment()
+local base, tip, target = simIK.createDummy(env, 'base'), simIK.createDummy(env), simIK.createDummy(env, 'goal')
+local first = simIK.createJoint(env, simIK.jointtype_revolute, 'first')
+local second = simIK.createJoint(env, simIK.jointtype_revolute)
+simIK.setObjectPose(env, base, {1, 0, 0, 0, 0, 0, 1})
+simIK.setObjectPose(env, first, {1, 0, 0, 0, 0, 0, 1})
+simIK.setObjectPose(env, second, {1.5, 0, 0, 0, 0, 0, 1})
+simIK.setObjectPose(env, tip, {2, 0, 0, 0, 0, 0, 1})
+simIK.setObjectParent(env, first, base, true)
+simIK.setObjectParent(env, second, first, true)
+simIK.setObjectParent(env, tip, second, true)
+simIK.setJointPosition(env, second, 0.5)
+simIK.setObjectPose(env, target, {1.4, 0.6, 0, 0, 0, 0, 1})
+simIK.setTargetDummy(env, tip, target)
+local group = simIK.createGroup(env)
+simIK.setGroupCalculation(env, group, simIK.method_damped_least_squares, 0.01, 100)
+local element = simIK.addElement(env, group, tip)
+simIK.setElementBase(env, group, element, base)
+simIK.setElementConstraints(env, group, element, simIK.constraint_x + simIK.constraint_y)
+"""
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory: pytest.TempPathFactory) -> ScriptWorld:
+    return ScriptWorld(tmp_path_factory.mktemp("own"))
+
+
+def test_a_mechanism_made_in_an_environment_is_solved(world: ScriptWorld) -> None:
+    place, code, after, joints = world.lua(
+        TWO_LINKS
+        + """
+local place = simIK.getObjectPose(env, tip)
+local code = simIK.handleGroup(env, group)
+return place, code, simIK.getObjectPose(env, tip), simIK.getGroupJoints(env, group)[1] == first
+"""
+    )
+    assert place[:3] == pytest.approx([1.5 + 0.5 * 0.87758, 0.5 * 0.47943, 0], abs=1e-4), (
+        "its joint turns the tip"
+    )
+    assert (code, joints) == (1, True)
+    assert after[:2] == pytest.approx([1.4, 0.6], abs=5e-4)
+
+
+def test_passive_joints_limits_and_slides_count(world: ScriptWorld) -> None:
+    code, first, slide = world.lua(
+        TWO_LINKS
+        + """
+simIK.setJointMode(env, second, simIK.jointmode_passive)
+local slide = simIK.createJoint(env, simIK.jointtype_prismatic)
+simIK.setObjectPose(env, slide, {1.5, 0, 0, 0, 0.70710678, 0, 0.70710678})
+simIK.setObjectParent(env, slide, second, true)
+simIK.setObjectParent(env, tip, slide, true)
+simIK.setJointInterval(env, slide, false, {0, 0.1})
+local code = simIK.handleGroup(env, group)
+return code, simIK.getJointPosition(env, first), simIK.getJointPosition(env, slide)
+"""
+    )
+    assert code == 2, "the target is 0.72 m from the base, and the slide ends at 0.1 m"
+    assert 0 <= slide <= 0.1
+    assert first != 0
+
+
+def test_flags_of_a_group_hold_back_what_misses(world: ScriptWorld) -> None:
+    before, code, kept, off, moved, flags = world.lua(
+        TWO_LINKS
+        + """
+simIK.setObjectPose(env, target, {9, 9, 0, 0, 0, 0, 1})
+local flags = simIK.getGroupFlags(env, group)
+local before = simIK.getJointPosition(env, first)
+simIK.setGroupFlags(env, group, 1 + 2 + 4 + 8)
+local code = simIK.handleGroup(env, group)
+local kept = simIK.getJointPosition(env, first)
+simIK.setGroupFlags(env, group, 0)
+local off = simIK.handleGroup(env, group)
+simIK.setGroupFlags(env, group, simIK.group_enabled)
+simIK.handleGroup(env, group)
+return before, code, kept, off, simIK.getJointPosition(env, first), flags
+"""
+    )
+    assert (code, kept, off, flags) == (2, before, 0, 3)
+    assert abs(moved - before) > 0.1
+
+
+def test_objects_that_are_made_are_listed_and_erased(world: ScriptWorld) -> None:
+    kinds, listed, link, after, parent = world.lua(
+        TWO_LINKS
+        + """
+local kinds = {simIK.getObjectType(env, first), simIK.getObjectType(env, tip), simIK.getJointType(env, first)}
+local handle, name, isJoint, kind = simIK.getObjects(env, 3)
+local listed = {handle == first, name, isJoint, kind, simIK.getObjectHandle(env, 'goal') == target}
+local link = simIK.getTargetDummy(env, tip) == target
+local extra = simIK.createDummy(env)
+simIK.setObjectParent(env, second, extra)
+simIK.setObjectParent(env, extra, first)
+simIK.eraseObject(env, extra)
+return kinds, listed, link, simIK.getObjects(env, 5), simIK.getObjectParent(env, second) == first
+"""
+    )
+    assert (kinds, listed) == ([1, 4, 10], [True, "first", True, 10, True])
+    assert (link, after, parent) == (True, None, True)
+
+
+def test_own_objects_follow_an_object_of_the_scene_that_carries_them(world: ScriptWorld) -> None:
+    code, place = world.lua(
+        TWO_LINKS
+        + """
+local cube = sim.getObject('/cube')
+simIK.setObjectParent(env, base, cube, false)
+simIK.setObjectPose(env, target, {3.4, 0.6, 1, 0, 0, 0, 1})
+local code = simIK.handleGroup(env, group, {syncWorlds = true})
+return code, simIK.getObjectPose(env, base, cube)
+"""
+    )
+    assert code == 1
+    assert place[:3] == pytest.approx([1, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("source", "text"),
+    [
+        ("simIK.createJoint(env, simIK.jointtype_spherical)", "is no type of joint that can be made"),
+        ("simIK.setObjectParent(env, base, tip)", "'base' cannot lie below itself"),
+        ("simIK.setObjectParent(env, base, 12345)", "12345"),
+        ("simIK.setObjectParent(env, sim.getObject('/cube'), base)", "keeps its parent"),
+        ("simIK.setElementBase(env, group, element, target)", "'goal' is not above"),
+        ("simIK.setElementBase(env, group, element, second, base)", "base of the constraints"),
+        ("simIK.addElement(env, group, base)", "has no target"),
+        (
+            "simIK.setTargetDummy(env, base, target) simIK.addElement(env, group, base)",
+            "no joint that was made",
+        ),
+        ("simIK.eraseObject(env, target)", "needs 'goal'"),
+        ("simIK.setGroupFlags(env, group, 16)", "flags are"),
+        ("simIK.setJointPosition(env, tip, 1)", "is a dummy, not a joint"),
+        ("simIK.setJointWeight(env, first, -1)", "not below 0"),
+        ("simIK.setJointMaxStepSize(env, first, 0)", "above 0"),
+    ],
+)
+def test_mistakes_say_what_is_wrong(world: ScriptWorld, source: str, text: str) -> None:
+    world.fails(TWO_LINKS + source, text)
+
+
+def test_weights_and_step_sizes_change_the_way(world: ScriptWorld) -> None:
+    ways = [
+        world.lua(TWO_LINKS + setting + MOVED)[0]
+        for setting in ("", "simIK.setJointWeight(env, first, 0.01)", SMALL_STEPS)
+    ]
+    plain, heavy, small = ways
+    assert heavy < plain / 2
+    assert small == pytest.approx(0.001, abs=1e-6)
+
+
+MOVED = """
+simIK.setElementConstraints(env, group, element, simIK.constraint_y)
+simIK.setGroupCalculation(env, group, simIK.method_damped_least_squares, 0.01, 1)
+simIK.handleGroup(env, group)
+return math.abs(simIK.getJointPosition(env, first))
+"""
+SMALL_STEPS = "simIK.setGroupFlags(env, group, 1) simIK.setJointMaxStepSize(env, first, 0.001)"
