@@ -17,10 +17,11 @@ from simx_client.protocol.cli.terminal import Paint, print_what_can_be, while_re
 
 from ..protocol.commands import BY_NAME
 from ..protocol.files import scene_for, scenes_beside
-from .elsewhere import NAMES, TWINS, functions
+from .elsewhere import NAMES
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of
 from .program import CannotRead, Program, read_program
+from .regular import NoList, ask_server
 from .scene import NoScene, SceneView, look_at
 from .wants import Wants, wants_of
 
@@ -40,7 +41,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser with the flags of the command."""
     parser = Parser(
         PROGRAM,
-        description="Tell what a script for V-REP's legacy remote API calls, which names it wants, what is missing.",
+        description="Tell what a script for V-REP's legacy or CoppeliaSim's ZeroMQ remote API calls, which names it "
+        "wants, what is missing.",
         epilog=EXAMPLES,
     )
     parser.add_argument("script", metavar="SCRIPT", type=Path, help="the Python file, of version 2 or 3")
@@ -68,13 +70,14 @@ def _check(options: argparse.Namespace) -> int:
         wants = wants_of(program, names)
         flags = ["--command-server"] if options.command_server else []
         scene = None if options.scene is None else look_at(scene_for(options.script, options.scene), *flags)
-    except (CannotRead, NoScene) as error:
+        offered = ask_server() if wants.regular or wants.regular_constants else None
+    except (CannotRead, NoScene, NoList) as error:
         sys.stderr.write(f"{PROGRAM}: {error}\n")
         return USAGE
     except RecursionError:
         sys.stderr.write(f"{PROGRAM}: {options.script} is nested too deeply to be read\n")
         return USAGE
-    found, differences = findings_of(program, wants, scene), differences_of(wants)
+    found, differences = findings_of(program, wants, scene, offered), differences_of(wants, offered)
     if options.json:
         text = json.dumps(as_record(program, wants, scene, found, differences), indent=1)
     else:
@@ -111,10 +114,9 @@ def as_record(
         "functions": {name: place.line for name, place in wants.functions.items()},
         "unknown_functions": sorted(wants.unknown),
         "client_methods": {name: place.line for name, place in wants.client.items()},
-        "other_apis": {
-            NAMES[module]: {name: TWINS.get(name) for name in calls}
-            for module, calls in wants.elsewhere.items()
-        },
+        "regular_functions": {name: place.line for name, place in wants.regular.items()},
+        "regular_constants": {name: place.line for name, place in wants.regular_constants.items()},
+        "other_apis": {NAMES[module]: list(calls) for module, calls in wants.elsewhere.items()},
         "named": [
             {"kind": each.kind, "name": each.name, "file": str(each.place.file), "line": each.place.line}
             for each in wants.named
@@ -161,16 +163,20 @@ def as_lines(
     if differences and tells_differences:
         yield "differences from the original that its functions have:"
         for each in differences:
-            yield f"  {each.number:3}  {each.text} {paint('(' + ', '.join(each.functions) + ')', 'grey')}"
+            yield f"  {each.number or '':3}  {each.text} {paint('(' + ', '.join(each.functions) + ')', 'grey')}"
     elif differences:
-        *numbers, last = [str(each.number) for each in differences]
-        yield f"  {'differs':10}  {_wrapped([*numbers, f'{last} (docs/coverage.md; --differences tells them)'])}"
+        pages = {
+            "docs/script-functions.md" if each.number is None else "docs/coverage.md" for each in differences
+        }
+        *labels, last = [str(each.number or each.functions[0]) for each in differences]
+        last += f" ({', '.join(sorted(pages))}; --differences tells them)"
+        yield f"  {'differs':10}  {_wrapped([*labels, last])}"
     for each in found:
         level = paint(each.level, "red" if each.level == PROBLEM else "yellow")
         yield f"{relative(each.place.file)}:{each.place.line}: {level}: {each.text}"
     problems = sum(each.level == PROBLEM for each in found)
     if not wants.is_of_a_remote_api:
-        yield paint("no call of the legacy remote API is found, so there is nothing to check", "red")
+        yield paint("no call of a remote API is found, so there is nothing to check", "red")
     elif problems:
         yield paint(f"{problems} {'problem' if problems == 1 else 'problems'}", "red")
     elif scene is None:
@@ -185,7 +191,8 @@ def as_lines(
 def _rows(wants: Wants) -> Iterator[tuple[str, list[str]]]:
     yield "functions", sorted(wants.functions, key=lambda name: list(BY_NAME).index(name))
     yield "client", list(wants.client)
-    yield "elsewhere", [f"{name} ({twin or 'no counterpart'})" for name, twin in functions(wants).items()]
+    yield "regular", list(wants.regular)
+    yield "constants", list(wants.regular_constants)
     for kind in dict.fromkeys(each.kind for each in wants.named):
         yield f"{kind}s" if not kind.endswith("ui") else kind, [each.name for each in wants.of_kind(kind)]
     yield "scripts", [f"{owner}: {function}" for owner, function, _ in wants.calls]

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..protocol.cli.installing import ZMQ_CLIENT, line
 from ..protocol.commands import BY_NAME
 from ..protocol.differences import DIFFERENCES
 from ..protocol.nearest import did_you_mean
-from . import elsewhere
+from . import elsewhere, regular
 from .idioms import matters
-from .program import BINDINGS, OTHER_APIS, Program
+from .program import BINDINGS, OTHER_APIS, ZMQ_CLIENTS, Program
 from .scene import SceneView
 from .search import is_installed
 from .texts import ANY
@@ -24,8 +25,8 @@ USUAL_PORTS = (19997, 19999)
 COMMAND_SERVER = "remoteApiCommandServer"
 
 NO_CALL = (
-    "no call of the legacy remote API is found: nothing that imports vrep, sim or simx_client is called here, nor in "
-    "the modules that it imports; check the program that connects to the simulator"
+    "no call of a remote API is found: nothing that imports vrep, sim, simx_client or a ZeroMQ client is called here, "
+    "nor in the modules that it imports; check the program that connects to the simulator"
 )
 
 
@@ -40,16 +41,27 @@ class Finding:
 
 @dataclass(frozen=True)
 class DifferenceSeen:
-    """A numbered difference from the original, and the functions of the program that it affects."""
+    """A difference from the original, and the functions of the program that it affects."""
 
-    number: int
+    number: int | None
+    """Its number in docs/coverage.md; None for a function of the ZeroMQ remote API."""
+
     text: str
     functions: tuple[str, ...]
 
 
-def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list[Finding]:
-    """Return all findings, problems first, by place."""
+def findings_of(
+    program: Program, wants: Wants, scene: SceneView | None, offered: regular.Offered | None
+) -> list[Finding]:
+    """Return all findings, problems first, by place.
+
+    Args:
+        offered: what the server has for a program of the ZeroMQ remote API; None for other programs.
+    """
     found = [*_of_program(program, wants), *_of_calls(wants)]
+    if offered is not None:
+        found += [Finding(PROBLEM, place, text) for place, text in regular.problems(wants, offered)]
+        found += [Finding(NOTE, place, text) for place, text in regular.notes(wants, offered)]
     if scene is not None:
         found += [*_objects(wants, scene), *_registered(wants, scene), *_scripts(wants, scene)]
         found += _signals(wants, scene)
@@ -57,12 +69,14 @@ def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list
     return sorted(found, key=lambda each: (each.level != PROBLEM, each.place))
 
 
-def differences_of(wants: Wants) -> list[DifferenceSeen]:
+def differences_of(wants: Wants, offered: regular.Offered | None) -> list[DifferenceSeen]:
     """Return the differences that may change what this program does, by how it calls the functions."""
     seen: list[DifferenceSeen] = []
     for number, each in enumerate(DIFFERENCES, 1):
         if functions := matters(each, wants):
             seen.append(DifferenceSeen(number, f"{each.title} {each.text}".strip(), functions))
+    for name, text in regular.differing(wants, offered) if offered else ():
+        seen.append(DifferenceSeen(None, text, (name,)))
     return seen
 
 
@@ -77,9 +91,10 @@ def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
     for path, reason in program.trouble:
         yield Finding(PROBLEM, Place(path, 1), reason)
     imports = {name: Place(*where) for name, where in program.imports.items()}
-    others = {name: imports[name] for name in OTHER_APIS if name in imports}
-    for place, text in elsewhere.sentences(wants, others):
+    others = {name: imports[name] for name in elsewhere.NAMES if name in imports}
+    for place, text in elsewhere.sentences(others):
         yield Finding(PROBLEM, place, text)
+    yield from _of_zmq_clients({name: imports[name] for name in ZMQ_CLIENTS if name in imports})
     missing = {
         name: place
         for name, place in imports.items()
@@ -91,6 +106,17 @@ def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
     if not (wants.is_of_a_remote_api or others):
         where = f", or install {', '.join(missing)}, if the calls are in there" if missing else ""
         yield Finding(PROBLEM, Place(script, 1), NO_CALL + where)
+
+
+def _of_zmq_clients(imports: Mapping[str, Place]) -> Iterator[Finding]:
+    for name, place in imports.items():
+        text = (
+            "it uses CoppeliaSim's ZeroMQ remote API: start the server with --zmq, or use simx-run --server "
+            "(docs/zmq.md)"
+        )
+        yield Finding(NOTE, place, text)
+        if not (is_installed(name) or is_installed(ZMQ_CLIENTS[0])):
+            yield Finding(NOTE, place, f"its client is not installed here: {line([ZMQ_CLIENT])}")
 
 
 def _of_calls(wants: Wants) -> Iterator[Finding]:

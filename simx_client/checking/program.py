@@ -23,7 +23,10 @@ BINDINGS = (*FUNCTIONS_AND_CONSTANTS, *CONSTANTS_ONLY)
 BINDING = "vrep"
 """Name for any binding of the legacy remote API, also that of this package."""
 
-OTHER_APIS = ("coppeliasim_zmqremoteapi_client", "zmqRemoteApi", "b0RemoteApi", "pyrep")
+ZMQ_CLIENTS = ("coppeliasim_zmqremoteapi_client", "zmqRemoteApi")
+"""Clients of CoppeliaSim's ZeroMQ remote API, which `simx-server --zmq` serves."""
+
+OTHER_APIS = (*ZMQ_CLIENTS, "b0RemoteApi", "pyrep")
 """Clients of other remote APIs. They are known by their names, and not read if a program contains them."""
 
 PYREP = "pyrep"

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from .passing import Passing
-from .program import BINDING, BINDINGS, Folder, Library, Module, Source, imported_by_call
+from .program import BINDING, BINDINGS, ZMQ_CLIENTS, Folder, Library, Module, Source, imported_by_call
 from .scopes import Bound, Class, Import, Names, Scope, last_name
 
 _DEEPEST = 24
@@ -151,6 +151,8 @@ class Meaning:
                 found |= self._member(target, name)
             elif target == Library(BINDING) and name.startswith(("simx", "sim_")):
                 found.add(Foreign(f"{BINDING}.{name}"))
+            elif isinstance(target, Library) and target.name in ZMQ_CLIENTS and name == "RemoteAPIClient":
+                found.add(Foreign(f"{target.name}.{name}"))
         return frozenset(found)
 
     def imported(self, each: Import, scope: Scope) -> Things:

@@ -16,13 +16,16 @@ from ..protocol import constants
 from ..protocol.commands import BY_NAME
 from ..protocol.table.meanings import Role
 from .ports import Ports
-from .program import BINDING, OTHER_APIS, Library, Program
+from .program import BINDING, OTHER_APIS, ZMQ_CLIENTS, Library, Program
 from .scopes import Called, Names
 from .texts import ANY, Texts, is_known
 from .things import Foreign, Meaning
 
 _FUNCTION = re.compile(r"simx[A-Z]")
 _FROM_BINDING = re.compile(r"simx?[A-Z_]")
+_REGULAR = re.compile(r"sim\w*\.\w+")
+_CONSTANT = re.compile(r"sim\w*\.[a-z0-9]+(?:_[a-z0-9]+)+")
+_FINDING = ("sim.getObject", "sim.getObjectHandle")
 _OF_CLIENT = re.compile(rf"{BINDING}\.(?:(?:client|modern)\.)?Client(?:\.of)?\(\)\.(\w+)")
 
 
@@ -101,8 +104,14 @@ class Wants:
     client: dict[str, Place] = field(default_factory=dict[str, Place])
     """Methods of `simx_client.Client` that it calls."""
 
+    regular: dict[str, Place] = field(default_factory=dict[str, Place])
+    """Functions that it calls by the ZeroMQ remote API, with their namespace: `sim.getObject`."""
+
+    regular_constants: dict[str, Place] = field(default_factory=dict[str, Place])
+    """Constants that it reads by the ZeroMQ remote API: `sim.handle_world`."""
+
     elsewhere: dict[str, dict[str, Place]] = field(default_factory=dict[str, dict[str, Place]])
-    """Functions of other remote APIs that it calls, by the module of their client."""
+    """Functions of remote APIs that are not served that it calls, by the module of their client."""
 
     constants: dict[str, Place] = field(default_factory=dict[str, Place])
     """Constants of the binding that do not exist."""
@@ -131,8 +140,8 @@ class Wants:
 
     @property
     def is_of_a_remote_api(self) -> bool:
-        """Return whether it calls a function or a method that simx has."""
-        return bool(self.functions or self.client)
+        """Return whether it calls a function or a method of an API that simx serves."""
+        return bool(self.functions or self.client or self.regular)
 
 
 def wants_of(program: Program, names: Names) -> Wants:
@@ -193,7 +202,7 @@ def _parameters(name: str, call: Called, *, is_sure: bool) -> tuple[str, ...]:
 
 
 def _other_calls(wants: Wants, call: Called, place: Place, texts: Texts, meaning: Meaning) -> None:
-    """Calls of this project's own ``Client``, and of remote APIs that are not served here."""
+    """Calls of this project's own ``Client``, of the ZeroMQ remote API, and of remote APIs that are not served."""
     for thing in meaning.of(call.node.func, call.scope):
         if not isinstance(thing, Foreign):
             continue
@@ -204,8 +213,13 @@ def _other_calls(wants: Wants, call: Called, place: Place, texts: Texts, meaning
                 names = texts.elements(node.value, call.scope) if is_star else texts.of(node, call.scope)
                 wants.named += [Wanted("object", each, place) for each in sorted(names) if is_known(each)]
         top, _, rest = thing.path.partition(".")
-        if top in OTHER_APIS or top == "pyrep":
-            wants.elsewhere.setdefault(top, {}).setdefault(_short(rest), place)
+        if top in ZMQ_CLIENTS and _REGULAR.fullmatch(name := _short(rest)):
+            wants.regular.setdefault(name, place)
+            if name in _FINDING and len(call.node.args) == 1:  # the options may say that it need not exist
+                found = sorted(filter(is_known, texts.of(call.node.args[0], call.scope)))
+                wants.named += [Wanted("object", each, place) for each in found if each.startswith("/")]
+        elif top in OTHER_APIS and top not in ZMQ_CLIENTS:
+            wants.elsewhere.setdefault(top, {}).setdefault(rest, place)
 
 
 @cache
@@ -224,7 +238,7 @@ def client_methods() -> dict[str, bool]:
 def _short(path: str) -> str:
     """``sim.getObject`` of ``RemoteAPIClient().require('sim').getObject``; stepping is the client's own."""
     path = re.sub(r"^(?:\w+\.)*RemoteAPIClient\(\)\.(setStepping|step)$", r"sim.\1", path)
-    return re.sub(r"^.*\('(\w+)'\)", r"\1", path)
+    return re.sub(r"^.*\('(\w+)(?:-\d+)?'\)", r"\1", path)
 
 
 def _read(
@@ -281,11 +295,19 @@ def _count(wants: Wants, called: str, call: Called, parameters: tuple[str, ...],
 
 def _read_names(wants: Wants, names: Names, meaning: Meaning) -> None:
     """Names of the binding that are read without a call, or imported."""
+    has_zmq = not names.program.imports.keys().isdisjoint(ZMQ_CLIENTS)
     for node, scope in names.read:
-        if not _FROM_BINDING.match(node.attr):
+        if not (has_zmq or _FROM_BINDING.match(node.attr)):
             continue
-        if Foreign(BINDING) in meaning.of(node.value, scope):
-            _take(wants, node.attr, Place(scope.file, node.lineno), is_call=True)
+        things = meaning.of(node.value, scope)
+        place = Place(scope.file, node.lineno)
+        if _FROM_BINDING.match(node.attr) and Foreign(BINDING) in things:
+            _take(wants, node.attr, place, is_call=True)
+        for thing in things if has_zmq else ():
+            top, _, rest = thing.path.partition(".") if isinstance(thing, Foreign) else ("", "", "")
+            name = f"{_short(rest)}.{node.attr}"
+            if top in ZMQ_CLIENTS and _CONSTANT.fullmatch(name):
+                wants.regular_constants.setdefault(name, place)
     for (scope, _), imports in names.imports.items():
         for each in imports:
             if each.attribute and names.program.links.get((scope.file, each.level, each.module)) == Library(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 
-from simx_client.protocol.cli.installing import line
+from simx_client.protocol.cli.installing import ZMQ_CLIENT, line
 
 _NUMPY_1 = (
     "or install 'numpy<2' and 'opencv-python-headless<4.12' into a Python environment of the script's own"
 )
+
 
 _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
     (
@@ -34,6 +35,11 @@ _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
         r"Object arrays cannot be loaded when allow_pickle=False",
         "NumPy 1.16.3 and later loads Python objects only on request: np.load(file, allow_pickle=True), for files "
         "that you trust",
+    ),
+    (
+        ModuleNotFoundError,
+        r"No module named '(coppeliasim_zmqremoteapi_client|zmqRemoteApi)'",
+        f"the client of CoppeliaSim's ZeroMQ remote API is a package: {line([ZMQ_CLIENT])}",
     ),
 )
 

@@ -31,6 +31,7 @@ from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert
 from simx_client.launch.python_aliases import ALIASES
 from simx_client.launch.server import OwnServer, ServerNotReady
 from simx_client.launch.windows.patch import patch_cv2
+from simx_client.launch.zmq_clients import OldName, send_clients_to, uses_zmq
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.files import scene_for
@@ -179,11 +180,13 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
     sys.meta_path.insert(0, Python2Finder(script_is_python2=is_python2))
     AfterImport(patches).install()
     sys.meta_path.insert(0, BindingFinder())
+    OldName().install()
 
 
 def _start_server(options: argparse.Namespace) -> None:
-    scene = scene_for(Path(options.script), options.server)
-    server = OwnServer(scene, shlex.split(options.server_args))
+    script_path = Path(options.script)
+    scene = scene_for(script_path, options.server)
+    server = OwnServer(scene, shlex.split(options.server_args), with_zmq=uses_zmq(script_path))
     # Registered before the script registers anything, so it runs last: after the script's threads and its
     # exit functions, which may still call the server.
     atexit.register(server.stop)
@@ -199,6 +202,8 @@ def _start_server(options: argparse.Namespace) -> None:
         if number is not None and signal.getsignal(number) == signal.SIG_DFL:
             signal.signal(number, stop_too)
     server.start(options.server_timeout)
+    if server.zmq_port is not None:
+        send_clients_to(server.zmq_port)
 
 
 def _print(source: bytes, converted: Converted | None) -> int:

@@ -41,10 +41,19 @@ class OwnServer:
     that connects to 19997 starts it, perhaps after setting a time step or stepped mode.
     """
 
-    def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
+    def __init__(self, scene: str, arguments: Sequence[str] = (), *, with_zmq: bool = False) -> None:
+        """Prepare a server; ``start`` starts it.
+
+        Args:
+            arguments: more for its command line.
+            with_zmq: it also serves clients of the ZeroMQ remote API, at `zmq_port`.
+        """
+        self.zmq_port: int | None = None
         has_port = any(re.match(r"-p|--port\b", argument) for argument in arguments)
         # Its ports, and those that the scene's scripts would open, belong to other servers.
         free = [] if has_port else ["--port", "0", "--no-script-ports"]
+        if with_zmq and not any(argument.startswith("--zmq") for argument in arguments):
+            free += ["--zmq", "0"]
         # -P: the working folder is the server's workspace, in which clients may put modules.
         self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments, "--until-eof"]
         self._has_config = any(re.match(r"-c|--config\b", argument) for argument in arguments)
@@ -122,6 +131,7 @@ class OwnServer:
                 logger.debug("simx-server: %s", line.rstrip())
                 if not self._is_ready and (redirects := _redirects(line)) is not None:
                     self._redirects = redirects
+                    self.zmq_port = next(map(int, re.findall(r"zmq/[^\s:]+:(\d+)", line)), None)
                     self._is_ready = True
                     self._ready_or_ended.set()
         self._ready_or_ended.set()

@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 
 PROGRAM = "simx-server"
 
-LISTS = ("commands", "script_functions")
+LISTS = ("commands", "script_functions", "zmq_functions")
 PAGES = ("tree", "import_report", "doctor", *LISTS)
 """Flags that print something instead of serving."""
 
@@ -119,7 +119,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="print the simx functions (--json); --script-functions: those of scripts",
     )
     # The help above names them: a screen has few lines. The last is for writing docs/.
-    for hidden in ("--script-functions", "--json", "--markdown"):
+    for hidden in ("--script-functions", "--zmq-functions", "--json", "--markdown"):
         group.add_argument(hidden, action="store_true", help=argparse.SUPPRESS)
     return parser
 
@@ -261,9 +261,17 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
 def _print_list(name: str, form: Collection[str]) -> int:
     import_mujoco()
     from simx_server.app import coverage
+    from simx_server.gateways.zmq.listing import offered
     from simx_server.handlers import HANDLERS
     from simx_server.scripting import coverage as script_coverage
 
+    if name == "zmq_functions":
+        if "json" not in form:
+            sys.stderr.write(f"{PROGRAM}: --zmq-functions is for programs; valid: --zmq-functions --json\n")
+            return USAGE
+        text = json.dumps(offered(), indent=1)
+        sys.stdout.write(text + "\n")
+        return DONE
     if name == "commands":
         page, lines = coverage, coverage.coverage(HANDLERS.keys())
     else:

@@ -21,6 +21,9 @@ DISTRIBUTION = "simx-vrep"
 CLIENT = "simx-vrep-client"
 """The distribution that holds the client alone; built in packages/client."""
 
+ZMQ_CLIENT = "coppeliasim-zmqremoteapi-client"
+"""The Python client of CoppeliaSim's ZeroMQ remote API, on a package index."""
+
 _EXTRA = re.compile(r"\s*(?:\band\s+)?\bextra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
 _NAME = re.compile(r"[\w.-]+")
 _PROJECT = Path(__file__).resolve().parents[3] / "pyproject.toml"

@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any, cast
 
 from simx_server.errors import CommandError
+from simx_server.scripting.coverage import Support, script_functions
 from simx_server.scripting.namespaces import Namespaces
 
 from .results import split_name
@@ -34,6 +35,25 @@ def namespace(full_name: str) -> dict[str, Any]:
         return members
     found = members.get(inner, {})
     return {} if "func" in found or "const" in found else found
+
+
+def offered() -> dict[str, dict[str, str]]:
+    """Return for each name with its namespace how much of it there is, and what differs from CoppeliaSim.
+
+    The support is that of `coverage.Support`, or ``constant``.
+    """
+    lines = {line.name: line for line in script_functions()}
+    found: dict[str, dict[str, str]] = {}
+    for space in Namespaces.names():
+        for name, member in namespace(space).items():
+            full_name = f"{space}.{name}"
+            line = lines.get(full_name)
+            if "func" in member:
+                support = line.support if line else Support.FULL
+                found[full_name] = {"support": support, "differs": line.differs if line else ""}
+            else:  # a constant, or a table of them
+                found[full_name] = {"support": "constant", "differs": ""}
+    return found
 
 
 def _described(value: Any) -> dict[str, Any]:

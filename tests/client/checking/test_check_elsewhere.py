@@ -1,4 +1,4 @@
-"""``simx-check`` on programs that call no legacy function, or another remote API: it says so, and ends with 2."""
+"""``simx-check`` on programs that call no remote API, or one that is not served: it says so, and ends with 2."""
 
 from __future__ import annotations
 
@@ -7,17 +7,14 @@ from pathlib import Path
 import pytest
 from checked_programs import START, check, page_of, texts_of, write
 
-from simx_client.checking.elsewhere import TWINS
-from simx_client.protocol.commands import BY_NAME
-
 
 def test_a_program_without_a_remote_call_says_so_and_ends_with_2(tmp_path: Path) -> None:
     write(tmp_path, {"script.py": "import numpy as np\nprint(np.zeros(3))\n"})
     code, record = check(tmp_path / "script.py")
     assert (code, record["is_of_a_remote_api"]) == (2, False)
-    assert texts_of(record)[0].startswith("no call of the legacy remote API is found")
+    assert texts_of(record)[0].startswith("no call of a remote API is found")
     page = page_of(tmp_path / "script.py")
-    assert page.endswith("no call of the legacy remote API is found, so there is nothing to check\n")
+    assert page.endswith("no call of a remote API is found, so there is nothing to check\n")
     assert "nothing is missing" not in page
     assert "no problem found" not in page
 
@@ -52,44 +49,6 @@ def test_a_function_that_is_passed_on_counts(tmp_path: Path) -> None:
     assert (code, list(record["functions"])) == (0, ["simxStart"])
 
 
-ZMQ = """
-from {module} import RemoteAPIClient
-client = RemoteAPIClient()
-sim = client.{get}('sim')
-class Robot:
-    def __init__(self, sim, name):
-        self.sim, self.handle = sim, sim.getObject(name)
-    def go(self):
-        self.sim.setJointTargetPosition(self.handle, 1)
-        self.sim.moveToConfig({{}})
-Robot(sim, '/UR5')
-sim.startSimulation()
-client.setStepping(True)
-"""
-
-
-@pytest.mark.parametrize("module", ["coppeliasim_zmqremoteapi_client", "zmqRemoteApi"])
-@pytest.mark.parametrize("get", ["require", "getObject"])
-def test_a_zeromq_program_is_told_what_there_is(tmp_path: Path, module: str, get: str) -> None:
-    write(
-        tmp_path,
-        {"script.py": ZMQ.format(module=module, get=get), f"{module}.py": "class RemoteAPIClient: pass\n"},
-    )
-    code, record = check(tmp_path / "script.py")
-    assert (code, record["functions"]) == (2, {})
-    assert {
-        "sim.getObject": "simxGetObjectHandle",
-        "sim.setJointTargetPosition": "simxSetJointTargetPosition",
-        "sim.moveToConfig": None,
-        "sim.startSimulation": "simxStartSimulation",
-        "sim.setStepping": "simxSynchronous",
-    }.items() <= record["other_apis"]["CoppeliaSim's ZeroMQ remote API"].items()
-    [text] = texts_of(record)
-    assert "it uses CoppeliaSim's ZeroMQ remote API, and simx-server has no gateway for that" in text
-    assert "4 of the 5 functions have a legacy counterpart; without one: sim.moveToConfig" in text
-    assert "docs/python.md" in text
-
-
 def test_a_b0_program_is_recognised_and_its_calls_are_not_taken_for_legacy_ones(tmp_path: Path) -> None:
     text = """
         import b0RemoteApi
@@ -117,17 +76,3 @@ def test_a_pyrep_program_is_recognised_and_a_wrapper_of_that_name_is_followed(tm
     write(tmp_path, files)
     code, record = check(tmp_path / "b/script.py")
     assert (code, [each["name"] for each in record["named"]]) == (0, ["it"])
-
-
-def test_a_program_of_both_apis_has_a_problem_with_one(tmp_path: Path) -> None:
-    text = f"import vrep\nfrom zmqRemoteApi import RemoteAPIClient\n{START}RemoteAPIClient().require('sim').step()\n"
-    write(tmp_path, {"script.py": text})
-    code, record = check(tmp_path / "script.py")
-    assert code == 1
-    assert "1 of the 1 functions have a legacy counterpart" in texts_of(record)[0]
-    assert "  elsewhere   sim.step (simxSynchronousTrigger)\n" in page_of(tmp_path / "script.py")
-
-
-def test_counterparts_are_functions_of_the_table() -> None:
-    assert set(TWINS.values()) <= set(BY_NAME)
-    assert TWINS["sim.getObjectPosition"] == "simxGetObjectPosition"

@@ -1,0 +1,54 @@
+"""simx-run --server with a script of CoppeliaSim's ZeroMQ remote API, whose client is sent to the script's server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from launching import simx_run
+
+from simx_client.launch.hints import hint
+from simx_client.protocol.cli.installing import ZMQ_CLIENT, line
+
+pytest.importorskip("coppeliasim_zmqremoteapi_client", reason=line([ZMQ_CLIENT]))
+
+PROGRAM = """\
+from robot import connect
+client, sim = connect()
+joint = sim.getObject('/joint2')
+client.setStepping(True)
+sim.startSimulation()
+sim.setJointTargetPosition(joint, 0.25)
+while sim.getSimulationTime() < 1:
+    client.step()
+print(round(sim.getJointPosition(joint), 2))
+sim.stopSimulation()
+"""
+
+MODULE = """\
+from {package} import RemoteAPIClient
+def connect():
+    client = RemoteAPIClient({arguments})
+    return client, client.{get}('sim')
+"""
+
+
+@pytest.mark.parametrize(
+    ("package", "arguments", "get"),
+    [
+        ("coppeliasim_zmqremoteapi_client", "", "require"),
+        ("zmqRemoteApi", "'localhost', port=23000", "getObject"),
+    ],
+)
+def test_the_script_moves_a_joint_of_its_own_server(
+    tmp_path: Path, package: str, arguments: str, get: str
+) -> None:
+    (tmp_path / "robot.py").write_text(MODULE.format(package=package, arguments=arguments, get=get))
+    finished = simx_run(tmp_path, PROGRAM, flags=("--server", "two_link_arm"))
+    assert (finished.returncode, finished.stdout) == (0, "0.25\n"), finished.stderr
+
+
+def test_a_missing_client_is_named_with_the_line_that_installs_it() -> None:
+    text = hint(ModuleNotFoundError("No module named 'coppeliasim_zmqremoteapi_client'"))
+    assert text is not None
+    assert text.endswith(line([ZMQ_CLIENT]))
