@@ -57,9 +57,10 @@ def ask_server() -> Offered:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT_S
         )
-        return Offered(json.loads(done.stdout))
     except subprocess.TimeoutExpired:
         raise NoList(f"simx-server did not list its functions within {TIMEOUT_S:g} s") from None
+    try:
+        return Offered(json.loads(done.stdout))
     except ValueError:
         raise NoList(f"simx-server did not list its functions: {done.stderr.strip()}") from None
 
