@@ -453,7 +453,8 @@ class Inbox:
 
     def _next(self) -> Event | Arrival | None:
         """Return the next item; None if there is none."""
-        self.served(0.0)  # unless it was called already
+        if self._serving is not None:
+            self.served(0.0)
         if self._held:
             return self._held.popleft()
         while (box := self._first()) is not None:
@@ -465,8 +466,11 @@ class Inbox:
         """Take the queue with the next turn out of the line."""
         if self._serving is not None:
             self.served(0.0)
-        while self._ready.qsize():
-            self._line_up(self._ready.get_nowait())
+        while count := self._ready.qsize():
+            box = self._ready.get_nowait()
+            if count == 1 and not self._turns and box.items and not self._is_parked(box):
+                return box  # it is alone
+            self._line_up(box)
         if not self._turns:
             return None
         box = heapq.heappop(self._turns)[2]
@@ -477,15 +481,11 @@ class Inbox:
         """Put a queue into the line, if it is not empty."""
         if box.is_in_line or self._is_parked(box):
             return
-        while True:
-            try:
-                first = box.items[0]
-                break
-            except IndexError:
-                box.is_known = False
-                if not box.items:
-                    return
-                box.is_known = True  # something came just now
+        while (first := _first_of(box)) is None:
+            box.is_known = False
+            if not box.items:
+                return
+            box.is_known = True  # something came just now
         box.is_in_line = True
         heapq.heappush(self._turns, (self._start(box, first), first.number, box))
 
@@ -499,7 +499,7 @@ class Inbox:
 
     def _is_parked(self, box: Box) -> bool:
         """Return whether nothing may be taken out now. The queue stays known; a change announces it again."""
-        if box.is_waiting:
+        if box.is_suspended or box.is_kept_back:
             box.is_parked = True
             if box.is_waiting:
                 return True
@@ -532,9 +532,8 @@ class Inbox:
 
     def _must_wait(self, box: Box) -> bool:
         """Return whether the first item of a queue has to wait for scripts."""
-        try:
-            item = box.items[0]
-        except IndexError:
+        item = _first_of(box)
+        if item is None:
             return False
         if item.waits_for_scripts is not None:
             return item.waits_for_scripts
@@ -542,6 +541,16 @@ class Inbox:
             assert isinstance(item.what, Arrival)
             box.waits = item.number, _interferes(item.what.payload)
         return box.waits[1]
+
+
+def _first_of(box: Box) -> Item | None:
+    """Return the first item of a queue; None if it is empty."""
+    if not box.items:
+        return None
+    try:
+        return box.items[0]
+    except IndexError:  # it was taken out just now
+        return None
 
 
 def _interferes(payload: bytes) -> bool:

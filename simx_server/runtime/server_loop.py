@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Container, Mapping
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.constants import sim_api_errormessage_report
@@ -59,8 +60,15 @@ GIVING_PAUSE = 5.0
 GIVINGS = 3
 """How often it is returned after much has waited: answers may still be on their way when nothing waits any more."""
 
+LOOK = 0.05
+"""Least seconds between two looks at work that is due now and then: a look after each turn would cost every call."""
+
 HELD = 0.002
 """Seconds until a held simulation step (`Part.holds_step`) is checked again."""
+
+
+_STREAMS, _WANTS_IDLE = attrgetter("streams.by_id"), attrgetter("wants_idle")
+"""Each turn asks for these; a generator would take three times as long."""
 
 
 class Idler(Protocol):
@@ -122,7 +130,7 @@ class ServerLoop(Part):
         """Want to be called now and then while the simulation is stopped or paused, beside the scene's scripts."""
 
         self.watches: list[Callable[[], object]] = []
-        """Called after every turn, so at least once per second: time-outs of work on other threads."""
+        """Called about once per second, or more often: time-outs of work on other threads."""
 
         self._is_ending = False
         self._end_asked_by: str | None = None
@@ -243,15 +251,22 @@ class ServerLoop(Part):
 
         Each post, and each second, checks the condition again.
         """
+        next_look = 0.0
         with self._busy.open():
             while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
                 self.turn(max_wait=max(0.0, min(1.0, left)))
-                self.metrics.tick()
-                self._give_memory_back()
-                for look in self.watches:
-                    look()
+                if (now := time.monotonic()) >= next_look:
+                    next_look = now + LOOK
+                    self._look()
             self._outbox.send()
+
+    def _look(self) -> None:
+        """Do what is due now and then."""
+        self.metrics.tick()
+        self._give_memory_back()
+        for look in self.watches:
+            look()
 
     def close(self) -> None:
         """Abandon calls with a step under way, after ``run`` has returned for the last time."""
@@ -414,18 +429,21 @@ class ServerLoop(Part):
         self._is_paced = False
         if self._is_advancing():
             return self._seconds_held(True)
-        if self._idle_is_wanted() or any(session.streams.by_id for session in self.sessions.values()):
+        if self._idle_is_wanted() or self._has_streams():
             return max(0.0, self._next_idle_pass - time.monotonic())
         return math.inf
+
+    def _has_streams(self) -> bool:
+        return any(map(_STREAMS, self.sessions.values()))
 
     def _seconds_held(self, is_free: bool) -> float:
         """Return the seconds to wait if the step is held; `is_free`: the step does not follow the wall clock."""
         return HELD if is_free and self.simulation.is_held else 0.0
 
     def _idle_is_wanted(self) -> bool:
-        return self.simulation.state is not SimulationState.RUNNING and (
-            self.world.scripts.want_idle or any(idler.wants_idle for idler in self.idlers)
-        )
+        if self.simulation.state is SimulationState.RUNNING:
+            return False
+        return self.world.scripts.want_idle or any(map(_WANTS_IDLE, self.idlers))
 
     def _pass(self) -> None:
         """Make one simulation step if the simulation advances; compute the streams in any case."""

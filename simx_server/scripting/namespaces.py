@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Generator, Mapping
 from functools import cache
-from inspect import isgenerator
-from types import MappingProxyType
+from types import GeneratorType, MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
@@ -56,6 +55,8 @@ class Namespaces:
     def __init__(self, world: World, script: Script) -> None:
         self._say_once = world.scripts.say_once
         self._spaces = {space: kind(world, script) for space, kind in api.NAMESPACES.items()}
+        self._found: dict[str, tuple[Callable[..., Any], Signature]] = {}
+        """Functions that were called, by full name."""
 
     @staticmethod
     @cache
@@ -70,20 +71,26 @@ class Namespaces:
         Raises:
             CommandError: the function does not exist, arguments have the wrong type, or the function fails.
         """
-        space, _, name = full_name.partition(".")
-        known = signatures(space)
-        signature = known.get(name)
-        if signature is None and not values and _CONSTANT.fullmatch(name):
-            self._say_once(f"{full_name} is no constant of V-REP: a script reads nil there")
-            return (None,)
-        if signature is None and space == "sim" and (plugin := _missing_plugin(name)):
-            raise CommandError(no_such_plugin(plugin, api.NAMESPACES))
-        if signature is None:
-            advice = did_you_mean(name, [*known, *constants(space)])
-            raise CommandError(f"is not provided by this server{advice}")
-        function: Callable[..., Any] = getattr(self._spaces[space], name)
+        found = self._found.get(full_name)
+        if found is None:
+            space, _, name = full_name.partition(".")
+            signature = signatures(space).get(name)
+            if signature is None:
+                return self._without(space, name, values)
+            found = self._found[full_name] = getattr(self._spaces[space], name), signature
+        function, signature = found
         result = function(*signature.bind(values))
-        return _waiting(result) if isgenerator(result) else _as_tuple(result)
+        return _waiting(result) if isinstance(result, GeneratorType) else _as_tuple(result)
+
+    def _without(self, space: str, name: str, values: list[Any]) -> tuple[Any, ...]:
+        """Read a constant of a name that does not exist, which is nil in V-REP. Raises CommandError: a function."""
+        if not values and _CONSTANT.fullmatch(name):
+            self._say_once(f"{space}.{name} is no constant of V-REP: a script reads nil there")
+            return (None,)
+        if space == "sim" and (plugin := _missing_plugin(name)):
+            raise CommandError(no_such_plugin(plugin, api.NAMESPACES))
+        advice = did_you_mean(name, [*signatures(space), *constants(space)])
+        raise CommandError(f"is not provided by this server{advice}")
 
 
 def _missing_plugin(name: str) -> str:

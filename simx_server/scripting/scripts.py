@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,7 @@ logger = logging.getLogger(__name__)
 FIRST_HANDLE = 2_000_003
 """Handles of scripts are far above those of objects and above all script types; V-REP's start at a similar number."""
 
+_SCHEDULED = attrgetter("scheduled")
 _KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
 
@@ -145,7 +147,7 @@ class Scripts(Part):
     @property
     def want_idle(self) -> bool:
         """Return whether a script wants to run while the simulation is stopped or paused."""
-        return self._phases.wants_idle or any(script.scheduled for script in self._scripts)
+        return self._phases.wants_idle or any(map(_SCHEDULED, self._scripts))
 
     def idle(self) -> None:
         """Run the scripts while no simulation step is due: the simulation is stopped or paused."""

@@ -44,6 +44,8 @@ def _number_of(value: Any) -> Any:
 
 def to_int(value: Any) -> int:
     """Return int32, wrapping; a float loses its fraction, true and false are 1 and 0."""
+    if type(value) is int and -0x80000000 <= value <= 0x7FFFFFFF:  # by far the most frequent
+        return value
     value = _number_of(value)
     if isinstance(value, int):
         return to_int32(int(value))
@@ -209,6 +211,13 @@ class Signature:
         Raises:
             CommandError: an argument has the wrong type; the text numbers the argument and names the type.
         """
+        if len(values) == len(self.parameters) and self.rest is None and None not in values:
+            try:
+                return [
+                    parameter.convert(value) for parameter, value in zip(self.parameters, values, strict=True)
+                ]
+            except TypeError:
+                pass  # found again below, where the error gets its text
         bound: list[Any] = []
         for index, parameter in enumerate(self.parameters, 1):
             if index <= len(values):

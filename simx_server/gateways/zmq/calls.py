@@ -17,8 +17,9 @@ from simx_server.world.simulation import SimulationState
 
 from . import permissions
 from .forms import adjusted
+from .functions import Function as Described
+from .functions import described
 from .listing import namespace
-from .results import split_name
 
 if TYPE_CHECKING:
     from .clients import Client
@@ -38,18 +39,23 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
     Raises:
         CommandError: the function does not exist, is refused, or fails.
     """
-    space, name = split_name(full_name)
-    own = _OWN.get(f"{space}.{name}")
+    function = described(full_name)
+    own = _OWN.get(function.full_name)
     if own is not None:
         return own(client, arguments)
-    if space not in api.NAMESPACES or name not in signatures(space):
-        known = signatures(space) if space in api.NAMESPACES else api.NAMESPACES
-        wanted = name if space in api.NAMESPACES else space
-        raise CommandError(f"No such function: {full_name}{did_you_mean(wanted, list(known))}")
-    if space == "sim":
-        permissions.check(client.world, name, arguments)
-    outcome = client.namespaces.invoke(f"{space}.{name}", arguments)
-    return adjusted(f"{space}.{name}", arguments, outcome) if isinstance(outcome, tuple) else outcome
+    if not function.is_known:
+        raise _no_such_function(full_name, function)
+    if function.space == "sim":
+        permissions.check(client.world, function.name, arguments)
+    outcome = client.namespaces.invoke(function.full_name, arguments)
+    return adjusted(function.full_name, arguments, outcome) if isinstance(outcome, tuple) else outcome
+
+
+def _no_such_function(full_name: str, function: Described) -> CommandError:
+    has_space = function.space in api.NAMESPACES
+    known = signatures(function.space) if has_space else api.NAMESPACES
+    wanted = function.name if has_space else function.space
+    return CommandError(f"No such function: {full_name}{did_you_mean(wanted, list(known))}")
 
 
 def _text(arguments: list[Any], what: str) -> str:

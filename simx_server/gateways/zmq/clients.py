@@ -20,8 +20,8 @@ from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
 from .connection import Connection
+from .functions import described
 from .peer import NUMBER_BYTES, Peer
-from .results import is_function
 from .wire import WireError, read_request
 
 if TYPE_CHECKING:
@@ -203,4 +203,4 @@ class _Functions:
     """The names of all functions, for the metrics."""
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and is_function(name)
+        return isinstance(name, str) and described(name).is_known

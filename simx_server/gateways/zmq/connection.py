@@ -16,7 +16,8 @@ from simx_server.runtime.monitoring.metrics import UNKNOWN
 from simx_server.scripting.interpreter import PATIENCE, ScriptError, Waiting
 
 from .calls import invoke
-from .results import is_function, to_client, with_functions
+from .functions import described
+from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError, read_request
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ class Connection:
     def _execute(self, request: Request) -> None:
         self._function = request.function
         self._clients.loop.metrics.called(self.client.key, 1)
-        self.client.session.called[request.function if is_function(request.function) else UNKNOWN] += 1
+        self.client.session.called[request.function if described(request.function).is_known else UNKNOWN] += 1
         try:
             outcome = self._act(lambda: self._invoke(request))
         except Exception as problem:

@@ -9,7 +9,7 @@ from simx_server.errors import CommandError
 from simx_server.scripting.coverage import Support, script_functions
 from simx_server.scripting.namespaces import Namespaces
 
-from .results import split_name
+from .functions import split_name
 
 MORE_FUNCTIONS = ("testCB", "handleExtCalls")
 """Functions of ``sim`` that only clients of this protocol have."""

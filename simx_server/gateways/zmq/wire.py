@@ -9,9 +9,8 @@ import re
 import struct
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass
 from sys import byteorder
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 MAX_MESSAGE = 64 << 20
 """Bytes of one message; ZeroMQ closes the connection of a sender of more."""
@@ -59,8 +58,7 @@ class WireError(ValueError):
     """A message that no correct client sends."""
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(NamedTuple):
     """One message of a client."""
 
     function: str
@@ -137,14 +135,18 @@ class Reader:
 
     def item(self, depth: int) -> Any:
         """Return the next value. Raises WireError, struct.error or IndexError."""
-        place = self._place
-        first = self._data[place]
-        self._left -= 1
-        if self._left < 0:
-            raise _too_many()
-        self._place = place + 1
-        if first < 0x18:  # the most frequent ones first
+        data, place = self._data, self._place
+        first = data[place]
+        self._place = place = place + 1
+        if first < 0x18:  # the most frequent ones first: a small number, a short text, a number of 64 bits
             return first
+        if 0x60 <= first < 0x78:
+            end = place + first - 0x60
+            if end <= len(data):
+                self._place = end
+                return data[place:end]
+        elif first == 0xFB:
+            return self._simple(27)
         major, code = first >> 5, first & 31
         if major == 7:
             return self._simple(code)
@@ -219,11 +221,15 @@ class Reader:
         return b"".join(pieces)
 
     def _list(self, count: int | None, depth: int) -> list[Any]:
+        if count is not None and count < _MANY:
+            self._count(count)
+            return [self.item(depth) for _ in range(count)]
         values: list[Any] = []
         while not self._ends() if count is None else len(values) < count:
             left = _MANY if count is None else count - len(values)
             run = self._floats(left) if left >= _MANY else None
             if run is None:
+                self._count(1)
                 values.append(self.item(depth))
             else:
                 values += run
@@ -250,17 +256,21 @@ class Reader:
 
     def _map(self, count: int | None, depth: int) -> dict[Any, Any]:
         values: dict[Any, Any] = {}
-        left = count
-        while not self._ends() if left is None else left > 0:
+        if count is not None:
+            self._count(2 * count)
+            for _ in range(count):
+                key = self._key(depth)
+                values[key] = self.item(depth)
+            return values
+        while not self._ends():
+            self._count(2)
             key = self._key(depth)
             values[key] = self.item(depth)
-            if left is not None:
-                left -= 1
         return values
 
     def _key(self, depth: int) -> int | str:
         key = self.item(depth)
-        if isinstance(key, bytes):
+        if type(key) is bytes:
             return key.decode("utf-8", "surrogateescape")
         if isinstance(key, float) and key.is_integer():
             key = int(key)  # as in Lua

@@ -1,0 +1,66 @@
+"""The meaning of a function's name, found once for all calls with it."""
+
+from __future__ import annotations
+
+import typing
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from simx_server.scripting import api
+from simx_server.scripting.namespaces import signatures
+from simx_server.scripting.strings import GIVES_BYTES
+
+MOST_REMEMBERED = 4096
+"""Names; there are some 1,500 functions, and clients may invent names."""
+
+
+class Function(NamedTuple):
+    """A name that a client calls."""
+
+    space: str
+    """Its namespace; ``sim`` for ``sim-2.step``."""
+
+    name: str
+    full_name: str
+    """Both, as the namespaces know it."""
+
+    is_known: bool
+    """A namespace has it."""
+
+    is_typed: bool
+    """It declares the types of all its results."""
+
+    gives_bytes: bool
+    """Its texts are bytes, as far as it declares no types."""
+
+
+@lru_cache(MOST_REMEMBERED)
+def described(full_name: str) -> Function:
+    """Return the meaning of a name."""
+    space, name = split_name(full_name)
+    is_known = space in api.NAMESPACES and name in signatures(space)
+    return Function(
+        space,
+        name,
+        f"{space}.{name}",
+        is_known,
+        is_known and _is_typed(getattr(api.NAMESPACES[space], name)),
+        bool(GIVES_BYTES.search(full_name)),
+    )
+
+
+def split_name(full_name: str) -> tuple[str, str]:
+    """Return the namespace and the name of a function; ``sim-2.step`` means that of ``sim``."""
+    space, _, name = full_name.partition(".")
+    return space.partition("-")[0], name
+
+
+def _is_typed(function: Any) -> bool:
+    return not _is_open(typing.get_type_hints(function).get("return"))
+
+
+def _is_open(annotation: Any) -> bool:
+    """Return whether a type contains Any, a map or a result that comes later."""
+    if annotation is Any or (typing.get_origin(annotation) or annotation) in (dict, typing.NoReturn):
+        return True
+    return any(_is_open(each) for each in typing.get_args(annotation))
