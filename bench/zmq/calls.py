@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import sys
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from bench.calls.client import CAMERA
 from bench.measuring import processes
-from bench.measuring.measure import Effort, Rounds, ratio, repeated, side_by_side
+from bench.measuring.measure import Effort, Rounds, ratio, ratio_p99, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
+from bench.measuring.resources import processor_seconds
 
 SCENE = "ur5_rg2_kinect"
-CALL, STUB, STEP = "a call", "the same call at an empty server", "sim.step in stepped mode"
+CALL, RUNNING, STUB = "a call", "a call while the simulation runs", "the same call at an empty server"
+STEP = "sim.step in stepped mode"
+ON_ONE_CORE = "{}, all on one core"
+PROCESSOR = "processor time of the server: {}"
 TARGET = 1.3
 """Times the call at the empty server."""
 
@@ -24,25 +30,78 @@ def measure(effort: Effort) -> Findings:
     """Measure a call that reads a position, and a step of the tutorial's scene."""
     found = Findings("Calls of a client of the ZeroMQ remote API")
     taken = repeated(effort.sets, partial(_one_set, effort))
-    found.ratios.append(Ratio(f"{CALL} / {STUB}", ratio(taken[CALL], taken[STUB]), target=TARGET))
-    found.rows += [Row.of(name, taken[name], "us") for name in (CALL, STUB, STEP)]
+    for call in (CALL, RUNNING):
+        found.ratios.append(Ratio(f"{call} / {STUB}", ratio(taken[call], taken[STUB]), target=TARGET))
+    found.ratios.append(Ratio(f"{CALL} / {STUB}, p99", ratio_p99(taken[CALL], taken[STUB])))
+    alone, empty = ON_ONE_CORE.format(CALL), ON_ONE_CORE.format(STUB)
+    found.ratios.append(Ratio(f"{alone} / {empty}", ratio(taken[alone], taken[empty])))
+    found.rows += [Row.of(name, rounds, "us") for name, rounds in taken.items()]
     return found
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     stub = stack.enter_context(processes.server(command=(sys.executable, "-m", "bench.zmq.stub")))
-    port = _free_port()
-    stack.enter_context(processes.server(SCENE, "--speed", "max", "--zmq", str(port)))
-    sim, empty = _sim(port), _sim(stub.port)
+    server, sim = _server(stack)
+    _, running = _server(stack)
+    empty = _sim(stub.port)
     camera = sim.getObject(f"/{CAMERA}")
-    read: Callable[[], Any] = lambda: sim.getObjectPosition(camera, -1)  # noqa: E731
-    cases = {CALL: read, STUB: lambda: empty.getObjectPosition(camera, -1)}
-    taken = side_by_side("zmq, calls", cases, rounds=effort.rounds, calls=effort.count(1000))
-    sim.setStepping(True)
-    sim.startSimulation()
-    stack.callback(sim.stopSimulation)
-    steps = side_by_side("zmq, steps", {STEP: sim.step}, rounds=effort.rounds, calls=effort.count(100))
-    return {**taken, **steps}
+    running.startSimulation()
+    cases: dict[str, Callable[[], Any]] = {
+        CALL: lambda: sim.getObjectPosition(camera, -1),
+        RUNNING: lambda: running.getObjectPosition(camera, -1),
+        STUB: lambda: empty.getObjectPosition(camera, -1),
+    }
+    calls = effort.count(1000)
+    taken = side_by_side("zmq, calls", cases, rounds=effort.rounds, calls=calls)
+    running.stopSimulation()
+    for name, owner in ((CALL, server), (STUB, stub)):
+        taken[PROCESSOR.format(name)] = Rounds(((_processor_time(owner.process_id, cases[name], calls),),))
+    with _on_one_core(os.getpid(), server.process_id, stub.process_id):
+        both = {name: cases[name] for name in (CALL, STUB)}
+        alone = side_by_side("zmq, calls on one core", both, rounds=effort.rounds, calls=calls)
+    taken |= {ON_ONE_CORE.format(name): rounds for name, rounds in alone.items()}
+    _, fast = _server(stack, "--speed", "max")
+    fast.setStepping(True)
+    fast.startSimulation()
+    stack.callback(fast.stopSimulation)
+    return taken | side_by_side(
+        "zmq, steps", {STEP: fast.step}, rounds=effort.rounds, calls=effort.count(100)
+    )
+
+
+def _processor_time(process_id: int, case: Callable[[], Any], calls: int) -> float:
+    """Return the seconds that a process works for a call."""
+    before = processor_seconds([process_id])
+    for _ in range(calls):
+        case()
+    return (processor_seconds([process_id]) - before) / calls
+
+
+@contextmanager
+def _on_one_core(*process_ids: int) -> Generator[None]:
+    """Have all threads of these processes share a core within the block, where the system can do that."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    threads = [int(task.name) for each in process_ids for task in Path(f"/proc/{each}/task").iterdir()]
+    cores = os.sched_getaffinity(0)
+    _keep(threads, {min(cores)})
+    try:
+        yield
+    finally:
+        _keep(threads, cores)
+
+
+def _keep(threads: list[int], cores: set[int]) -> None:
+    for thread in threads:
+        with suppress(OSError):  # it has ended
+            os.sched_setaffinity(thread, cores)
+
+
+def _server(stack: ExitStack, *arguments: str) -> tuple[processes.Running, Any]:
+    """Start a server; return it, and sim of a client."""
+    port = _free_port()
+    return stack.enter_context(processes.server(SCENE, *arguments, "--zmq", str(port))), _sim(port)
 
 
 def _sim(port: int) -> Any:

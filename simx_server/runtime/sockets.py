@@ -7,9 +7,23 @@ physics thread waits for the sockets, and other threads wake it with a byte.
 from __future__ import annotations
 
 import contextlib
+import math
+import os
 import selectors
 import socket
+import time
 from collections.abc import Callable
+
+LOOK = 0.0002
+"""Seconds to look before sleeping: twice as long as a client in a loop needs from an answer to its next call."""
+
+LATE = 0.001
+"""Seconds after the end of a look from which other programs have had this core meanwhile."""
+
+PAUSE = 1.0
+"""Seconds without a look from then on: a thread that looks loses its turn, and one that sleeps is woken early."""
+
+_let_others: Callable[[], object] = getattr(os, "sched_yield", bool)
 
 Ready = Callable[[], object]
 """Reads some of what has arrived at a socket, and queues it; or sends what was left. Does not wait."""
@@ -25,6 +39,10 @@ class Sockets:
             end.setblocking(False)
         self.add(self._wake, self._empty)
         self._is_asleep = False
+        self._look_until = 0.0
+        """When a look ends that the next wait shall start with; 0 for none."""
+
+        self._next_look = 0.0 if hasattr(os, "sched_yield") else math.inf
 
     def add(self, file: socket.socket, ready: Ready) -> None:
         """Call a function whenever a socket has something to read, until it is removed."""
@@ -45,13 +63,37 @@ class Sockets:
             has_work: whether there is something to do already; then it does not wait. Called after the last moment at
                 which another thread need not call `wake`.
         """
-        self._is_asleep = seconds > 0.0
-        try:
-            ready = self._selector.select(0.0 if has_work() else seconds)
-        finally:
-            self._is_asleep = False
+        ready = self._look(seconds, has_work) if self._look_until and seconds > 0.0 else None
+        if not ready:
+            self._is_asleep = seconds > 0.0
+            try:
+                ready = self._selector.select(0.0 if has_work() else seconds)
+            finally:
+                self._is_asleep = False
         for key, _ in ready:
             key.data()
+
+    def expect(self) -> None:
+        """Have the next wait start with a look of `LOOK` seconds: a client has got its answer, and may call at once.
+
+        To fall asleep and be woken up takes longer than most clients need for their next call.
+        """
+        if (now := time.perf_counter()) >= self._next_look:
+            self._look_until = now + LOOK
+
+    def _look(
+        self, seconds: float, has_work: Callable[[], object]
+    ) -> list[tuple[selectors.SelectorKey, int]]:
+        """Return the sockets that are ready within the look. Another program that wants this core gets it meanwhile."""
+        began = time.perf_counter()
+        until, self._look_until = max(began, min(self._look_until, began + seconds)), 0.0
+        while not (ready := self._selector.select(0.0)) and not has_work():
+            _let_others()
+            if (now := time.perf_counter()) >= until:
+                if now >= until + LATE:
+                    self._next_look = now + PAUSE
+                break
+        return ready
 
     def _empty(self) -> None:
         with contextlib.suppress(BlockingIOError):

@@ -14,6 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
+from simx_server.runtime.sockets import LOOK
 
 from ..errors import GatewayError
 from ..exposure import is_loopback
@@ -121,6 +122,9 @@ class ZmqGateway:
             return
         peer.unanswered = max(0, peer.unanswered - 1)
         peer.send(payload)
+        peer.answered = time.perf_counter()
+        if peer.is_quick:
+            self._loop.sockets.expect()
         if peer.unsent:
             self._await_reader(peer)
 
@@ -235,6 +239,7 @@ class ZmqGateway:
     def _sort(self, peer: Peer, payload: bytes) -> None:
         """Put a message where it is waited for. Raises BadPeer: there are too many."""
         peer.unanswered += 1
+        peer.is_quick = time.perf_counter() - peer.answered < LOOK
         if peer.unanswered > MOST_UNANSWERED:
             raise BadPeer("a client sends on without reading answers")
         if peer.nested is not None:

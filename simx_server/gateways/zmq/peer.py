@@ -36,6 +36,12 @@ class Peer:
         self.unanswered = 0
         """Messages that were not answered yet."""
 
+        self.answered = 0.0
+        """When it last got an answer, by the performance counter."""
+
+        self.is_quick = False
+        """Its last message came soon after the answer before."""
+
         self.is_gone = False
         self.nested: deque[bytes | None] | None = None
         """Takes its messages while it runs a function for the server; None is put in when it is gone."""

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import socket
 import threading
+from types import SimpleNamespace
 
+import pytest
+
+from simx_server.runtime import sockets as module
 from simx_server.runtime.inbox import Inbox
 from simx_server.runtime.sockets import Sockets
 
@@ -57,3 +61,56 @@ def test_a_post_of_another_thread_ends_the_wait() -> None:
     assert event() == 7
     assert inbox.wait(0) is None
     sockets.close()
+
+
+class Look:
+    """Sockets whose looks are counted; another program takes as long as the test says, by a clock of the test's."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now, self.looks, self.other_takes = 100.0, 0, 0.0
+        self.near, self.far = socket.socketpair()
+        self.sockets = Sockets()
+        self.heard: list[bytes] = []
+        self.sockets.add(self.near, lambda: self.heard.append(self.near.recv(10)))
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: self.now))
+        monkeypatch.setattr(module, "_let_others", self._let_others)
+
+    def _let_others(self) -> None:
+        self.looks += 1
+        self.now += module.LOOK / 4 + self.other_takes
+        if self.looks == 3:
+            self.far.send(b"x")
+
+    def close(self) -> None:
+        self.sockets.close()
+        self.near.close()
+        self.far.close()
+
+
+def test_a_client_that_is_expected_is_looked_for_before_the_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    look = Look(monkeypatch)
+    look.sockets.poll(0.001)
+    assert not look.looks
+    look.sockets.expect()
+    look.sockets.poll(20)
+    assert (look.looks, look.heard) == (3, [b"x"])
+    look.sockets.expect()
+    look.sockets.poll(0.001)
+    assert look.looks > 3, "a look ends when nothing comes"
+    look.close()
+
+
+def test_no_look_is_made_for_a_while_after_another_program_took_the_core(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    look = Look(monkeypatch)
+    look.other_takes = 2 * module.LATE
+    for _ in range(3):
+        look.sockets.expect()
+        look.sockets.poll(0.001)
+    assert look.looks == 1
+    look.now += module.PAUSE
+    look.sockets.expect()
+    look.sockets.poll(0.001)
+    assert look.looks == 2
+    look.close()

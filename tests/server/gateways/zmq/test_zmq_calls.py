@@ -7,6 +7,8 @@ from typing import Any
 import pytest
 from zmq_world import ZmqWorld
 
+from simx_server.gateways.zmq import gateway
+
 
 def test_a_client_gets_functions_constants_and_nested_tables(server: ZmqWorld) -> None:
     client = server.client()
@@ -160,3 +162,19 @@ def test_parameters_that_programs_read_and_set(server: ZmqWorld) -> None:
     sim.setInt32Param(sim.intparam_idle_fps, before)
     assert isinstance(sim.getStringParam(sim.stringparam_scenedefaultdir), str)
     assert isinstance(sim.getStringParam(sim.stringparam_modeldefaultdir), str)
+
+
+def test_the_server_looks_for_the_next_call_of_a_client_that_calls_at_once(
+    server: ZmqWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client, expected = server.raw(), [0]
+    monkeypatch.setattr(server.loop.sockets, "expect", lambda: expected.append(1))
+    monkeypatch.setattr(gateway, "LOOK", 1000.0)
+    client.ask("sim.getSimulationTime")
+    assert sum(expected) == 0, "the first call follows no answer"
+    for _ in range(2):
+        client.ask("sim.getSimulationTime")
+    assert sum(expected) == 2
+    monkeypatch.setattr(gateway, "LOOK", 0.0)
+    client.ask("sim.getSimulationTime")
+    assert sum(expected) == 2, "this one has come late"
