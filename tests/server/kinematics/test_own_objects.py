@@ -108,6 +108,27 @@ return kinds, listed, link, simIK.getObjects(env, 5), simIK.getObjectParent(env,
     assert (link, after, parent) == (True, None, True)
 
 
+def test_what_was_set_can_be_asked(world: ScriptWorld) -> None:
+    base, constraints, precision, weights, joint, old = world.lua(
+        TWO_LINKS
+        + """
+simIK.setElementPrecision(env, group, element, {0.01, 0.02})
+simIK.setElementWeights(env, group, element, {1, 0.5})
+simIK.setJointWeight(env, second, 0.25)
+local base, axes = simIK.getElementBase(env, group, element)
+simIK.setLinkedDummy(env, base, target)
+local old = simIK.addIkElement(env, simIK.createGroup(env), tip)
+simIK.setIkElementBase(env, 2, old, first)
+return base == axes, simIK.getElementConstraints(env, group, element),
+    simIK.getElementPrecision(env, group, element), simIK.getElementWeights(env, group, element),
+    {simIK.getJointWeight(env, first), simIK.getJointWeight(env, second), simIK.getLinkedDummy(env, base) == target},
+    {simIK.getGroupJoints(env, 2)[1] == second, #simIK.getGroupJoints(env, 2)}
+"""
+    )
+    assert (base, constraints, precision, weights) == (True, 3, [0.01, 0.02], [1, 0.5])
+    assert (joint, old) == ([1, 0.25, True], [True, 1])
+
+
 def test_own_objects_follow_an_object_of_the_scene_that_carries_them(world: ScriptWorld) -> None:
     code, place = world.lua(
         TWO_LINKS

@@ -139,7 +139,7 @@ def test_planning_longer_than_a_scripts_limit_does_not_end_the_script(world: Scr
     sealed = (
         ARM_TASK
         + """
-simOMPL.setStateValidityCallback(task, function(state) return state[1] < 0.2 or state[1] > 0.7 end)
+simOMPL.setStateValidationCallback(task, function(state) return state[1] < 0.2 or state[1] > 0.7 end)
 local found = simOMPL.solve(task, 0.6)
 return found, #simOMPL.getPath(task)
 """
@@ -192,7 +192,8 @@ simExtOMPL_setStateSpace(task, spaces)
 simExtOMPL_setAlgorithm(task, sim_ompl_algorithm_RRTConnect)
 simExtOMPL_setCollisionPairs(task, {simGetCollectionHandle('robot'), sim_handle_all})
 simExtOMPL_setStateValidityCheckingResolution(task, 0.001)
-simExtOMPL_setStateValidityCallback(task, function() return true end)
+simExtOMPL_setStateValidityCallback(task, function() return false end)
+simExtOMPL_setStateValidationCallback(task, function() return true end)
 simExtOMPL_setStartState(task, {-0.8, 0.1})
 simExtOMPL_setGoalState(task, {0.8, -0.1})
 simExtOMPL_addGoalState(task, {0.9, -0.1})
