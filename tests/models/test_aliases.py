@@ -22,6 +22,11 @@ PATHS = {
         "/UR5/connection": "UR5_connection",
         "/RG2/openCloseJoint": "RG2_openCloseJoint",
     },
+    "stock_kinect": {
+        "/kinect/rgb": "kinect_rgb",
+        "/kinect/depth": "kinect_depth",
+        "/kinect/joint": "kinect_joint",
+    },
     "quadricopter": {
         "/Quadcopter": "Quadricopter",
         "/Quadcopter/base": "Quadricopter_base",

@@ -26,6 +26,7 @@ GL = (
     "test_sensor_functions", "test_sensors_handles", "test_soak", "test_state_log",
     "test_streaming_instants", "test_surprises", "test_tutorial_look", "test_tutorial_over_the_api",
     "test_upgrade", "test_view_browser", "test_view_cameras", "test_view_process", "test_wheels",
+    "test_zmq_example_images",
 )  # fmt: skip
 STARTS_BY_LIBRARY = (
     "test_bench_smoke", "test_detect_example", "test_hostile_peers", "test_reach_example", "test_scripts_python",

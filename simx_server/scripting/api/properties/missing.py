@@ -25,7 +25,6 @@ _PREFIXES = {
 _NAMES = {
     "acknowledgment": _SAVING,
     "addOns": "this server has no add-ons",
-    "ambientLight": "the lights of a scene are written in its MJCF",
     "applyCulling": _EDITING,
     "applyShadingAngle": _EDITING,
     "applyShowEdges": _EDITING,

@@ -13,6 +13,7 @@ from simx_server.handlers.objects import objects
 from simx_server.handlers.simulation import simulation_state
 from simx_server.parts.custom_data import APPLICATION, SCENE
 from simx_server.parts.parameters import MAX_ARGUMENTS, PROGRAM_VERSION
+from simx_server.scene.geometry.frames import quat_from_euler, xyzw_from_wxyz
 from simx_server.scripting.api.constant_tables import TABLES
 from simx_server.scripting.api.plugins import PLUGINS
 from simx_server.scripting.script import ScriptKind
@@ -20,11 +21,13 @@ from simx_server.scripting.script import ScriptKind
 from ..entry import Property, fixed, renamed
 from ..property_types import (
     BOOL,
+    COLOR,
     FLOAT,
     HANDLE,
     HANDLE_ARRAY,
     INT,
     INT_ARRAY,
+    QUATERNION,
     STRING,
     STRING_ARRAY,
     VECTOR3,
@@ -99,6 +102,17 @@ def _main_script(world: World, _handle: int) -> int:
     return found[0].handle if found else -1
 
 
+def _ambient_light(world: World, _handle: int) -> list[float]:
+    """Return what the headlight adds to every surface: MuJoCo's only light without a direction."""
+    headlight = world.simulation.model.vis.headlight
+    return [float(each) for each in headlight.ambient] if headlight.active else [0.0, 0.0, 0.0]
+
+
+def _random_turn(world: World, _handle: int) -> list[float]:
+    euler = parameters.get_array_parameter(world, c.sim_arrayparam_random_euler)
+    return xyzw_from_wxyz(quat_from_euler(euler))
+
+
 _ALL = Property("objects", HANDLE_ARRAY, lambda world, _handle: list(world.simulation.scene.objects))
 _TOP = Property("orphans", HANDLE_ARRAY, lambda world, _handle: world.simulation.scene.children(-1))
 _SELECTION = Property(
@@ -115,6 +129,7 @@ OF_SCENE = (
         lambda world, _handle: float(world.simulation.model.opt.timestep),
         lambda world, _handle, seconds: world.simulation.set_physics_step(seconds),
     ),
+    Property("ambientLight", COLOR, _ambient_light),
     _parameter("gravity", VECTOR3, "arrayparam_gravity", can_be_set=True),
     Property(
         "dynamicsEnabled", BOOL, lambda world, _handle: world.simulation.dynamics_enabled, _set_dynamics
@@ -164,6 +179,7 @@ OF_APP = (
         for place in range(1, MAX_ARGUMENTS + 1)
     ),
     _parameter("randomFloat", FLOAT, "floatparam_rand"),
+    Property("randomQuaternion", QUATERNION, _random_turn),
     Property("execUnsafe", BOOL, lambda world, _handle: world.scripts.allows_code),
     Property("execUnsafeExt", BOOL, lambda world, _handle: world.scripts.allows_code),
     Property("pluginNames", STRING_ARRAY, lambda _world, _handle: list(PLUGINS.values())),
