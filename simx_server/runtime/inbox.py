@@ -169,15 +169,21 @@ class Inbox:
                     self.dropped[client, reached] += 1
                 return False
             box.size_put += size
-            if box.size > RESERVED:
+            waiting = box.size
+            if waiting > RESERVED:
                 self.had_much = True
-            is_flood = self._is_flood(box, size)
+            is_flood = self._is_flood(box, size, waiting)
             # Last, as it wakes the physics thread up, which needs the interpreter.
             self._add(box, Arrival(client, read(payload)), box.always_waits)
             return not is_flood
 
-    def _is_flood(self, box: Box, size: int) -> bool:
-        """Return whether a client that sends one more message should be slowed down; its bytes are counted already."""
+    def _is_flood(self, box: Box, size: int, waiting: int) -> bool:
+        """Return whether a client that sends one more message should be slowed down.
+
+        Args:
+            size: the bytes of the message.
+            waiting: those of all its messages, with this one.
+        """
         tick, weight = int(time.monotonic() / MOMENT), 1 + size // LARGE
         if tick != self._tick:
             self._tick, self._recent = tick, 0
@@ -187,16 +193,17 @@ class Inbox:
         box.recent += weight
         if self._recent > BUSY and box.recent > GREEDY:
             return True
-        return len(box.items) >= MUCH or box.size > MUCH_BYTES
+        return len(box.items) >= MUCH or waiting > MUCH_BYTES
 
     def _limit_reached(self, box: Box, size: int) -> str:
         """Return the limit that one more message would exceed; empty if there is space for it."""
-        limits, of_client = self._limits(), box.size + size
+        limits, waiting = self._limits(), box.size
+        of_client = waiting + size
         if size > MAX_MESSAGE:
             return "message"
         if len(box.items) >= limits.waiting:
             return "waiting"
-        if box.size and of_client > limits.waiting_bytes:
+        if waiting and of_client > limits.waiting_bytes:
             return "waiting_bytes"
         if of_client > RESERVED and self.size + size > limits.all_waiting_bytes:
             return "all_waiting_bytes"

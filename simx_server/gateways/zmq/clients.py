@@ -52,6 +52,9 @@ class Client:
         self.locks = 0
         """How often it has called sim.acquireLock more than sim.releaseLock."""
 
+        self.is_leaving = False
+        """Its last connection has ended; what it has sent is executed still."""
+
         self.session: ClientSession
         self.connections: dict[int, Connection] = {}
         self.acting: Connection | None = None
@@ -111,15 +114,15 @@ class ZmqClients(Part):
 
     def welcome(self, key: str, payload: bytes) -> Mapping[str, Any] | None:
         """Accept a client with its message, unless it is there already; return the answer if it must not be queued."""
-        if self.loop.is_departing(key):  # it has come back at once
-            return REPEAT
-        if key not in self._clients:
-            try:
-                limits = self.loop.simulation.limits
-                limits.check("clients", len(self.loop.sessions) + 1, "let others leave first")
-            except LimitReached as problem:
-                return {"err": str(problem)}
-            self._join(key, payload)
+        client = self._clients.get(key)
+        if client is not None:
+            return REPEAT if client.is_leaving else None  # it has come back at once
+        limits = self.loop.simulation.limits
+        try:
+            limits.check("clients", len(self.loop.sessions) + 1, "let others leave first")
+        except LimitReached as problem:
+            return {"err": str(problem)}
+        self._join(key, payload)
         return None
 
     def _join(self, key: str, payload: bytes) -> None:
@@ -138,6 +141,7 @@ class ZmqClients(Part):
         """Let a client leave after what it has sent is executed."""
         client = self._clients.get(key)
         if client is not None:
+            client.is_leaving = True
             for connection in client.connections.values():
                 connection.end()
             self.loop.depart(key)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import socket
 import time
 from collections import deque
@@ -36,7 +37,7 @@ class Peer:
         self.unanswered = 0
         """Messages that were not answered yet."""
 
-        self.answered = 0.0
+        self.answered = -math.inf
         """When it last got an answer, by the performance counter."""
 
         self.is_quick = False

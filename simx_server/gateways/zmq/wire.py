@@ -123,7 +123,8 @@ class Reader:
     __slots__ = ("_data", "_left", "_place")
 
     def __init__(self, data: bytes, place: int = 0) -> None:
-        self._data, self._place = data, place
+        self._data = data
+        self._place: int = place
         self._left = MAX_ITEMS
 
     def whole(self) -> Any:
@@ -145,6 +146,9 @@ class Reader:
             if end <= len(data):
                 self._place = end
                 return data[place:end]
+        elif first == 0x78:
+            self._place = place + 1
+            return self._take(data[place])
         elif first == 0xFB:
             return self._simple(27)
         major, code = first >> 5, first & 31
