@@ -148,7 +148,10 @@ def make_arms(
         low=np.array([*(low for low, _ in bounds), *[-math.inf] * 3 * len(turning)], dtype=float),
         high=np.array([*(high for _, high in bounds), *[math.inf] * 3 * len(turning)], dtype=float),
         max_step=np.concatenate(
-            [np.where(hinge, math.radians(10), 0.1), np.full(3 * len(turning), math.radians(10))]
+            [
+                [largest_step(is_hinge=bool(each)) for each in hinge],
+                np.full(3 * len(turning), largest_step(is_hinge=True)),
+            ]
         ),
         weights=np.array([sim.joints.ik_weight(_handle(sim, joint)) for joint in owners], dtype=float),
         balls=tuple(Ball(_handle(sim, joint), int(model.jnt_qposadr[joint])) for joint in turning),
@@ -164,6 +167,11 @@ def make_arms(
         used = np.array([joint in chain for joint in owners], dtype=bool)
         arms.append(Arm(element, body, local, used, base_body, base_pose))
     return joints, arms
+
+
+def largest_step(*, is_hinge: bool) -> float:
+    """Return how far one iteration moves a joint at most, rad or m: V-REP's initial values."""
+    return math.radians(10) if is_hinge else 0.1
 
 
 def fixed_pose(sim: Simulation, item: SceneObject) -> Pose:

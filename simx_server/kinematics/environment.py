@@ -45,7 +45,7 @@ class GroupFlag(IntFlag):
     RESTORE_ON_BAD_ANGULAR = 8
     """The joints stay where they are when the tips do not reach this part of their targets."""
     AVOID_LIMITS = 64
-    """Without effect, as no solution leaves the joints' limits."""
+    """Joints keep their margins from their limits; no solution leaves the limits in any case."""
 
     @property
     def restore(self) -> frozenset[str]:
@@ -88,6 +88,8 @@ class Environment:
         self._intervals: dict[int, tuple[bool, float, float]] = {}
         self.steps: dict[int, float] = {}
         """How far one iteration moves a joint at most, rad or m, where a script has set it."""
+        self.margins: dict[int, float] = {}
+        """How far joints stay away from their limits, rad or m, in groups with `GroupFlag.AVOID_LIMITS`."""
         self.weights: dict[int, float] = {}
         """How readily a joint moves beside the others, where a script has set it."""
 
@@ -246,7 +248,11 @@ class Environment:
             joints, arms = make_arms(self._sim, elements, takes_part)
             self._load()
             place = self._scratch
-        bounds = [self._limits(handle) if limits else (-math.inf, math.inf) for handle in joints.handles]
+        with_margin = bool(group.flags & GroupFlag.AVOID_LIMITS)
+        bounds = [
+            self._limits(handle, with_margin) if limits else (-math.inf, math.inf)
+            for handle in joints.handles
+        ]
         low, high = np.array(bounds, dtype=float).T
         joints = replace(
             joints, low=low, high=high, max_step=self._steps(group, joints), weights=self._weighted(joints)
@@ -312,9 +318,12 @@ class Environment:
     def _takes_part(self, handle: int) -> bool:
         return handle not in self.passive
 
-    def _limits(self, handle: int) -> tuple[float, float]:
+    def _limits(self, handle: int, with_margin: bool) -> tuple[float, float]:
         cyclic, least, extent = self.interval(handle)
-        return (-math.inf, math.inf) if cyclic or extent >= 1e9 else (least, least + extent)
+        if cyclic or extent >= 1e9:
+            return -math.inf, math.inf
+        margin = min(self.margins.get(handle, 0.0), extent / 2) if with_margin else 0.0
+        return least + margin, least + extent - margin
 
     def _address(self, joint: int) -> int:
         item = self._sim.scene.get_kind(joint, ObjectKind.JOINT)

@@ -14,16 +14,13 @@ from numpy.typing import NDArray
 from simx_server.scene.geometry.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
 
 from ..errors import CommandError
-from .chain import Arm, Element, Joints
+from .chain import Arm, Element, Joints, largest_step
 from .scratch import Array
 
 FIRST_HANDLE = 1_000_000
 """First handle of an environment's own objects, above all handles of a scene's objects."""
 
 WORLD = -1
-
-_LARGEST_TURN, _LARGEST_SHIFT = math.radians(10), 0.1
-"""rad and m that one iteration moves a joint at most: V-REP's initial values."""
 
 
 class OwnJoint(IntEnum):
@@ -176,7 +173,7 @@ class OwnObjects:
         needed = {handle for element in elements for handle in self.above(element.tip)}
         model = self._model(sorted(needed, key=lambda each: len(self.above(each))))
         ids = [model.joint(str(handle)).id for handle in handles]
-        turns = np.array([self._objects[handle].joint == OwnJoint.REVOLUTE for handle in handles], dtype=bool)
+        turns = [self._objects[handle].joint == OwnJoint.REVOLUTE for handle in handles]
         count = len(handles)
         joints = Joints(
             handles=handles,
@@ -184,7 +181,7 @@ class OwnObjects:
             dofs=np.array(model.jnt_dofadr[ids], dtype=np.intp),
             low=np.full(count, -math.inf),
             high=np.full(count, math.inf),
-            max_step=np.where(turns, _LARGEST_TURN, _LARGEST_SHIFT),
+            max_step=np.array([largest_step(is_hinge=each) for each in turns]),
             weights=np.ones(count),
         )
         arms = [

@@ -89,6 +89,28 @@ return before, code, kept, off, simIK.getJointPosition(env, first), flags
     assert abs(moved - before) > 0.1
 
 
+def test_joints_keep_margins_where_limits_are_avoided(world: ScriptWorld) -> None:
+    free, kept, asked = world.lua(
+        TWO_LINKS
+        + """
+simIK.setObjectPose(env, target, {-9, 9, 0, 0, 0, 0, 1})
+simIK.setJointInterval(env, second, false, {0, 2})
+simIK.setJointLimitMargin(env, second, 0.25)
+simIK.setJointInterval(env, first, false, {-0.3, 0.6})
+simIK.setJointLimitMargin(env, first, 0.1)
+simIK.handleGroup(env, group)
+local free = simIK.getJointPosition(env, first)
+simIK.setGroupFlags(env, group, simIK.group_enabled + simIK.group_avoidlimits)
+simIK.handleGroup(env, group)
+return free, simIK.getJointPosition(env, first), {simIK.getJointLimitMargin(env, first),
+    simIK.getJointLimitMargin(env, second), simIK.getJointMaxStepSize(env, first), simIK.doesGroupExist(env, 'x'),
+    simIK.doesIkGroupExist(env, 'group1')}
+"""
+    )
+    assert (free, kept) == (pytest.approx(0.3, abs=1e-3), pytest.approx(0.2, abs=1e-3))
+    assert asked == [0.1, 0.25, pytest.approx(0.17453, abs=1e-4), False, True]
+
+
 def test_objects_that_are_made_are_listed_and_erased(world: ScriptWorld) -> None:
     kinds, listed, link, after, parent = world.lua(
         TWO_LINKS
@@ -163,6 +185,7 @@ return code, simIK.getObjectPose(env, base, cube)
         ("simIK.setJointPosition(env, tip, 1)", "is a dummy, not a joint"),
         ("simIK.setJointWeight(env, first, -1)", "not below 0"),
         ("simIK.setJointMaxStepSize(env, first, 0)", "above 0"),
+        ("simIK.setJointLimitMargin(env, first, -1)", "not below 0"),
     ],
 )
 def test_mistakes_say_what_is_wrong(world: ScriptWorld, source: str, text: str) -> None:

@@ -108,6 +108,11 @@ class IkEnvironmentFunctions(ApiPart):
 
     getIkGroupHandle = getGroupHandle
 
+    def doesGroupExist(self, environment: int, name: str) -> bool:
+        return any(group.name == name for group in self._environment(environment).groups.values())
+
+    doesIkGroupExist = doesGroupExist
+
     def setGroupCalculation(
         self, environment: int, group: int, method: int, damping: float, iterations: int
     ) -> None:
@@ -124,10 +129,10 @@ class IkEnvironmentFunctions(ApiPart):
 
     def setGroupFlags(self, environment: int, group: int, flags: int) -> None:
         """Set bits simIK.group_*: enabled, ignoremaxsteps (how far one iteration moves a joint is not limited),
-        restoreonbadlintol and restoreonbadangtol (a failure leaves the joints where they are), avoidlimits.
+        restoreonbadlintol and restoreonbadangtol (a failure leaves the joints where they are), avoidlimits (joints keep
+        the margins of simIK.setJointLimitMargin).
 
-        Partly: group_stoponlimithit is an error; joints never leave their intervals, so group_avoidlimits has no
-        effect.
+        Partly: group_stoponlimithit is an error; no joint leaves its interval.
         """
         if flags & ~_FLAGS:
             raise CommandError(

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from simx_server.errors import CommandError
 from simx_server.kinematics import Element
+from simx_server.kinematics.chain import largest_step
 from simx_server.kinematics.own_objects import OwnJoint
 from simx_server.scene.objects import ObjectKind
 
@@ -165,3 +166,20 @@ class IkObjectFunctions(IkEnvironmentFunctions):
         if size <= 0:
             raise CommandError("a step size is above 0")
         self._environment(environment).steps[joint] = size
+
+    def getJointMaxStepSize(self, environment: int, joint: int) -> float:
+        """Return the size of simIK.setJointMaxStepSize, else 10 degrees or 0.1 m."""
+        chosen = self._environment(environment)
+        return chosen.steps.get(joint, largest_step(is_hinge=chosen.joint_type(joint) == OwnJoint.REVOLUTE))
+
+    def setJointLimitMargin(self, environment: int, joint: int, margin: float) -> None:
+        """Set how far a joint stays away from its limits, rad or m, in groups with simIK.group_avoidlimits."""
+        self._environment(environment).joint_position(joint)
+        if margin < 0:
+            raise CommandError("a margin is not below 0")
+        self._environment(environment).margins[joint] = margin
+
+    def getJointLimitMargin(self, environment: int, joint: int) -> float:
+        """Return the margin of simIK.setJointLimitMargin, else 0."""
+        self._environment(environment).joint_position(joint)
+        return self._environment(environment).margins.get(joint, 0.0)
