@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
-
 from simx_server.errors import CommandError
 from simx_server.scene.editing.compounds import decomposing, grouping, relocating, ungrouping
 from simx_server.scene.geometry.frames import get_pose, wxyz_from_xyzw
@@ -76,12 +74,6 @@ class CompoundFunctions(ApiPart):
                 "a bounding box lies along the axes of its shape's frame; turn that with sim.relocateShapeFrame"
             )
         return 1
-
-    def generateTextShape(self, *_values: Any) -> NoReturn:
-        """Raise an error. Not here: the server has no font; use a texture, or a model with the text."""
-        raise CommandError(
-            "the server has no font to make a shape of a text; load a mesh of it with sim.importShape"
-        )
 
     def convexDecompose(
         self,

@@ -10,10 +10,14 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import shape_properties
 from simx_server.handlers.script_files import read_mesh
+from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
 from simx_server.scene.editing import creating, creating_parts
+from simx_server.scene.editing.compounds import relocating
 from simx_server.scene.editing.creating import Body
 from simx_server.scene.geometry import lights, shape_looks
 from simx_server.scene.geometry.hulls import hull
+from simx_server.scene.geometry.letters import text_mesh
+from simx_server.scene.geometry.poses import IDENTITY
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.interpreter import Constant
@@ -29,6 +33,10 @@ _RESPONDABLE, _STATIC = 8, 16
 
 _COMPOUND, _IS_PURE, _CONVEX = 1, 2, 4
 """Bits of the result of sim.getShapeGeomInfo."""
+
+
+_LONGEST_TEXT, _HIGHEST_TEXT = 200, 100
+"""Limits of a text that becomes a shape: characters, and metres."""
 
 
 class ShapeFunctions(ApiPart):
@@ -78,6 +86,37 @@ class ShapeFunctions(ApiPart):
             raise CommandError("vertices are x, y, z of each point, indices three for each triangle")
         points, faces = np.array(vertices, float).reshape(-1, 3), np.array(indices, int).reshape(-1, 3)
         return creating.create_mesh(self._world, points, faces, "Shape", Body())
+
+    def generateTextShape(
+        self,
+        text: str,
+        color: list[float] | None = None,
+        height: float = 0.1,
+        centered: bool = False,
+        alphabet: str | None = None,
+    ) -> int:
+        """Create a static shape, not respondable, of a text in the x-y plane, and return its handle; its frame is
+        where the first line begins, or at its middle. `color`: RGB 0..1; `height`: that of a capital letter.
+
+        Partly: one shape has all letters, in the server's font and with the characters of ASCII; an alphabet model
+        is an error.
+        """
+        if alphabet:
+            raise CommandError("letters are those of the server's font; leave out the model of an alphabet")
+        if not 0 < height <= _HIGHEST_TEXT or len(text) > _LONGEST_TEXT:
+            raise CommandError(
+                f"a text has up to {_LONGEST_TEXT} characters, and its height is above 0, up to {_HIGHEST_TEXT} m"
+            )
+        shown = [1.0, 1.0, 1.0] if color is None else color
+        if len(shown) != 3:
+            raise CommandError(f"a colour is {{red, green, blue}}, not {len(shown)} numbers")
+        points, faces = text_mesh(text, height, centred=centered)
+        if not len(points):
+            raise CommandError("the text has no character that can be seen")
+        handle = creating.create_mesh(self._world, points, faces, "Text", Body())
+        relocating.relocate(self._world, handle, IDENTITY)
+        self._world.shape_colors.set(handle, AMBIENT_DIFFUSE, [min(max(part, 0.0), 1.0) for part in shown])
+        return handle
 
     def createShape(
         self, options: int, shading_angle: float, vertices: list[float], indices: list[int]

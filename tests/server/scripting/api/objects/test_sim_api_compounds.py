@@ -193,7 +193,10 @@ def test_seven_zeros_move_a_frame_into_the_middle(world: ScriptWorld) -> None:
         ("relocateShapeFrame(h'mark', {0, 0, 0, 0, 0, 0, 1})", "'mark' is a dummy"),
         ("alignShapeBB(h'pair', {0, 0, 0, 0, 0, 1, 1})", "turn that with sim.relocateShapeFrame"),
         ("alignShapeBB(h'pair', {0, 0, 0, 0, 0, 0, 0})", "turn that with sim.relocateShapeFrame"),
-        ("generateTextShape('abc')", "no font"),
+        ("generateTextShape(' ')", "no character that can be seen"),
+        ("generateTextShape('a', {1, 1, 1}, 0)", "height is above 0"),
+        ("generateTextShape('a', {1, 1})", "a colour is"),
+        ("generateTextShape('a', {1, 1, 1}, 0.1, false, 'alphabet.ttm')", "leave out the model"),
     ],
 )
 def test_what_no_frame_can_be_is_refused(world: ScriptWorld, call: str, problem: str) -> None:
@@ -216,3 +219,22 @@ def test_convex_parts_fill_a_closed_shape(world: ScriptWorld, monkeypatch: pytes
     assert corners(world, "p") == pytest.approx(corners(world, "c"), abs=1e-6)
     monkeypatch.setattr(decomposing, "is_available", lambda: False)
     world.fails("sim.convexDecompose(p)", "library that is not installed")
+
+
+def test_a_text_becomes_a_shape(world: ScriptWorld) -> None:
+    place, color, size, wide, centred = world.lua("""
+local text = sim.generateTextShape('Hi', {255, 0.5, 0}, 0.2)
+local two = sim.generateTextShape('Hi\\nmm', nil, 0.2, true)
+local _, color = sim.getShapeColor(text, nil, sim.colorcomponent_ambient_diffuse)
+local low = sim.getObjectFloatParam(two, sim.objfloatparam_objbbox_min_x)
+local high = sim.getObjectFloatParam(two, sim.objfloatparam_objbbox_max_x)
+local place, size, wide = sim.getObjectPosition(text, -1), sim.getShapeBB(text), sim.getShapeBB(two)
+sim.removeObjects({text, two})
+return place, color, size, wide, {low, high}
+""")
+    assert place == pytest.approx([0, 0, 0], abs=1e-6)
+    assert color == pytest.approx([1, 0.5, 0], abs=1e-3)
+    assert size[1:] == pytest.approx([0.2, 0.02], abs=0.03)
+    assert wide[0] > size[0]
+    assert wide[1] > 0.3, "two lines"
+    assert centred[0] == pytest.approx(-centred[1], abs=0.01)
