@@ -28,7 +28,7 @@ _Box = tuple[int, int, int, int]
 def text_mesh(text: str, height: float, *, centred: bool) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return points (n, 3) and triangles (m, 3) of a text in the x-y plane, its lower side at z = 0.
 
-    The first line stands on y = 0 and begins at x = 0, or has its middle there; characters other than printable
+    The first line stands on y = 0 and starts at x = 0, or has its middle there; characters other than printable
     ones of ASCII are left out.
 
     Args:
@@ -72,6 +72,6 @@ def _boxes(line: str) -> list[_Box]:
 
 
 def _runs(row: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
-    """Return where the pixels of a row begin and end."""
+    """Return where the pixels of a row start and end."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(np.int8)))
     return tuple((int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True))

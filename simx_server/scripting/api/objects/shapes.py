@@ -96,7 +96,7 @@ class ShapeFunctions(ApiPart):
         alphabet: str | None = None,
     ) -> int:
         """Create a static shape, not respondable, of a text in the x-y plane, and return its handle; its frame is
-        where the first line begins, or at its middle. `color`: RGB 0..1; `height`: that of a capital letter.
+        where the first line starts, or at its middle. `color`: RGB 0..1; `height`: that of a capital letter.
 
         Partly: one shape has all letters, in the server's font and with the characters of ASCII; an alphabet model
         is an error.
