@@ -87,8 +87,6 @@ def _count(settings: Settings) -> Conflicts:
 def _recording(settings: Settings) -> Conflicts:
     if settings.record and settings.count is not None:
         yield "record", "with --count all servers would write the same file; valid: one of both"
-    if settings.record and settings.zmq:
-        yield "record", "calls of the ZeroMQ remote API are not recorded; valid: --record or --zmq"
     if settings.replay and (settings.record or settings.scene or settings.count is not None):
         yield (
             "replay",

@@ -34,8 +34,11 @@ _LAST_CLOCK = 1 << 62
 _MANY_PICTURES = "pictures=10000000"
 """Clients request no images in a replay, and the images of a film must not make it refuse one that a script reads."""
 
-_EVENTS = (Kind.JOINED, Kind.LEFT, Kind.BATCH)
+_EVENTS = (Kind.JOINED, Kind.JOINED_ZMQ, Kind.LEFT, Kind.BATCH)
 """Events that may also have come while a script ran."""
+
+_PARTS = (Kind.STATE, Kind.WITHIN)
+"""Records that tell something of the event before them, or of the simulation step after it."""
 
 
 class Opened:
@@ -104,7 +107,7 @@ class Opened:
             for record in self._records:
                 if record[0] in (Kind.FILE, Kind.FOUND):
                     self._take(record)
-                elif record[0] == Kind.STATE or (record[0] in _EVENTS and record[1] != OUTSIDE):
+                elif record[0] in _PARTS or (record[0] in _EVENTS and record[1] != OUTSIDE):
                     belonging.append(record)
                 else:
                     following = record

@@ -113,9 +113,10 @@ class Recorder(Part):
 
     # --- the server loop -------------------------------------------------------------------------
 
-    def joined(self, client: str, name: str, port: int) -> None:
+    def joined(self, client: str, name: str, port: int, *, is_zmq: bool) -> None:
         self._numbers[client] = number = len(self._numbers)
-        self._log.put(Kind.JOINED, self._point(), number, client, name, port)
+        kind = Kind.JOINED_ZMQ if is_zmq else Kind.JOINED
+        self._log.put(kind, self._point(), number, client, name, port)
 
     def left(self, client: str) -> None:
         self._log.put(Kind.LEFT, self._point(), self._numbers[client])
@@ -127,6 +128,14 @@ class Recorder(Part):
     def went_on(self, client: str) -> None:
         """Record that the calls behind a trigger in a batch are going to be executed."""
         self._log.put(Kind.WENT_ON, self._numbers[client])
+
+    def continued(self, client: str, connection: int) -> None:
+        """Record that a call of the ZeroMQ remote API that waited is going to be continued."""
+        self._log.put(Kind.CONTINUED, self._numbers[client], connection)
+
+    def within(self, client: str, message: bytes | str) -> None:
+        """Record a message from within a function of a client of that API, or why none is waited for any longer."""
+        self._log.put(Kind.WITHIN, self._numbers[client], message)
 
     def started(self) -> None:
         """Record that the server is going to start the simulation."""

@@ -58,6 +58,16 @@ class Kind(IntEnum):
     END = 12
     """The last record."""
 
+    JOINED_ZMQ = 13
+    """point, number, its id, name, port: a client of the ZeroMQ remote API. In front of its messages (BATCH) stands the
+    number of the connection."""
+
+    CONTINUED = 14
+    """number, connection: a call of such a client that waited was continued."""
+
+    WITHIN = 15
+    """number, the next message of such a client that runs a function for the server, or why none was waited for."""
+
 
 Record = list[Any]
 
@@ -89,5 +99,8 @@ _FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
     Kind.STATE: ((bool,), (list,)),
     Kind.ENDING: (),
     Kind.END: (),
+    Kind.JOINED_ZMQ: (_NUMBER, _NUMBER, _TEXT, _TEXT, _NUMBER),
+    Kind.CONTINUED: (_NUMBER, _NUMBER),
+    Kind.WITHIN: (_NUMBER, (bytes, str)),
 }
 _LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -18,6 +18,7 @@ from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import ServerLoop
 
 from ..errors import CommandError
+from ..gateways.zmq.replayed import ReplayedClients
 from ..handlers import HANDLERS
 from ..handlers.registry import Handler
 from .log_file import LogError
@@ -51,6 +52,8 @@ class ReplayLoop(ServerLoop):
         """Events within a script's run, each with the number of the recorded event that it follows."""
 
         self._clients: dict[int, str] = {}
+        self._zmq = ReplayedClients(self)
+        world.simulation.attach(self._zmq)
         points = world.simulation.interruptions
         points.script_point = self._reach_point
         points.physics_point = self._reach_point if has_physics_points else None
@@ -78,6 +81,10 @@ class ReplayLoop(ServerLoop):
         """Execute a record later, when scripts have reached the point at which it was recorded."""
         self._due.append((number, record))
 
+    def await_answer(self, record: Record) -> None:
+        """Give a message to the function of a client of the ZeroMQ remote API that the next event calls."""
+        self._zmq.answers[self._client(record[1])].append(record[2])
+
     def do_what_is_due(self, before: int | None = None) -> None:
         """Execute the records that are due: all, or those in front of this event."""
         while self._due and (before is None or self._due[0][0] < before):
@@ -89,6 +96,8 @@ class ReplayLoop(ServerLoop):
             case [Kind.JOINED, _, number, client, name, port]:
                 self._clients[number] = client
                 self._handle(lambda: self.join(client, name, port, NoLink()))
+            case [Kind.JOINED_ZMQ | Kind.CONTINUED, *_]:
+                self._do_of_zmq(record)
             case [Kind.LEFT, _, number]:
                 self._handle(partial(self.leave, self._client(number)))
             case [Kind.BATCH, _, number, payload]:
@@ -112,6 +121,16 @@ class ReplayLoop(ServerLoop):
                 self._pass()
             case _:
                 self.simulation.stop()
+
+    def _do_of_zmq(self, record: Record) -> None:
+        match record:
+            case [Kind.JOINED_ZMQ, _, number, client, name, port]:
+                self._clients[number] = client
+                self._handle(lambda: self._zmq.join(client, name, port))
+            case [_, number, connection]:
+                self._handle(lambda: self._zmq.go_on(self._client(number), connection))
+            case _:  # callers give these two kinds alone
+                pass
 
     def _client(self, number: int) -> str:
         try:

@@ -71,6 +71,8 @@ def replay(recording: Opened, world: World) -> Outcome:
         for record in belonging:
             if record[0] == Kind.STATE:
                 states.expect(record)
+            elif record[0] == Kind.WITHIN:
+                loop.await_answer(record)
             else:
                 loop.await_point(number, record)
         loop.await_room()

@@ -508,7 +508,7 @@ class ServerLoop(Part):
         session = ClientSession(client, name, port, link, serve=serve)
         self.sessions[client] = session
         if self.recorder is not None:
-            self.recorder.joined(client, name, port)
+            self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports

@@ -8,20 +8,22 @@ from __future__ import annotations
 
 import logging
 import re
+from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
 from simx_server.runtime.sessions import ClientSession
+from simx_server.scripting.interpreter import PATIENCE
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script, ScriptKind
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
-from .connection import Connection
+from .connection import Connection, too_long
 from .functions import described
-from .peer import NUMBER_BYTES, Peer
+from .peer import NUMBER_BYTES, Peer, number_of, with_number
 from .wire import WireError, read_request
 
 if TYPE_CHECKING:
@@ -90,18 +92,17 @@ class ZmqClients(Part):
     """All clients of one gateway. Physics thread."""
 
     def __init__(
-        self, loop: ServerLoop, port: int, peers: Mapping[int, Peer], answer: Callable[[Peer, Any], None]
+        self, loop: ServerLoop, peers: Mapping[int, Peer], answer: Callable[[Peer, Any], object]
     ) -> None:
         """Make an empty list.
 
         Args:
-            port: the gateway's.
             peers: the open connections by number.
             answer: sends a message to a connection.
         """
         self.loop, self.world = loop, loop.world
         self.answer = answer
-        self._port, self._peers = port, peers
+        self._peers = peers
         self._clients: dict[str, Client] = {}
         self._next_handle = FIRST_HANDLE
         self._waiting: dict[Connection, None] = {}
@@ -112,8 +113,12 @@ class ZmqClients(Part):
 
     # --- coming and going ------------------------------------------------------------------------
 
-    def welcome(self, key: str, payload: bytes) -> Mapping[str, Any] | None:
-        """Accept a client with its message, unless it is there already; return the answer if it must not be queued."""
+    def welcome(self, key: str, payload: bytes, port: int) -> Mapping[str, Any] | None:
+        """Accept a client with its message, unless it is there already; return the answer if it must not be queued.
+
+        Args:
+            port: the gateway's.
+        """
         client = self._clients.get(key)
         if client is not None:
             return REPEAT if client.is_leaving else None  # it has come back at once
@@ -122,28 +127,26 @@ class ZmqClients(Part):
             limits.check("clients", len(self.loop.sessions) + 1, "let others leave first")
         except LimitReached as problem:
             return {"err": str(problem)}
-        self._join(key, payload)
+        self.join(key, _name(key, payload), port)
         return None
 
-    def _join(self, key: str, payload: bytes) -> None:
-        try:
-            language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
-        except WireError:  # its answer says what is wrong
-            language = ""
-        name = f"{language or 'client'}-{key.removeprefix('zmq-')[:8]}"
+    def join(self, key: str, name: str, port: int) -> None:
+        """Add a client."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
         serve = partial(self._serve, client)
-        client.session = self.loop.join(key, name, self._port, _Link(partial(self._forget, client)), serve)
         self._clients[key] = client
+        client.session = self.loop.join(key, name, port, _Link(partial(self._forget, client)), serve)
+
+    def peer(self, number: int) -> Peer | None:
+        """Return an open connection."""
+        return self._peers.get(number)
 
     def part_from(self, key: str) -> None:
         """Let a client leave after what it has sent is executed."""
         client = self._clients.get(key)
         if client is not None:
             client.is_leaving = True
-            for connection in client.connections.values():
-                connection.end()
             self.loop.depart(key)
 
     def _forget(self, client: Client) -> None:
@@ -157,8 +160,8 @@ class ZmqClients(Part):
 
     def _serve(self, client: Client, numbered: bytes) -> None:
         """Execute a message of a client; the number of its connection stands in front."""
-        number = int.from_bytes(numbered[:NUMBER_BYTES], "big")
-        peer = self._peers.get(number)
+        number = number_of(numbered)
+        peer = self.peer(number)
         if peer is None:
             return
         connection = client.connections.get(number)
@@ -166,6 +169,41 @@ class ZmqClients(Part):
             client.connections = {n: each for n, each in client.connections.items() if not each.peer.is_gone}
             connection = client.connections[number] = Connection(self, client, peer)
         connection.receive(numbered[NUMBER_BYTES:])
+
+    def note(self, connection: Connection, payload: bytes) -> None:
+        """Record a message that is going to be executed."""
+        if self.loop.recorder is not None:
+            numbered = with_number(connection.peer.number, payload)
+            self.loop.recorder.batch(connection.client.key, numbered)
+
+    def next_message(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes:
+        """Return the next message of a client that runs a function for the server; others are served meanwhile.
+
+        Args:
+            queue: receives its messages, and None when it has left.
+            name: the function.
+
+        Raises:
+            ScriptError: it takes too long, or the client has left.
+        """
+        message = self._await(connection, queue, name)
+        self.world.simulation.interruptions.script_point()
+        if self.loop.recorder is not None:
+            self.loop.recorder.within(connection.client.key, message)
+        if isinstance(message, str):
+            raise connection.broken(message)
+        return message
+
+    def _await(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes | str:
+        """Wait for the next message; return why none is waited for any longer, if none comes."""
+        is_late, simulation = connection.time_limit(), self.world.simulation
+        while not is_late() and not simulation.is_ending:
+            if queue:
+                return queue.popleft() or f"the client has left within its function {name}"
+            self.loop.sockets.poll(PATIENCE)
+            if not queue and not simulation.physics_calls.is_in_step:
+                simulation.interruptions.serve_others()
+        return "the server ends" if simulation.is_ending else too_long(name)
 
     # --- calls that wait -------------------------------------------------------------------------
 
@@ -179,7 +217,13 @@ class ZmqClients(Part):
     def _continue(self) -> None:
         waiting, self._waiting = self._waiting, {}
         for connection in waiting:
-            self.loop.post_for(connection.client.key, connection.go_on)
+            self.loop.post_for(connection.client.key, partial(self._go_on, connection))
+
+    def _go_on(self, connection: Connection) -> None:
+        if connection.is_waiting:
+            if self.loop.recorder is not None:
+                self.loop.recorder.continued(connection.client.key, connection.peer.number)
+            connection.go_on()
 
     def step_finished(self) -> None:
         self._continue()
@@ -201,6 +245,15 @@ class ZmqClients(Part):
     def idle(self) -> None:
         """Continue the calls that wait while the simulation is stopped or paused."""
         self._continue()
+
+
+def _name(key: str, payload: bytes) -> str:
+    """Return how a client is called in messages: its language and the beginning of its identity."""
+    try:
+        language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
+    except WireError:  # its answer says what is wrong
+        language = ""
+    return f"{language or 'client'}-{key.removeprefix('zmq-')[:8]}"
 
 
 class _Functions:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError, UnknownName
 from simx_server.runtime.monitoring.metrics import UNKNOWN
-from simx_server.scripting.interpreter import PATIENCE, ScriptError, Waiting
+from simx_server.scripting.interpreter import ScriptError, Waiting
 
 from .calls import invoke
 from .functions import described
@@ -79,6 +79,11 @@ class Connection:
 
     # --- messages --------------------------------------------------------------------------------
 
+    @property
+    def is_waiting(self) -> bool:
+        """Return whether a call of this connection waits."""
+        return self._waiting is not None
+
     def receive(self, payload: bytes) -> None:
         """Answer a message that does not come from within a function of the client."""
         try:
@@ -89,6 +94,7 @@ class Connection:
         if request.function == EXECUTED:
             self._send({"err": self._lost})
         elif request.function == END:
+            self._clients.note(self, payload)
             self.end()
             self.client.level = self.client.locks = 0
             self.client.set_stepping()
@@ -96,6 +102,7 @@ class Connection:
         elif self._waiting is not None:
             self._refuse(request.function, CommandError(f"{self._function} is not answered yet"))
         else:
+            self._clients.note(self, payload)
             self._execute(request)
 
     def _execute(self, request: Request) -> None:
@@ -224,38 +231,19 @@ class Connection:
 
     def _next_request(self, queue: deque[bytes | None], name: str) -> Request | None:
         """Return the next message of the client; None if it was unreadable and is answered already."""
-        payload = self._next_payload(queue, name)
+        payload = self._clients.next_message(self, queue, name)
         try:
             return read_request(payload)
         except WireError as problem:
             self._refuse("message", CommandError(str(problem)))
             return None
 
-    def _next_payload(self, queue: deque[bytes | None], name: str) -> bytes:
+    def time_limit(self) -> Callable[[], bool]:
+        """Return a function that returns whether a function of the client has been silent, or busy, for too long."""
         until = min(self._until, time.perf_counter() + SILENCE)
-        sockets = self._clients.loop.sockets
-        while not queue:
-            sockets.poll(PATIENCE)
-            if queue:
-                break
-            self._check(name, until)
-            if not self._world.simulation.physics_calls.is_in_step:
-                self._world.simulation.interruptions.serve_others()
-        payload = queue.popleft()
-        if payload is None:
-            raise self._break(f"the client has left within its function {name}")
-        return payload
+        return lambda: time.perf_counter() > until
 
-    def _check(self, name: str, until: float) -> None:
-        if self._world.simulation.is_ending:
-            raise self._break("the server ends")
-        if time.perf_counter() > until:
-            raise self._break(
-                f"the function {name} took too long: it may be silent for {SILENCE:g} s, and all functions in one "
-                f"call may take {LONGEST:g} s; other clients wait meanwhile"
-            )
-
-    def _break(self, reason: str) -> ScriptError:
+    def broken(self, reason: str) -> ScriptError:
         """Return the error that ends the present call; its answer is not sent."""
         self._is_broken, self._lost = True, reason
         return ScriptError(reason)
@@ -269,20 +257,18 @@ class Connection:
                 raise
             self._refuse(request.function, problem)
             return
-        if not isinstance(outcome, Generator) and time.perf_counter() < self._until:
+        if not isinstance(outcome, Generator):
             self._send_results(request.function, outcome)
             return
-        self._next = request.function, _later(outcome)
-        raise self._break(
+        self._next = request.function, outcome
+        raise self.broken(
             f"{request.function} waits for a simulation step, so it cannot be called within {name}"
-            if isinstance(outcome, Generator)
-            else f"the function {name} took longer than {LONGEST:g} s; other clients wait meanwhile"
         )
 
 
-def _later(outcome: tuple[Any, ...] | Waiting) -> Waiting:
-    """Return a call that waits; one with results already does not."""
-    if isinstance(outcome, Generator):
-        return (yield from outcome)
-    return outcome
-    yield
+def too_long(name: str) -> str:
+    """Return why a function of a client is not waited for any longer."""
+    return (
+        f"the function {name} took too long: it may be silent for {SILENCE:g} s, and all functions in one call may "
+        f"take {LONGEST:g} s; other clients wait meanwhile"
+    )

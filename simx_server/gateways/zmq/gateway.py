@@ -19,7 +19,7 @@ from simx_server.runtime.sockets import LOOK
 from ..errors import GatewayError
 from ..exposure import is_loopback
 from .clients import ZmqClients
-from .peer import NUMBER_BYTES, Peer
+from .peer import Peer, SocketPeer, with_number
 from .wire import MAX_MESSAGE, packer, uuid_of
 from .zmtp import BadPeer
 
@@ -99,14 +99,14 @@ class ZmqGateway:
                 "and no certificate; listen on 127.0.0.1 and let others in through an SSH tunnel (docs/zmq.md)",
                 self.endpoint,
             )
-        self._peers: dict[int, Peer] = {}
+        self._peers: dict[int, SocketPeer] = {}
         """The open connections by number."""
 
         self._of_client: dict[str, set[int]] = {}
         """Numbers of the open connections of a client."""
 
         self._next_number = 1
-        self._clients = ZmqClients(loop, self.port, self._peers, self.answer)
+        self._clients = ZmqClients(loop, self._peers, self.answer)
         loop.simulation.attach(self._clients)
         self._is_full = False
         """No file descriptor was free for a connection."""
@@ -115,10 +115,11 @@ class ZmqGateway:
         loop.sockets.add(self._listener, self._accept)
         loop.watches.append(self._look)
 
-    def answer(self, peer: Peer, value: Any) -> None:
+    def answer(self, to: Peer, value: Any) -> None:
         """Send a message to a connection, if it is still open. Raises what writing the value raises."""
         payload = self._pack(value)
-        if peer.is_gone:
+        peer = self._peers.get(to.number)
+        if peer is None:
             return
         peer.unanswered = max(0, peer.unanswered - 1)
         peer.send(payload)
@@ -161,7 +162,9 @@ class ZmqGateway:
             return
         try:
             _set_up(connected)
-            peer = Peer(connected, self._next_number, min(MAX_MESSAGE, self._loop.simulation.limits.message))
+            peer = SocketPeer(
+                connected, self._next_number, min(MAX_MESSAGE, self._loop.simulation.limits.message)
+            )
         except OSError:  # it has left already
             connected.close()
             return
@@ -185,7 +188,7 @@ class ZmqGateway:
             self._is_full = False
             self._loop.sockets.add(self._listener, self._accept)
 
-    def _read(self, peer: Peer) -> None:
+    def _read(self, peer: SocketPeer) -> None:
         """Queue the messages that have arrived at a connection."""
         try:
             for payload in peer.receive():
@@ -197,12 +200,12 @@ class ZmqGateway:
         except OSError:
             self._lose(peer)
 
-    def _await_reader(self, peer: Peer) -> None:
+    def _await_reader(self, peer: SocketPeer) -> None:
         """Read nothing of a peer until it has taken what is left for it."""
         if not peer.is_gone:
             self._loop.sockets.change(peer.socket, partial(self._go_on_sending, peer), to_send=True)
 
-    def _go_on_sending(self, peer: Peer) -> None:
+    def _go_on_sending(self, peer: SocketPeer) -> None:
         try:
             peer.flush()
         except OSError:
@@ -211,12 +214,12 @@ class ZmqGateway:
         if not peer.unsent:
             self._loop.sockets.change(peer.socket, partial(self._read, peer), to_send=False)
 
-    def _cut(self, peer: Peer, why: str) -> None:
+    def _cut(self, peer: SocketPeer, why: str) -> None:
         """Close a connection whose peer breaks the rules."""
         logger.info("a connection of the ZeroMQ remote API is closed: %s", why)
         self._lose(peer)
 
-    def _lose(self, peer: Peer) -> None:
+    def _lose(self, peer: SocketPeer) -> None:
         """Forget a connection that has ended; its client leaves with its last one."""
         self._forget(peer)
         if (nested := peer.nested) is not None:
@@ -228,7 +231,7 @@ class ZmqGateway:
                 del self._of_client[peer.key]
                 self._clients.part_from(peer.key)
 
-    def _forget(self, peer: Peer) -> None:
+    def _forget(self, peer: SocketPeer) -> None:
         peer.is_gone = True
         del self._peers[peer.number]
         self._loop.sockets.remove(peer.socket)
@@ -236,7 +239,7 @@ class ZmqGateway:
 
     # --- messages --------------------------------------------------------------------------------
 
-    def _sort(self, peer: Peer, payload: bytes) -> None:
+    def _sort(self, peer: SocketPeer, payload: bytes) -> None:
         """Put a message where it is waited for. Raises BadPeer: there are too many."""
         peer.unanswered += 1
         peer.is_quick = time.perf_counter() - peer.answered < LOOK
@@ -247,7 +250,7 @@ class ZmqGateway:
         else:
             self._deliver(peer, payload)
 
-    def _deliver(self, peer: Peer, payload: bytes) -> None:
+    def _deliver(self, peer: SocketPeer, payload: bytes) -> None:
         """Queue a message for the physics thread, behind the others of its client."""
         if not peer.key:
             uuid = uuid_of(payload)
@@ -259,10 +262,10 @@ class ZmqGateway:
                 return
             peer.key = f"zmq-{uuid}"
             self._of_client.setdefault(peer.key, set()).add(peer.number)
-        if refusal := self._clients.welcome(peer.key, payload):
+        if refusal := self._clients.welcome(peer.key, payload, self.port):
             self.answer(peer, refusal)
             return
-        numbered = peer.number.to_bytes(NUMBER_BYTES, "big") + payload
+        numbered = with_number(peer.number, payload)
         is_large = len(numbered) > _LARGE
         if is_large and (problem := self._loop.limit_reached(peer.key, len(numbered))):
             self.answer(peer, {"err": problem})

@@ -17,7 +17,32 @@ _READ, _MOST_READ = 1 << 16, 1 << 20
 """Least and most bytes to read at a time: the physics thread does other things in between."""
 
 
+def with_number(number: int, payload: bytes) -> bytes:
+    """Return a message with the number of its connection in front, as it waits in the client's queue."""
+    return number.to_bytes(NUMBER_BYTES, "big") + payload
+
+
+def number_of(numbered: bytes) -> int:
+    """Return the number of the connection that a message of `with_number` came by."""
+    return int.from_bytes(numbered[:NUMBER_BYTES], "big")
+
+
 class Peer:
+    """A connection as its client's calls see it. Physics thread."""
+
+    def __init__(self, number: int) -> None:
+        """Make a connection.
+
+        Args:
+            number: never used again.
+        """
+        self.number = number
+        self.is_gone = False
+        self.nested: deque[bytes | None] | None = None
+        """Takes its messages while it runs a function for the server; None is put in when it is gone."""
+
+
+class SocketPeer(Peer):
     """An open connection. Physics thread."""
 
     def __init__(self, connected: socket.socket, number: int, longest: int) -> None:
@@ -28,7 +53,7 @@ class Peer:
             number: never used again.
             longest: bytes that a message may have.
         """
-        self.number = number
+        super().__init__(number)
         self.socket = connected
         self.since = time.monotonic()
         self.key = ""
@@ -42,10 +67,6 @@ class Peer:
 
         self.is_quick = False
         """Its last message came soon after the answer before."""
-
-        self.is_gone = False
-        self.nested: deque[bytes | None] | None = None
-        """Takes its messages while it runs a function for the server; None is put in when it is gone."""
 
         self._incoming = Incoming(longest)
         self.unsent = bytearray(GREETING)

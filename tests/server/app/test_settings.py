@@ -136,7 +136,6 @@ def test_settings_cannot_be_changed_afterwards() -> None:
     [
         ({"replay": "R", "speed": "2"}, "flag --speed: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "zmq": "0"}, "flag --zmq: has no meaning beside --replay; valid: one of both"),
-        ({"record": "R", "zmq": "0"}, "flag --record: calls of the ZeroMQ remote API are not recorded"),
         ({"replay": "R", "view": "0"}, "flag --view: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "time_step": "0.01"}, "flag --time-step: has no meaning beside --replay"),
         ({"replay": "R", "duration": "3"}, "flag --duration: has no meaning beside --replay"),

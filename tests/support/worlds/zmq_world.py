@@ -73,8 +73,8 @@ class RawClient:
 class ZmqWorld:
     """The server, its gateway, and its clients."""
 
-    def __init__(self, scene: Path, *, speed: float) -> None:
-        self.world = RealWorld(scene, speed=speed)
+    def __init__(self, world: RealWorld) -> None:
+        self.world = world
         self.loop, self.simulation = self.world.loop, self.world.simulation
         self.gateway = ZmqGateway(self.loop, "127.0.0.1:0")
         self.port = self.gateway.port
@@ -135,7 +135,7 @@ def zmq_world(folder: Path, *, scene: str = SCENE, speed: float = float("inf")) 
     """Open a server with a scene for a test."""
     path = folder / "scene.xml"
     path.write_text(scene, encoding="utf-8")
-    opened = ZmqWorld(path, speed=speed)
+    opened = ZmqWorld(RealWorld(path, speed=speed))
     try:
         yield opened
     finally:

@@ -1,0 +1,43 @@
+"""The clients of the ZeroMQ remote API in a replay: their messages are in the recording, and nobody reads answers."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from typing import TYPE_CHECKING
+
+from .clients import Client, ZmqClients
+from .connection import Connection
+from .peer import Peer, number_of
+
+if TYPE_CHECKING:
+    from simx_server.runtime.server_loop import ServerLoop
+
+
+class ReplayedClients(ZmqClients):
+    """All clients of one recording. Physics thread."""
+
+    def __init__(self, loop: ServerLoop) -> None:
+        """Make an empty list."""
+        super().__init__(loop, {}, lambda peer, value: None)
+        self.answers: defaultdict[str, deque[bytes | str]] = defaultdict(deque)
+        """The recorded messages from within functions of a client, by its key; see `Recorder.within`."""
+
+    def peer(self, number: int) -> Peer:
+        """Return a connection, which is never closed."""
+        return Peer(number)
+
+    def _serve(self, client: Client, numbered: bytes) -> None:
+        connection = client.connections.get(number_of(numbered))
+        if connection is not None:
+            connection.end()  # its call waited for the wall clock, and was answered before the client went on
+        super()._serve(client, numbered)
+
+    def go_on(self, key: str, number: int) -> None:
+        """Continue a call that waits, as it was continued when it was recorded."""
+        client = self._clients.get(key)
+        if client is not None and number in client.connections:
+            client.connections[number].go_on()
+
+    def _await(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes | str:
+        answers = self.answers[connection.client.key]
+        return answers.popleft() if answers else "the recording has no answer here"
