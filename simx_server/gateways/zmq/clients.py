@@ -248,7 +248,7 @@ class ZmqClients(Part):
 
 
 def _name(key: str, payload: bytes) -> str:
-    """Return how a client is called in messages: its language and the beginning of its identity."""
+    """Return how a client is called in messages: its language and the start of its identity."""
     try:
         language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
     except WireError:  # its answer says what is wrong
