@@ -1,4 +1,4 @@
-"""The clients of the ZeroMQ remote API in a replay: their messages are in the recording, and their answers go nowhere."""
+"""The clients of the ZeroMQ remote API in a replay: their messages are recorded, and their answers go nowhere."""
 
 from __future__ import annotations
 
