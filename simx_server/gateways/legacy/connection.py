@@ -14,12 +14,14 @@ import threading
 import time
 import uuid
 from collections import deque
+from logging import INFO, WARNING
 
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Pace
 from simx_server.limits import LimitReached
 from simx_server.runtime.server_loop import ServerLoop
 
+from ..outsider_log import OutsiderLog
 from . import messages
 from .containers import Containers
 from .packets import HEAD, BadPeer, packets, read_message
@@ -63,7 +65,14 @@ class Connection:
     """One connected client; it is the `Link` of its session."""
 
     def __init__(
-        self, loop: ServerLoop, connected: socket.socket, peer: str, port: int, pace: Pace = Pace.FREE
+        self,
+        loop: ServerLoop,
+        connected: socket.socket,
+        peer: str,
+        port: int,
+        pace: Pace = Pace.FREE,
+        *,
+        log: OutsiderLog,
     ) -> None:
         """Make a connection that ``run`` serves.
 
@@ -72,10 +81,11 @@ class Connection:
             peer: the address of the client, for messages.
             port: the port that it came by.
             pace: of its blocking calls.
+            log: says why it is dropped.
         """
         self.client = uuid.uuid4().hex
         self.name = f"legacy {peer}"
-        self._loop, self._socket, self._port = loop, connected, port
+        self._loop, self._socket, self._port, self._log = loop, connected, port, log
         self._containers = Containers(lambda: loop.simulation.limits, pace)
         self._arrived = bytearray()
         """Bytes that were read from the socket and not used."""
@@ -109,10 +119,10 @@ class Connection:
                 while self._exchange():
                     pass
             except (BadPeer, messages.Malformed, LimitReached) as problem:
-                logger.warning("%s at port %d is dropped: %s", self.name, self._port, problem)
+                self._log.say(WARNING, "%s at port %d is dropped: %s", self.name, self._port, problem)
             except Gone as problem:
                 if str(problem):
-                    logger.info("%s at port %d is dropped: %s", self.name, self._port, problem)
+                    self._log.say(INFO, "%s at port %d is dropped: %s", self.name, self._port, problem)
             except OSError as error:
                 logger.debug("%s at port %d: %s", self.name, self._port, error)
             except Exception:
@@ -261,7 +271,7 @@ class Connection:
             self._unread += len(payload)
             is_too_much = self._unread > MOST_UNREAD and len(self._deliveries) > 1
         if is_too_much:
-            logger.warning("%s is dropped: it does not take its answers", self.name)
+            self._log.say(WARNING, "%s is dropped: it does not take its answers", self.name)
             self.close()
         self._news.set()
 

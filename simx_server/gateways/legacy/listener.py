@@ -14,6 +14,7 @@ from simx_server.runtime.server_loop import ServerLoop
 
 from ..errors import GatewayError
 from ..exposure import plain_exposure
+from ..outsider_log import OutsiderLog
 from .connection import Connection
 
 logger = logging.getLogger(__name__)
@@ -47,6 +48,7 @@ class LegacyGateway:
             GatewayError: an address cannot be used.
         """
         self._loop, self._pace = loop, pace
+        self._log = OutsiderLog(logger)
         self._lock = threading.Lock()
         self._connections: set[Connection] = set()
         self._threads: set[threading.Thread] = set()
@@ -86,13 +88,14 @@ class LegacyGateway:
 
     def _serve(self, connected: socket.socket, peer: str, port: int) -> None:
         """Start the thread of a connection, unless there are too many."""
-        connection = Connection(self._loop, connected, peer, port, self._pace)
+        connection = Connection(self._loop, connected, peer, port, self._pace, log=self._log)
         with self._lock:
             is_refused = self._is_closed or len(self._connections) >= self._loop.simulation.limits.clients
             if not is_refused:
                 self._connections.add(connection)
         if is_refused:
-            logger.warning("%s at port %d is refused: there are too many connections", connection.name, port)
+            text = "%s at port %d is refused: there are too many connections"
+            self._log.say(logging.WARNING, text, connection.name, port)
             connected.close()
             return
         thread = threading.Thread(target=self._run, args=(connection,), name="simx-legacy", daemon=True)
