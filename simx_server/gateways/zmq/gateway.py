@@ -18,6 +18,7 @@ from simx_server.runtime.sockets import LOOK
 
 from ..errors import GatewayError
 from ..exposure import is_loopback
+from ..outsider_log import OutsiderLog
 from .clients import ZmqClients
 from .peer import Peer, SocketPeer, with_number
 from .wire import MAX_MESSAGE, packer, uuid_of
@@ -89,6 +90,7 @@ class ZmqGateway:
         if problem := missing():
             raise GatewayError(problem)
         self._loop = loop
+        self._log = OutsiderLog(logger)
         self._pack = packer()
         self._listener = _listen(address)
         host, self.port = self._listener.getsockname()[:2]
@@ -155,9 +157,8 @@ class ZmqGateway:
                 self._loop.sockets.remove(self._listener)
             return
         if len(self._peers) >= MOST_CONNECTIONS:
-            logger.info(
-                "a connection of the ZeroMQ remote API is refused: at most %d are served", MOST_CONNECTIONS
-            )
+            text = "a connection of the ZeroMQ remote API is refused: at most %d are served"
+            self._log.say(logging.INFO, text, MOST_CONNECTIONS)
             connected.close()
             return
         try:
@@ -216,7 +217,7 @@ class ZmqGateway:
 
     def _cut(self, peer: SocketPeer, why: str) -> None:
         """Close a connection whose peer breaks the rules."""
-        logger.info("a connection of the ZeroMQ remote API is closed: %s", why)
+        self._log.say(logging.INFO, "a connection of the ZeroMQ remote API is closed: %s", why)
         self._lose(peer)
 
     def _lose(self, peer: SocketPeer) -> None:
