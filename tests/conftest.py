@@ -6,6 +6,8 @@ import compileall
 import logging
 import os
 import signal
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -79,15 +81,45 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(
             f"LONGEST in tests/conftest.py names files that are not there: {sorted(missing)}"
         )
+    is_whole = getattr(config.option, "numprocesses", None) and not config.option.file_or_dir
+    if sys.dont_write_bytecode and is_whole:
+        _write_rewritten_tests()
     if hasattr(config.option, "loadscopereorder"):
         # xdist would begin with the files of most tests; the soak is one test.
         config.option.loadscopereorder = False
 
 
+def _write_rewritten_tests() -> None:
+    """Have pytest rewrite the asserts of all tests once, in two processes; each of xdist's workers would do it anew."""
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "--collect-only",
+        "--quiet",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:xdist",
+    ]
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
+    parts = [
+        [TESTS / "server"],
+        [path for path in TESTS.iterdir() if path.is_dir() and path.name != "server"],
+    ]
+    begun = [
+        subprocess.Popen([*command, *part], env=environment, stdout=subprocess.DEVNULL) for part in parts
+    ]
+    for process in begun:
+        process.wait()
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Add the markers. Workers of xdist are given the longest files first, then those with most tests."""
+    are_chosen = bool(config.option.markexpr)
     for item in items:
-        add_markers(item)
+        if are_chosen:  # it reads all files
+            add_markers(item)
         if item.path.name.startswith(SLOW):
             item.add_marker(pytest.mark.slow)
     if not hasattr(config, "workerinput"):
