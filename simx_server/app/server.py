@@ -26,7 +26,6 @@ from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.legacy.listener import LegacyGateway
 from simx_server.gateways.script_doors import ScriptDoors
 from simx_server.gateways.zenoh import ZenohGateway
-from simx_server.gateways.zmq.gateway import ZmqGateway
 from simx_server.handlers import HANDLERS
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.packages import OutputError
@@ -36,8 +35,6 @@ from simx_server.processes import heap
 from simx_server.recording import LogError, Recorder
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
-from simx_server.recording.replay_loop import Divergence
-from simx_server.recording.replaying import replay
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.scene.formats.exporting.folder import write_folder
@@ -214,6 +211,10 @@ def _picture(path: Path, settings: Settings, rendering: RenderThread) -> int:
 
 
 def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int:
+    # slow, and often not needed
+    from simx_server.recording.replay_loop import Divergence
+    from simx_server.recording.replaying import replay
+
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
         try:
@@ -353,6 +354,8 @@ def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, 
         others.callback(legacy.close)
         gateway.more_endpoints += [f"legacy/{address}" for address in legacy.endpoints]
         if settings.zmq is not None:
+            from simx_server.gateways.zmq.gateway import ZmqGateway  # slow, and often not needed
+
             further = ZmqGateway(loop, settings.zmq)
             others.callback(further.close)
             gateway.more_endpoints.append(further.endpoint)

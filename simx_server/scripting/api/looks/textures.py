@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import mujoco
@@ -16,12 +17,13 @@ from simx_server.files.image_files import decoded
 from simx_server.parts.textures.dressing import Dress, dress, undress
 from simx_server.parts.textures.planes import create_textured_plane, plane_triangles
 from simx_server.parts.textures.textures import Pixels
-from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import Coordinates, coordinates_of
-from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
 from simx_server.scene.geometry import frames, shape_looks
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.base import ApiPart
 from simx_server.sensors.triangles import corners_of
+
+if TYPE_CHECKING:
+    from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import Coordinates
 
 _DECAL = 2
 _RGBA, _MIRRORED, _UPSIDE_DOWN = 16, 32, 64
@@ -120,7 +122,7 @@ class TextureFunctions(ApiPart):
         frame = _pose([x, y, 0.0], [0.0, 0.0, angle])
         across, up = _numbers(scaling, 2) if scaling else plane
         triangles = plane_triangles(plane[0], plane[1])
-        coordinates = _projected(triangles, TextureUse(texture=0, scale=(across, up), frame=frame))
+        coordinates = _projected(triangles, (across, up), frame)
         name = Path(file).stem or "texture"
         handle = create_textured_plane(
             self._world, name, pixels, triangles, coordinates, is_decal=bool(options & _DECAL)
@@ -153,14 +155,16 @@ class TextureFunctions(ApiPart):
             raise CommandError(f"{mapping} is no mapping; those are 0 plane, 1 cylinder, 2 sphere, 3 cube")
         across, up = _numbers(scaling, 2)
         frame = _pose(position or [0.0] * 3, orientation or [0.0] * 3)
-        use = TextureUse(texture=0, mode=mapping, scale=(across, up), frame=frame)
         name = self._world.textures.name(texture)
         wanted: dict[int, Dress] = {}
         for geom in geoms:
             local = shape_looks.part_corners(self._world, handle, geom)
             if len(local):
                 wanted[geom] = Dress(
-                    self._in_body(geom), _projected(local, use), name, bool(options & _DECAL)
+                    self._in_body(geom),
+                    _projected(local, (across, up), frame, mapping),
+                    name,
+                    bool(options & _DECAL),
                 )
         dress(self._sim, wanted)
         return 1
@@ -222,8 +226,15 @@ class TextureFunctions(ApiPart):
         return np.ascontiguousarray(pixels[::-1, :, :3])
 
 
-def _projected(corners: NDArray[np.float64], use: TextureUse) -> Coordinates:
+def _projected(
+    corners: NDArray[np.float64], scale: tuple[float, float], frame: Pose, mapping: int = 0
+) -> Coordinates:
     """Return u and v (m, 3, 2) of the corners of triangles (m, 3, 3)."""
+    # slow, and often not needed
+    from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import coordinates_of
+    from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
+
+    use = TextureUse(texture=0, mode=mapping, scale=scale, frame=frame)
     points = corners.reshape(-1, 3).astype(np.float32)
     faces = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
     return coordinates_of(Leaf(vertices=points, triangles=faces), use)
