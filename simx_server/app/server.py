@@ -353,10 +353,12 @@ def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, 
         legacy = LegacyGateway(loop, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
         others.callback(legacy.close)
         gateway.more_endpoints += [f"legacy/{address}" for address in legacy.endpoints]
-        if settings.zmq is not None:
+        for address, may_only_read in ((settings.zmq, False), (settings.zmq_viewers, True)):
+            if address is None:
+                continue
             from simx_server.gateways.zmq.gateway import ZmqGateway  # slow, and often not needed
 
-            further = ZmqGateway(loop, settings.zmq)
+            further = ZmqGateway(loop, address, may_only_read=may_only_read)
             others.callback(further.close)
             gateway.more_endpoints.append(further.endpoint)
         kept = others.pop_all()

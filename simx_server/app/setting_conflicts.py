@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _OF_SERVERS = (
     "ports", "start", "auto_start", "temporary_port", "script_ports", "speed", "quit_after_stop", "listen", "connect",
-    "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq",
+    "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq", "zmq_viewers",
 )  # fmt: skip
 """Fields without a meaning when no client is served."""
 
@@ -64,6 +64,8 @@ def _count(settings: Settings) -> Conflicts:
                 "valid: --connect to a router that others reach, or no --count"
             ),
         )
+    if settings.zmq_viewers:
+        yield "zmq_viewers", "with --count all servers would want the same port; valid: one of both"
     if settings.view:
         yield (
             "view",

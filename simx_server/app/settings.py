@@ -134,6 +134,13 @@ class Settings:
         unset="they are not served",
         lone="23000",
     )
+    zmq_viewers: str | None = _setting(
+        None,
+        "a second such port, whose clients only read (23001)",
+        rules.WEB_ADDRESS,
+        unset="there is none",
+        lone="23001",
+    )
     multicast_scouting: bool = _setting(False, "let others on the network discover it")
     realm: str | None = _setting(
         None,

@@ -20,6 +20,7 @@ from .forms import adjusted
 from .functions import Function as Described
 from .functions import described
 from .listing import namespace
+from .reading import only_reads
 
 if TYPE_CHECKING:
     from .clients import Client
@@ -40,6 +41,10 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
         CommandError: the function does not exist, is refused, or fails.
     """
     function = described(full_name)
+    if client.session.may_only_read and not only_reads(function.full_name):
+        raise CommandError(
+            f"{full_name[:80]} may change something, and {client.name} is a viewer, who may only read"
+        )
     own = _OWN.get(function.full_name)
     if own is not None:
         return own(client, arguments)

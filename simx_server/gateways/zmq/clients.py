@@ -92,19 +92,25 @@ class ZmqClients(Part):
     """All clients of one gateway. Physics thread."""
 
     def __init__(
-        self, loop: ServerLoop, peers: Mapping[int, Peer], answer: Callable[[Peer, Any], object]
+        self,
+        loop: ServerLoop,
+        peers: Mapping[int, Peer],
+        answer: Callable[[Peer, Any], object],
+        *,
+        first_handle: int = FIRST_HANDLE,
     ) -> None:
         """Make an empty list.
 
         Args:
             peers: the open connections by number.
             answer: sends a message to a connection.
+            first_handle: that of the first client's script.
         """
         self.loop, self.world = loop, loop.world
         self.answer = answer
         self._peers = peers
         self._clients: dict[str, Client] = {}
-        self._next_handle = FIRST_HANDLE
+        self._next_handle = first_handle
         self._waiting: dict[Connection, None] = {}
         """Connections whose call waits for a simulation step, in the order of their calls."""
 
@@ -253,7 +259,7 @@ def _name(key: str, payload: bytes) -> str:
         language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
     except WireError:  # its answer says what is wrong
         language = ""
-    return f"{language or 'client'}-{key.removeprefix('zmq-')[:8]}"
+    return f"{language or 'client'}-{key.rpartition('zmq-')[2][:8]}"
 
 
 class _Functions:

@@ -14,12 +14,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
+from simx_client.protocol.keys import VIEWER
 from simx_server.runtime.sockets import LOOK
 
 from ..errors import GatewayError
 from ..exposure import is_loopback
 from ..outsider_log import OutsiderLog
-from .clients import ZmqClients
+from .clients import FIRST_HANDLE, ZmqClients
 from .peer import Peer, SocketPeer, with_number
 from .wire import MAX_MESSAGE, packer, uuid_of
 from .zmtp import BadPeer
@@ -51,6 +52,9 @@ FAREWELL = 0.5
 RETRY = 1.0
 """Seconds between two looks at the peers, and until the port accepts again when no file descriptor was free."""
 
+_VIEWERS = 500_000
+"""The handles of viewers are so much higher than those of other clients."""
+
 _LARGE = 1 << 16
 """Bytes from which a message may meet a limit: of smaller ones, too few can wait for an answer."""
 
@@ -78,11 +82,12 @@ def missing() -> str:
 class ZmqGateway:
     """Serves one server loop to clients of the ZeroMQ remote API."""
 
-    def __init__(self, loop: ServerLoop, address: str) -> None:
+    def __init__(self, loop: ServerLoop, address: str, *, may_only_read: bool = False) -> None:
         """Listen, and have the server loop read. Physics thread, or before it runs.
 
         Args:
             address: ``HOST:PORT``; port 0 is a free one.
+            may_only_read: its clients are viewers.
 
         Raises:
             GatewayError: a package is missing, or the address cannot be used.
@@ -90,16 +95,19 @@ class ZmqGateway:
         if problem := missing():
             raise GatewayError(problem)
         self._loop = loop
+        self._prefix = VIEWER if may_only_read else ""
         self._log = OutsiderLog(logger)
         self._pack = packer()
         self._listener = _listen(address)
         host, self.port = self._listener.getsockname()[:2]
-        self.endpoint = f"zmq/{f'[{host}]' if ':' in host else host}:{self.port}"
+        door = "zmq-viewers" if may_only_read else "zmq"
+        self.endpoint = f"{door}/{f'[{host}]' if ':' in host else host}:{self.port}"
         if not is_loopback(host):
             logger.warning(
-                "everyone who reaches %s can do all that a client can, unasked: the ZeroMQ remote API has no password "
+                "everyone who reaches %s can %s, unasked: the ZeroMQ remote API has no password "
                 "and no certificate; listen on 127.0.0.1 and let others in through an SSH tunnel (docs/zmq.md)",
                 self.endpoint,
+                "read everything" if may_only_read else "do all that a client can",
             )
         self._peers: dict[int, SocketPeer] = {}
         """The open connections by number."""
@@ -108,7 +116,9 @@ class ZmqGateway:
         """Numbers of the open connections of a client."""
 
         self._next_number = 1
-        self._clients = ZmqClients(loop, self._peers, self.answer)
+        self._clients = ZmqClients(
+            loop, self._peers, self.answer, first_handle=FIRST_HANDLE + may_only_read * _VIEWERS
+        )
         loop.simulation.attach(self._clients)
         self._is_full = False
         """No file descriptor was free for a connection."""
@@ -261,7 +271,7 @@ class ZmqGateway:
             if not _UUID.fullmatch(uuid):
                 self.answer(peer, {"err": "uuid must be letters, digits, dots and dashes"})
                 return
-            peer.key = f"zmq-{uuid}"
+            peer.key = f"{self._prefix}zmq-{uuid}"
             self._of_client.setdefault(peer.key, set()).add(peer.number)
         if refusal := self._clients.welcome(peer.key, payload, self.port):
             self.answer(peer, refusal)

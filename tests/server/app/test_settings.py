@@ -135,6 +135,10 @@ def test_settings_cannot_be_changed_afterwards() -> None:
     ("flags", "said"),
     [
         ({"replay": "R", "speed": "2"}, "flag --speed: has no meaning beside --replay; valid: one of both"),
+        (
+            {"count": "2", "zmq_viewers": "0"},
+            "flag --zmq-viewers: with --count all servers would want the same",
+        ),
         ({"replay": "R", "zmq": "0"}, "flag --zmq: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "view": "0"}, "flag --view: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "time_step": "0.01"}, "flag --time-step: has no meaning beside --replay"),

@@ -21,12 +21,15 @@ from simx_server.gateways.zmq.gateway import ZmqGateway
 
 
 def test_a_server_names_its_endpoint_and_answers_there(scene: Path) -> None:
-    with server_process(scene, "--zmq", "0") as started:
-        found = re.search(r"zmq/127\.0\.0\.1:(\d+)", started.ready)
-        assert found
-        client = RawClient(int(found[1]))
-        assert client.ask("sim.getSimulationTime") == {"ret": [0.0]}
-        client.close()
+    with server_process(scene, "--zmq", "0", "--zmq-viewers", "0") as started:
+        for door, refusal in (("zmq", None), ("zmq-viewers", "who may only read")):
+            found = re.search(rf" {door}/127\.0\.0\.1:(\d+)", started.ready)
+            assert found
+            client = RawClient(int(found[1]))
+            assert client.ask("sim.getSimulationTime") == {"ret": [0.0]}
+            answer = client.ask("sim.setInt32Signal", "mine", 1)
+            assert refusal in answer["err"] if refusal else "ret" in answer
+            client.close()
 
 
 def test_a_taken_port_ends_the_server_with_advice(scene: Path) -> None:
