@@ -190,7 +190,8 @@ class Connection:
     def _refuse(self, function: str, problem: Exception) -> None:
         if isinstance(problem, UnknownName):
             problem = CommandError(f"object does not exist: {problem}")  # words that programs look for
-        self._send({"err": self._clients.loop.failed(self.client.session, function, problem)})
+        text = self._clients.loop.failed(self.client.session, function, problem)
+        self._send({"err": text.encode("utf-8", "backslashreplace").decode()})  # a name may be no text
 
     def _send(self, message: dict[str, Any]) -> None:
         self._clients.answer(self.peer, message)

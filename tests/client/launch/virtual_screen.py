@@ -54,17 +54,20 @@ class PersonAt:
 
     def find(self, title: str) -> int:
         """The window of this title, which the keys go to from now on."""
-        found: list[int] = []  # by one look: a window that is being made comes and goes
+        found: list[int] = []
 
-        def is_seen() -> bool:
+        def has_focus() -> bool:
+            """A window that is being made comes and goes, and takes no focus before it can be seen."""
             window = self.windows().get(title)
-            found.extend([] if window is None else [window])
-            return bool(found)
+            if window is None:
+                return False
+            self.xdotool("windowfocus", window)
+            focused = self.xdotool("getwindowfocus", "-f")
+            found[:] = [window]
+            return focused == str(window) and self.windows().get(title) == window
 
-        assert wait_until(is_seen, 60.0), f"no window {title!r} among {self.windows()}"
-        window = found[0]
-        self.xdotool("windowfocus", "--sync", window)
-        return window
+        assert wait_until(has_focus, 60.0), f"no window {title!r} takes the keys; there are {self.windows()}"
+        return found[0]
 
     def windows(self) -> dict[str, int]:
         """Those that are to be seen, by title; xdotool's own search misses SDL's."""

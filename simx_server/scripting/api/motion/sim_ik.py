@@ -14,6 +14,7 @@ from simx_server.errors import CommandError
 from simx_server.kinematics import Calculation, Element, Result, Solution
 from simx_server.kinematics.environment import Environment, EnvironmentGroup, GroupFlag
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.signature import to_int
 
 from .ik import as_constraints, as_pair
 
@@ -254,7 +255,10 @@ class IkEnvironmentFunctions(ApiPart):
         handles = wanted if isinstance(wanted, list) else [wanted]
         if handles == [_ALL]:
             return list(self._environment(environment).groups.values())
-        return [self._group(environment, int(handle)) for handle in handles]
+        try:
+            return [self._group(environment, to_int(handle)) for handle in handles]
+        except TypeError:
+            raise CommandError("groups are the handle of one, a table of handles, or sim.handle_all") from None
 
     def _element(self, environment: int, group: int, element: int) -> Element:
         elements = self._group(environment, group).elements

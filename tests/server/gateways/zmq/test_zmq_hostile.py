@@ -7,9 +7,11 @@ import errno
 import random
 import re
 import socket
+from pathlib import Path
 from typing import Any
 
 import pytest
+from fuzz import zmq_clients
 from zmq_world import ZmqWorld, cbor2, zmq
 
 from simx_server.gateways.zmq import gateway
@@ -198,3 +200,12 @@ def test_messages_that_find_no_space_get_an_error(server: ZmqWorld, monkeypatch:
     monkeypatch.setattr(server.simulation, "limits", Limits.of(["all_waiting_bytes=1M"]))
     assert "limit 'all_waiting_bytes'" in client.ask("sim.setStringSignal", "s", bytes(3 << 20))["err"]
     assert "ret" in client.ask("sim.getSimulationTime")
+
+
+def test_hostile_clients_disturb_no_other(tmp_path: Path) -> None:
+    """More of them by ``python tests/fuzz/run.py zmq CASES``."""
+    zmq_clients.run(150, 1, tmp_path)
+
+
+def test_an_error_about_a_name_that_is_no_text_is_an_answer(server: ZmqWorld) -> None:
+    assert "no object named" in server.raw().ask_bytes(message(func="sim.getObject", args=[b"/\xff"]))["err"]
