@@ -258,7 +258,9 @@ class IkEnvironmentFunctions(ApiPart):
         try:
             return [self._group(environment, to_int(handle)) for handle in handles]
         except TypeError:
-            raise CommandError("groups are the handle of one, a table of handles, or sim.handle_all") from None
+            raise CommandError(
+                "groups are the handle of one, a table of handles, or sim.handle_all"
+            ) from None
 
     def _element(self, environment: int, group: int, element: int) -> Element:
         elements = self._group(environment, group).elements
