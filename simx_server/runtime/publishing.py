@@ -6,11 +6,11 @@ import logging
 import math
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import Any
 from weakref import WeakValueDictionary
 
 from simx_client.protocol.codec import answer_packer, pack_answer, pack_reply_head
@@ -25,9 +25,6 @@ from .executor import Executor
 from .replies import Messages
 from .sessions import ClientSession
 from .streams import Question, Shared, StepAnswers, Stream
-
-if TYPE_CHECKING:
-    pass
 
 logger = logging.getLogger(__name__)
 
@@ -83,7 +80,8 @@ class Publisher:
         if isinstance(answer, Future):
             stream.pending = answer
         else:
-            stream.last = self._packed(session, command, answer, self._messages.time_ms())
+            time_ms = self._messages.time_ms()
+            stream.last = self._packed(session, command, answer, time_ms)
             question = stream.question()
             if question is not None and not stream.delay:
                 stream.shared = self._shared.get(question)
@@ -91,7 +89,9 @@ class Publisher:
                     work = None
                     if command.only_reads and not handler.with_client:
                         work = partial(handler.bound(self._world, None), *arguments)
-                    stream.shared = Shared(question, command, arguments, work, stream.last)
+                    stream.shared = Shared(
+                        question, command, arguments, work, answer, time_ms, stream.last
+                    )
                     self._shared[question] = stream.shared
         session.streams.arm(stream)
 
@@ -131,7 +131,28 @@ class Publisher:
         self, session: ClientSession, answers: StepAnswers, until: float, *, every_image: bool
     ) -> None:
         now, time_ms = time.monotonic(), self._messages.time_ms()
-        streams, newest = session.streams, self._shared_parts(session, answers, time_ms, until)
+        streams = session.streams
+        self._compute_shared(session, answers, time_ms, until)
+        newest = self._shared_parts(session, time_ms)
+        if streams.single:
+            self._compute_single(session, answers, newest, until, time_ms, now, every_image=every_image)
+        if newest and ((parts := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
+            streams.last_sent, streams.next_repeat = parts, now + REPEAT
+            session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
+
+    def _compute_single(
+        self,
+        session: ClientSession,
+        answers: StepAnswers,
+        newest: list[bytes],
+        until: float,
+        time_ms: int,
+        now: float,
+        *,
+        every_image: bool,
+    ) -> None:
+        """Compute the streams that are not shared and due; add their answers to `newest`, or send them at once."""
+        streams = session.streams
         tally = self._executor.tally()
         taken: list[Reply] = []
         has_begun = False
@@ -166,25 +187,18 @@ class Publisher:
         tally.end()
         if taken:
             session.link.deliver(self._messages.pack(session, taken))
-        if newest and ((parts := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
-            streams.last_sent, streams.next_repeat = parts, now + REPEAT
-            session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
 
-    def _shared_parts(
+    def _compute_shared(
         self, session: ClientSession, answers: StepAnswers, time_ms: int, until: float
-    ) -> list[bytes]:
-        """Compute the shared streams of this client that were not computed in this round.
-
-        Returns:
-            Heads and answers, alternating; earlier answers where time ran out.
-        """
+    ) -> None:
+        """Compute the shared streams of this client that were not computed in this round, while there is time."""
         now, has_begun, execute = time.perf_counter, False, self._executor.execute
         streams, this = session.streams, self._round
         due = [share for share in streams.shares() if share.round != this]
         if streams.is_cut:
             due.sort(key=attrgetter("round"))
         late: list[Shared] = []
-        pack, tally = answer_packer(STATUS_OK, time_ms), self._executor.tally()
+        tally = self._executor.tally()
         for share in due:
             if share.round == this:
                 continue  # another stream of this client has the same question
@@ -198,17 +212,37 @@ class Publisher:
                 answers.put(share.question, answer)
                 late.append(share)
                 continue
-            status, values = answer
-            try:
-                share.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
-            except Exception as error:
-                share.packed = self._failed(session, command, error, time_ms)
-            share.round = this
+            share.answer, share.time_ms, share.packed, share.round = answer, time_ms, None, this
         tally.end()
         streams.is_cut = now() >= until
         for share in late:
             streams.separate(share)
-        return streams.parts()
+
+    def _shared_parts(self, session: ClientSession, time_ms: int) -> list[bytes]:
+        """Return heads and newest shared answers, alternating; none for a client in this process, which gets values."""
+        streams = session.streams
+        if session.direct is None:
+            pack = answer_packer(STATUS_OK, time_ms)
+            return streams.parts(partial(self._packed_share, session, pack, time_ms))
+        if streams.shared:
+            session.direct.publish_values(streams.shared.values())
+        return []
+
+    def _packed_share(
+        self, session: ClientSession, pack: Callable[[list[Any]], bytes], time_ms: int, share: Shared
+    ) -> bytes:
+        """Return the newest shared answer as bytes, packed once for all its clients.
+
+        Args:
+            pack: packs an answer of success with the time `time_ms`.
+        """
+        status, values = share.answer
+        try:
+            is_plain = status == STATUS_OK and share.time_ms == time_ms
+            share.packed = pack(values) if is_plain else pack_answer(status, share.time_ms, values)
+        except Exception as error:
+            share.packed = self._failed(session, share.command, error, time_ms)
+        return share.packed
 
     def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
         """Return an answer as bytes. A value that cannot be packed is an error of its stream alone."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +16,7 @@ from simx_server.errors import CommandError
 
 from .background import Unfinished
 from .pacing import PacedCalls
-from .streams import Streams
+from .streams import Stream, Streams
 
 logger = logging.getLogger(__name__)
 
@@ -43,6 +43,14 @@ class Link(Protocol):
         ...
 
     def close(self) -> None: ...
+
+
+class DirectLink(Protocol):
+    """The part of a link to a client in this process, which needs no bytes."""
+
+    def publish_values(self, streams: Collection[Stream]) -> None:
+        """Take the newest answers of the streams that share theirs; valid until the next simulation step."""
+        ...
 
 
 MAX_DEPARTED = 20
@@ -95,6 +103,9 @@ class ClientSession:
     streams: Streams = field(default_factory=Streams)
     serve: Callable[[bytes], object] | None = None
     """Executes a message of a client that speaks another protocol; None: a message is a batch of the table's calls."""
+
+    direct: DirectLink | None = None
+    """Takes values instead of bytes, for a client in this process."""
 
     is_stepping: bool = False
     lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict[str, tuple[str, bytes]])

@@ -32,8 +32,14 @@ class Shared:
     work: Callable[[], Any] | None
     """The handler with its arguments, if it only reads and needs no client."""
 
-    packed: bytes
+    answer: Answer
     """The newest answer."""
+
+    time_ms: int
+    """Its simulated time in milliseconds."""
+
+    packed: bytes | None = None
+    """The newest answer as bytes; None before a client of another process needs it."""
 
     round: int = -1
     """The round of the last answer."""
@@ -114,9 +120,15 @@ class Streams:
             self._parts = [part for head, _ in both for part in (head, b"")]
         return self._shares
 
-    def parts(self) -> list[bytes]:
-        """Return the newest shared answers as they travel, each behind its stream's head."""
-        self._parts[1::2] = [share.packed for share in self.shares()]
+    def parts(self, pack: Callable[[Shared], bytes]) -> list[bytes]:
+        """Return the newest shared answers as they travel, each behind its stream's head.
+
+        Args:
+            pack: packs an answer for which nobody has done it.
+        """
+        self._parts[1::2] = [
+            pack(share) if share.packed is None else share.packed for share in self.shares()
+        ]
         return self._parts.copy()
 
     def arm(self, stream: Stream) -> None:
