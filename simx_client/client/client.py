@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import weakref
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, overload
 from simx_client.connection.calls import Calls
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
+from simx_client.connection.embedding import as_arguments
 from simx_client.connection.exchange import connection_of
 from simx_client.connection.strict import Strict, misspelt
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
@@ -21,7 +23,7 @@ from .channel import Channel
 from .joints import Joint, Joints
 from .listing import Objects
 from .objects import Dummy, Object, SceneObject, Shape
-from .opening import open_connection, split_port
+from .opening import open_connection, open_embedded, split_port
 from .scene import Scene
 from .sensors import ForceSensor, ProximitySensor
 from .servers import Servers
@@ -32,6 +34,8 @@ from .watching import Watch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from simx_client.transport.direct import EmbeddedServer
 
 S = TypeVar("S", bound=SceneObject)
 T = TypeVar("T")
@@ -49,6 +53,11 @@ class Results(NamedTuple):
 
         def __getattr__(self, name: str) -> object:
             raise misspelt(self, name)
+
+
+def _close_embedded(connection: Connection, server: EmbeddedServer) -> None:
+    CLIENTS.discard(connection)
+    server.close()
 
 
 class Client(Strict):
@@ -93,6 +102,36 @@ class Client(Strict):
         connection = connection_of(client_id)
         self._take(connection, connection.timeout)
         self._close = None
+        return self
+
+    @classmethod
+    def embedded(
+        cls,
+        scene: str | os.PathLike[str] | None = None,
+        *,
+        timeout: float = DEFAULT_TIMEOUT,
+        **settings: object,
+    ) -> Self:
+        """Start a simulation in this process and connect to it: calls take microseconds, and no port is opened.
+
+            with Client.embedded("ur5_rg2_kinect", time_step=0.01) as client:
+                client.simulation.start()
+
+        The simulation ends with this client. Legacy functions take its ``id``. Each client has its own simulation.
+
+        Args:
+            scene: what ``simx-server`` takes: a V-REP, MJCF or URDF file, or the name of a shipped scene.
+            timeout: time-out of calls in seconds.
+            settings: flags of ``simx-server``, with underscores: ``speed="max"``, ``record="run.simx"``,
+                ``port=19997`` to let other processes connect, ``view=8080`` for the web viewer.
+
+        Raises:
+            ConnectionFailed: the server is not installed, or the scene or a setting cannot be used.
+        """
+        connection, server = open_embedded(as_arguments(scene, settings), timeout)
+        self = cls.__new__(cls)
+        self._take(connection, timeout)
+        self._close = weakref.finalize(self, _close_embedded, connection, server)
         return self
 
     @staticmethod

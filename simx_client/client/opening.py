@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
+from simx_client.connection.embedded import EmbeddedConnection
+from simx_client.connection.embedding import start_server
 from simx_client.connection.endpoints import find_address
 from simx_client.errors import ConnectionFailed
+from simx_client.transport.direct import EmbeddedServer
 from simx_client.transport.zenoh import ZenohTransport
+from simx_client.transport.zenoh_session import client_name, program_name
 
 DEFAULT_PORT = 19997
 """Port of V-REP's continuous service and of a server of this project."""
@@ -49,13 +54,42 @@ def open_connection(address: str, port: int, timeout: float) -> Connection:
         timeout=timeout,
         may_reconnect=False,
     )
+    _make(connection, timeout, f"tried {server} over Zenoh")
+    return connection
+
+
+def open_embedded(arguments: Sequence[str], timeout: float) -> tuple[EmbeddedConnection, EmbeddedServer]:
+    """Start a server in this process and connect to it.
+
+    Args:
+        arguments: those of ``simx-server``.
+        timeout: time-out of calls in seconds.
+
+    Raises:
+        ConnectionFailed: with the reason and what to do.
+    """
+    server = start_server(arguments)
+    connection = EmbeddedConnection(
+        lambda: server.connect(client_name(), program_name(), DEFAULT_PORT),
+        where=f"{arguments[0] if arguments else 'the default scene'} in this process",
+        timeout=timeout,
+    )
+    try:
+        _make(connection, timeout, "the simulation is in this process")
+    except BaseException:
+        server.close()
+        raise
+    return connection, server
+
+
+def _make(connection: Connection, timeout: float, attempt: str) -> None:
+    """Connect and give the connection an id; `attempt` is the part of the error text that says what was tried."""
     CLIENTS.admit(connection)
     try:
         connection.connect(timeout)
     except ConnectionFailed as error:
         CLIENTS.discard(connection)
-        raise ConnectionFailed(f"no connection: tried {server} over Zenoh; {error}") from None
+        raise ConnectionFailed(f"no connection: {attempt}; {error}") from None
     except BaseException:
         CLIENTS.discard(connection)
         raise
-    return connection

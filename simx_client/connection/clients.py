@@ -6,7 +6,8 @@ import logging
 import os
 import threading
 import time
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy.marshalling import Shape
@@ -15,6 +16,9 @@ from simx_client.protocol.kinds import to_int32
 
 from .connection import Connection
 from .timeouts import FLUSH_TIMEOUT
+
+if TYPE_CHECKING:
+    from simx_client.transport.direct import EmbeddedServer
 
 logger = logging.getLogger(__name__)
 
@@ -31,7 +35,9 @@ class Clients:
         self._process: int | None = None
         """Id of the process that connects: Zenoh's threads run there and do not exist in a forked child."""
 
-        self._of_parent: dict[int, Connection] = {}
+        self._of_parent: list[object] = []
+        self._server: EmbeddedServer | None = None
+        """The server in this process to which simxStart leads, if the user chose that."""
 
     def get(self, client_id: Any) -> Connection | None:
         """Return the connection with this id; ids may be numpy integers or bools."""
@@ -58,13 +64,14 @@ class Clients:
             ConnectionFailed: no id is free, or this process is a fork of a process that has connected.
         """
         with self._lock:
-            if self._process not in (None, os.getpid()):
+            if self._process not in (None, os.getpid()) and not connection.works_after_fork:
                 raise ConnectionFailed(
                     f"no connection to {connection.where}: this process was forked from one that had connected "
                     "before, and Zenoh does not work after that; use multiprocessing's 'spawn' or 'forkserver', or "
                     "fork before the first connection"
                 )
-            self._process = os.getpid()
+            if not connection.works_after_fork:
+                self._process = os.getpid()
             for client_id in range(self.MAX_CLIENTS):
                 if client_id not in self._connections:
                     self._connections[client_id] = connection
@@ -99,6 +106,24 @@ class Clients:
         for connection in connections:
             connection.close(max(FLUSH_TIMEOUT / 10, deadline - time.monotonic()))
 
+    def server_in_process(self, start: Callable[[], EmbeddedServer]) -> EmbeddedServer:
+        """Return the one server in this process to which simxStart leads.
+
+        Args:
+            start: starts it, if there is none; raises ConnectionFailed.
+        """
+        with self._lock:
+            if self._server is None:
+                self._server = start()
+            return self._server
+
+    def end(self) -> None:
+        """Close all connections and the server in this process, because the process ends."""
+        self.remove(-1)
+        server, self._server = self._server, None
+        if server is not None:
+            server.close()
+
     def discard(self, connection: Connection) -> None:
         """Close a connection and free its id, unless simxFinish did so and the id belongs to another
         connection."""
@@ -114,7 +139,8 @@ class Clients:
         They are kept alive: closing one would wait for threads that do not exist in the child.
         """
         self._lock = threading.RLock()
-        self._of_parent, self._connections = self._connections, {}
+        self._of_parent += [self._connections, self._server]
+        self._connections, self._server = {}, None
 
 
 CLIENTS = Clients()

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.legacy.marshalling import Shape
@@ -38,6 +38,9 @@ _STEPPED_MODE = BY_NAME["simxSynchronous"]
 
 class Connection:
     """A client's connection to one server. A lock serialises the calls of several threads."""
+
+    works_after_fork: ClassVar[bool] = False
+    """Whether a process may make one after its parent made another; Zenoh's threads do not exist in a child."""
 
     def __init__(
         self,

@@ -15,6 +15,7 @@ from typing import Any
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
+from simx_client.connection.embedding import chosen_scene, embedded_in_process
 from simx_client.connection.endpoints import find_address
 from simx_client.connection.message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
 from simx_client.connection.pace import chosen_pace
@@ -68,20 +69,26 @@ def simxStart(
     if not 0 < port < 65536:
         logger.warning("no connection to %s:%d: the port must be 1..65535, or negative", address, port)
         return -1
+    timeout = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
+    attempt = timeout if waits else 0.0  # the background thread repeats attempts
+    call_timeout = -milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT
     try:
-        server, pace = find_address(address, port), chosen_pace()
+        pace = chosen_pace()
+        if (scene := chosen_scene()) is not None:
+            server = "the simulation in this process"
+            connection = embedded_in_process(scene, address, port, timeout=call_timeout, pace=pace)
+        else:
+            server = find_address(address, port)
+            connection = Connection(
+                lambda: ZenohTransport(server, connect_timeout=attempt, retry=not once, asked_port=port),
+                where=f"{address}:{port}",
+                timeout=call_timeout,
+                may_reconnect=not once,
+                pace=pace,
+            )
     except ValueError as error:
         logger.warning("no connection to %s:%d: %s", address, port, error)
         return -1
-    timeout = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
-    attempt = timeout if waits else 0.0  # the background thread repeats attempts
-    connection = Connection(
-        lambda: ZenohTransport(server, connect_timeout=attempt, retry=not once, asked_port=port),
-        where=f"{address}:{port}",
-        timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
-        may_reconnect=not once,
-        pace=pace,
-    )
     client_id = CLIENTS.add(connection)
     if client_id == -1:
         return -1
@@ -91,7 +98,7 @@ def simxStart(
     try:
         connection.connect(timeout)
     except ConnectionFailed as error:
-        logger.warning("no connection: tried %s over Zenoh; %s", server, error)
+        logger.warning("no connection: tried %s%s; %s", server, "" if scene else " over Zenoh", error)
         CLIENTS.discard(connection)
         return -1
     except BaseException:  # Ctrl-C: a script may continue and try again
@@ -105,7 +112,7 @@ def simxFinish(clientID: int) -> None:
     CLIENTS.remove(to_int32(clientID))
 
 
-atexit.register(simxFinish, -1)
+atexit.register(CLIENTS.end)
 
 
 def simxGetConnectionId(clientID: int) -> int:

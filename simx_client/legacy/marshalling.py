@@ -26,9 +26,12 @@ class Shape:
         "_coercions",
         "_fresh",
         "_identifying",
+        "_is_scalar",
         "_results",
         "command",
         "gives_nothing",
+        "is_plain",
+        "is_plain_oneshot",
         "is_set",
         "only_newest",
         "operation",
@@ -44,8 +47,17 @@ class Shape:
         self._identifying = _picked(command.key_positions)
         self._results = tuple(result.kind for result in command.results)
         self._fresh = tuple(result.kind.fresh for result in command.results)
+        self._is_scalar = self._fresh == (None,)
+        """The result is one value that cannot be changed in place."""
+
         self.is_set = len(command.arguments) > len(command.key)
         self.gives_nothing = not command.results
+        self.is_plain = not (command.takes_what_it_reads or command.never_blocking)
+        """A blocking call does nothing but return its reply."""
+
+        self.is_plain_oneshot = not (command.takes_what_it_reads or command.makes_image)
+        """A oneshot call is executed at once, and its reply replaces the one before."""
+
         self.only_newest = not (command.takes_what_it_reads or command.stream_ends_with_hit)
         """A reply replaces the one before and has no other effect."""
 
@@ -90,6 +102,8 @@ class Shape:
 
     def success(self, values: list[Any]) -> Any:
         """Return the result made of a reply. Lists are new each time: scripts change them in place."""
+        if self._is_scalar:
+            return 0, values[0]
         if not self._results:
             return 0
         if self.command.gives_image:

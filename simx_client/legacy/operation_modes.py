@@ -206,11 +206,42 @@ class Modes:
         del self._asked[call_id]
         self._cancels[call_id] = key
 
+    # --- executed in this process ----------------------------------------------------------------
+
+    def free_slot(self, shape: Shape, arguments: list[Any], mode: int) -> Key | None:
+        """Return the key of a call that can be executed without a message: nothing waits to be sent, its key has no
+        stream, and its reply comes at once.
+        """
+        if self._outbox or not (shape.is_plain if mode == c.simx_opmode_blocking else shape.is_plain_oneshot):
+            return None
+        key = shape.key(arguments)
+        return None if key in self._streams else key
+
+    def answered_directly(self, shape: Shape, key: Key, reply: Reply | None) -> Any:
+        """Finish a blocking call that was executed without a message; None is a reply that did not come in time."""
+        older = self.inbox.pop(key, None) if self.inbox else None
+        if reply is None:
+            flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
+            return shape.failure(flags)
+        _, status, self.last_command_time_ms, values = reply
+        return shape.failure(status) if status else shape.success(values)
+
+    def sent_directly(self, shape: Shape, key: Key, reply: Reply | None) -> Any:
+        """Finish a oneshot call that was executed without a message: return the result of the one before."""
+        result = self._fetch(shape, key, c.simx_opmode_oneshot)
+        if reply is not None:
+            self.inbox[key] = reply
+        return result
+
     # --- receiving -------------------------------------------------------------------------------
 
     def absorb(self, delivery: Delivery) -> None:
         """Store what came back. Replies that no call waits for are dropped."""
-        for reply in delivery.replies:
+        self.absorb_replies(delivery.replies)
+
+    def absorb_replies(self, replies: list[Reply]) -> None:
+        """Store replies without a message around them."""
+        for reply in replies:
             call_id = reply.call_id
             asked = self._asked.get(call_id)
             if asked is None:

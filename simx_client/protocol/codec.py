@@ -107,6 +107,15 @@ def pack_reply_head(call_id: int) -> bytes:
     return _REPLY_HEAD + _pack(call_id)
 
 
+def as_sent(value: Any) -> Any:
+    """Return a value as the receiver of a message would get it."""
+    try:
+        packed = _pack(value)
+    except OverflowError:
+        packed = _pack(_in_range(value))
+    return msgpack.unpackb(packed, unicode_errors="surrogateescape", strict_map_key=True)
+
+
 def encode_delivery(empty: Delivery, replies: bytes, count: int) -> bytes:
     """Pack a delivery.
 

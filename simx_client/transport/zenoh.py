@@ -9,7 +9,6 @@ import contextlib
 import itertools
 import math
 import os
-import sys
 import threading
 import time
 from collections.abc import Sequence
@@ -31,7 +30,7 @@ from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
 from .time_limit import Alarm
 from .writer import Writer
-from .zenoh_session import client_name, living_realms, open_session
+from .zenoh_session import client_name, living_realms, open_session, program_name
 
 GREETING_TIMEOUT = 1.0
 """Time-out for the answer to one greeting in seconds."""
@@ -203,8 +202,9 @@ class ZenohTransport:
         self._lost = False
         deadline = time.monotonic() + timeout * ASKING
         until = deadline + timeout * (1 - ASKING)
-        name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
-        greeting = encode(Greeting(OLDEST_PROTOCOL, self.client, name, self._asked_port, PROTOCOL_VERSION))
+        greeting = encode(
+            Greeting(OLDEST_PROTOCOL, self.client, program_name(), self._asked_port, PROTOCOL_VERSION)
+        )
         if self._realm is None:
             self._declare(self._address.realm or self._only_realm(deadline, until))
         assert self._realm is not None

@@ -10,6 +10,7 @@ import math
 import os
 import re
 import socket
+import sys
 import time
 import uuid
 from collections.abc import Mapping
@@ -87,6 +88,11 @@ def client_name() -> str:
             f"{ROLE_VARIABLE}: there is no role {role!r}; valid: viewer, or not set at all"
         )
     return (keys.VIEWER if role else "") + uuid.uuid4().hex
+
+
+def program_name() -> str:
+    """Return the name by which servers call a client of this process."""
+    return f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
 
 
 def living_realms(session: Any, deadline: float) -> list[str]:

@@ -10,23 +10,18 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
 
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
-from simx_client.protocol.messages import Pace
 from simx_client.protocol.roster import noted
-from simx_client.protocol.windows import ADD_ON as WINDOWS
 from simx_server.errors import CommandError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
-from simx_server.gateways.descriptors import DescriptorWatch, raise_limit
+from simx_server.gateways.descriptors import raise_limit
 from simx_server.gateways.errors import GatewayError
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.script_doors import ScriptDoors
 from simx_server.gateways.zenoh import ZenohGateway
-from simx_server.handlers import HANDLERS
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.packages import OutputError
 from simx_server.outputs.state_log import StateLog
@@ -35,7 +30,6 @@ from simx_server.processes import heap
 from simx_server.recording import LogError, Recorder
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
-from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.saving import save_mjcf
@@ -44,16 +38,14 @@ from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.warm_up import WarmUp, warm_up
-from simx_server.viewer.feed import Feed
 from simx_server.viewer.launching import listen, missing, page
-from simx_server.viewer.messages import ADD_ON
-from simx_server.viewer.windows import Windows
 from simx_server.world.building import build_world
 from simx_server.world.interruptions import nothing
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 from simx_server.world.world import World
 
+from .serving import add_viewers, make_loop, open_gateways
 from .settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -261,44 +253,25 @@ def run_server(
         is_one_of_many: save memory: the renderer of a scene with cameras is not made before the first image, which then
             comes half a second later.
     """
-    simulation, parameters = world.simulation, world.parameters
+    simulation = world.simulation
     warm = None if is_one_of_many else warm_up(world)
-    pacer = Pacer(settings.speed)
-    loop = ServerLoop(
-        world,
-        HANDLERS,
-        pacer,
-        starting_port=settings.temporary_port if settings.auto_start else None,
-    )
+    loop = make_loop(world, settings)
     raise_limit()
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    try:
-        gateway, others, legacy_ports = _open_gateways(settings, loop)
-    except GatewayError as error:
-        logger.error("%s", error)
-        return FAILURE
-    simulation.attach(gateway)
-    loop.metrics.pictures = world.rendering.times
-    loop.watches.append(world.rendering.watch)
-    loop.watches.append(DescriptorWatch().look)
     if not is_one_of_many:
         simulation.attach(WarmUp(world))
-    parameters.pace = pacer
-    parameters.is_waiting_for_trigger = lambda: loop.is_waiting_for_trigger
-    parameters.end = loop.end_when_left
     if settings.quit_after_stop:
         simulation.attach(_QuitAfterStop(loop))
     with ExitStack() as beside:
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
-        beside.callback(gateway.close)
-        beside.callback(loop.close_sockets)
-        beside.callback(others.close)
-        _open_script_ports(world, settings, loop, [*gateway.ports, *legacy_ports], beside)
-        beside.callback(loop.close)
-        world.scripts.add_ons[ADD_ON] = Feed(loop, gateway.realm, gateway.ports)
-        world.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
+        try:
+            gateway = beside.enter_context(open_gateways(world, settings, loop))
+        except GatewayError as error:
+            logger.error("%s", error)
+            return FAILURE
+        add_viewers(world, loop, gateway, has_viewer=page_listener is not None)
         with (
             noted(gateway.endpoints),
             _ending_by_signal(loop),
@@ -327,57 +300,6 @@ def run_server(
             if recorder is not None:
                 recorder.ended()
     return DONE
-
-
-def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, ExitStack, Sequence[int]]:
-    """Open the ways in.
-
-    Returns:
-        The gateway at the server's ports, a stack that closes the others, and the ports for original clients.
-
-    Raises:
-        GatewayError: one of them cannot listen; then none does.
-    """
-    with ExitStack() as stack:
-        gateway = ZenohGateway(
-            loop,
-            ports=settings.ports,
-            listen=settings.listen,
-            connect=settings.connect,
-            realm=settings.realm,
-            config=settings.config,
-            multicast_scouting=settings.multicast_scouting,
-        )
-        stack.callback(gateway.close)
-        others = stack.enter_context(ExitStack())
-        legacy = LegacyGateway(loop, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
-        others.callback(legacy.close)
-        gateway.more_endpoints += [f"legacy/{address}" for address in legacy.endpoints]
-        for address, may_only_read in ((settings.zmq, False), (settings.zmq_viewers, True)):
-            if address is None:
-                continue
-            from simx_server.gateways.zmq.gateway import ZmqGateway  # slow, and often not needed
-
-            further = ZmqGateway(loop, address, may_only_read=may_only_read)
-            others.callback(further.close)
-            gateway.more_endpoints.append(further.endpoint)
-        kept = others.pop_all()
-        stack.pop_all()
-    return gateway, kept, legacy.ports
-
-
-def _open_script_ports(
-    world: World, settings: Settings, loop: ServerLoop, own: Sequence[int], stack: ExitStack
-) -> None:
-    """Open the ports at which the scene's scripts start the remote API; ``stack`` closes them."""
-    if settings.auto_start:
-        loop.more_starting_ports = world.script_ports.named
-    if settings.script_ports:
-        pace = Pace[settings.legacy_pace.upper()] if settings.legacy_ports else None
-        doors = ScriptDoors(loop, own, settings.config, legacy_pace=pace)
-        stack.callback(doors.close_all)
-        loop.watches.append(doors.look)
-        world.script_ports.serve(doors)
 
 
 def _say_ready(gateway: ZenohGateway, world: World) -> None:

@@ -24,6 +24,7 @@ from simx_server.limits import LimitReached
 
 from .answers import DONE, Answer
 from .background import Unfinished, refuse_steps, wait_for_step
+from .direct import DirectCall
 from .dispatch import Work, no_such_command
 from .executor import Executor
 from .inbox import Inbox
@@ -103,6 +104,10 @@ class Batches:
         self._loop.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
+
+    def direct_call(self, session: ClientSession, command: Command) -> DirectCall:
+        """Prepare a command of a client in this process."""
+        return DirectCall(self, self._dispatch, self._executor, session, command)
 
     def begin_work(self, client: str, command: str) -> tuple[str, str]:
         """Mark a call of another protocol as the one that is being executed; pass the result to `end_work` after it."""

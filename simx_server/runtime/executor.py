@@ -82,7 +82,7 @@ class Executor:
             if result is None and not command.results:
                 return DONE
             if isinstance(result, _NOT_YET):
-                return self._not_yet(client, command, result, at_step)
+                return self.answer(client, command, result, at_step)
             return answer_of(command, result)
         except Exception as error:
             return self.failure(client, command.name, error)
@@ -99,7 +99,7 @@ class Executor:
         """Run all steps of a call at once, for ``execute``; return its result, or raise what the steps raise."""
         return self.world.trials.finish(call.all_steps())
 
-    def _not_yet(
+    def answer(
         self, client: ClientSession, command: Command, result: Any, at_step: Callable[[Unfinished], Any]
     ) -> Answer | Future[Answer] | Unfinished:
         """Return the answer to a call with a later result. Raises what the handler or `at_step` raises."""

@@ -11,6 +11,7 @@ batches of its client, wait until the script is over.
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 import itertools
 import math
@@ -398,7 +399,7 @@ class Inbox:
     def wait(self, seconds: float) -> Event | Arrival | None:
         """Return the next item as soon as there is one; None when the time is over, or a socket had something else."""
         if self.sockets is not None:
-            self.sockets.poll(seconds, self._has_work)
+            self.sockets.poll(seconds, self.has_work)
             return self._next()
         taken = self._next()
         if taken is None:
@@ -410,8 +411,17 @@ class Inbox:
             taken = self._next()
         return taken
 
-    def _has_work(self) -> bool:
+    def has_work(self) -> bool:
+        """Return whether something waits."""
         return bool(self._held) or self.others_wait()
+
+    def wait_for_work(self, seconds: float) -> None:
+        """Wait until something arrives, or the time is over; take nothing. Any thread, but one at a time."""
+        if self.sockets is not None:
+            self.sockets.wait(seconds, self.has_work)
+        elif not self.has_work():
+            with contextlib.suppress(queue.Empty):
+                self._ready.put(self._ready.get(timeout=seconds))
 
     def at_hand(self, seconds: float = float("inf")) -> Iterator[Event | Arrival]:
         """Yield the items that are present now, for at most this many seconds. Items that come meanwhile stay."""

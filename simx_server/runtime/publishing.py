@@ -89,9 +89,7 @@ class Publisher:
                     work = None
                     if command.only_reads and not handler.with_client:
                         work = partial(handler.bound(self._world, None), *arguments)
-                    stream.shared = Shared(
-                        question, command, arguments, work, answer, time_ms, stream.last
-                    )
+                    stream.shared = Shared(question, command, arguments, work, answer, time_ms, stream.last)
                     self._shared[question] = stream.shared
         session.streams.arm(stream)
 

@@ -81,7 +81,11 @@ class Messages:
 
     def pack_parts(self, session: ClientSession, parts: bytes, count: int) -> bytes:
         """Return a message with `count` replies that are packed already."""
-        return encode_delivery(self._delivery(session, []), parts, count)
+        return encode_delivery(self.header(session), parts, count)
+
+    def header(self, session: ClientSession) -> Delivery:
+        """Return a message without replies."""
+        return self._delivery(session, [])
 
     def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
         state = _STATE_BITS[self._simulation.state] | (

@@ -12,11 +12,14 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Container, Mapping
+from contextlib import AbstractContextManager
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
+from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
+from simx_client.protocol.messages import Delivery
 from simx_server.handlers.registry import Handler
 from simx_server.processes.heap import give_back
 from simx_server.world.part import Part
@@ -26,6 +29,7 @@ from .batches import Batches
 from .box import Arrival, Event
 from .busy import BusyDesk, Doing
 from .clock import Pacer
+from .direct import DirectCall
 from .dispatch import Dispatch
 from .executor import Executor
 from .inbox import Inbox, interfere
@@ -108,6 +112,7 @@ class ServerLoop(Part):
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(world, handlers)
         executor, messages = Executor(self._dispatch, self.metrics), Messages(simulation, pacer)
+        self._messages = messages
         self._publisher = Publisher(executor, messages)
         self._pacer = pacer
         self._starting_port = starting_port
@@ -244,6 +249,51 @@ class ServerLoop(Part):
         """Describe the work that keeps the physics thread from answering, if it takes long; empty otherwise."""
         return self._busy.describe()
 
+    def end_now(self) -> None:
+        """End: no call is executed any more. Physics thread."""
+        self._end()
+
+    def answering_while_busy(self) -> AbstractContextManager[None]:
+        """Refuse the blocking calls of clients of other processes within the block, while work takes too long."""
+        return self._busy.open()
+
+    # --- for a client in this process: its thread is the physics thread during the call ------------
+
+    def execute(self, client: str, payload: bytes) -> None:
+        """Execute a batch of calls at once."""
+        self._handle(Arrival(client, payload))
+        self._settle()
+        self._outbox.send()
+
+    def direct_call(self, session: ClientSession, command: Command) -> DirectCall:
+        """Prepare a command of a client in this process."""
+        return self._batches.direct_call(session, command)
+
+    def time_ms(self) -> int:
+        """Return the simulated time that replies carry, in milliseconds."""
+        return self._messages.time_ms()
+
+    def header(self, session: ClientSession) -> Delivery:
+        """Return a message without replies to a client, for the state in its header."""
+        return self._messages.header(session)
+
+    @property
+    def advances_alone(self) -> bool:
+        """Return whether something happens without calls: simulation steps, regular work, or what was queued."""
+        return self.is_running_freely or self._idle_is_wanted() or self._inbox.has_work()
+
+    def are_streams_due(self) -> bool:
+        """Return whether streams are to be computed now, although no simulation step is made."""
+        return time.monotonic() >= self._next_idle_pass and not self.is_running_freely and self._has_streams()
+
+    def seconds_until_turn(self) -> float:
+        """Return the seconds until ``turn`` has something to do, if nothing arrives before."""
+        return self._seconds_until_pass()
+
+    def wait_for_work(self, seconds: float) -> None:
+        """Wait until something arrives, or the time is over; take nothing. Any thread, without a turn."""
+        self._inbox.wait_for_work(seconds)
+
     # --- the loop --------------------------------------------------------------------------------
 
     def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
@@ -258,10 +308,10 @@ class ServerLoop(Part):
                 self.turn(max_wait=max(0.0, min(1.0, left)))
                 if (now := time.monotonic()) >= next_look:
                     next_look = now + LOOK
-                    self._look()
+                    self.look()
             self._outbox.send()
 
-    def _look(self) -> None:
+    def look(self) -> None:
         """Do what is due now and then."""
         self.metrics.tick()
         self._give_memory_back()

@@ -63,15 +63,21 @@ class Sockets:
             has_work: whether there is something to do already; then it does not wait. Called after the last moment at
                 which another thread need not call `wake`.
         """
-        ready = self._look(seconds, has_work) if self._look_until and seconds > 0.0 else None
+        for key, _ in self.wait(seconds, has_work):
+            key.data()
+
+    def wait(self, seconds: float, has_work: Callable[[], object]) -> list[tuple[selectors.SelectorKey, int]]:
+        """Wait as ``poll`` does; return the sockets that are ready. They stay ready until they are served."""
+        if seconds <= 0.0:
+            return self._selector.select(0.0)
+        ready = self._look(seconds, has_work) if self._look_until else None
         if not ready:
-            self._is_asleep = seconds > 0.0
+            self._is_asleep = True
             try:
                 ready = self._selector.select(0.0 if has_work() else seconds)
             finally:
                 self._is_asleep = False
-        for key, _ in ready:
-            key.data()
+        return ready
 
     def expect(self) -> None:
         """Have the next wait start with a look of `LOOK` seconds: a client has got its answer, and may call at once.

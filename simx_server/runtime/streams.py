@@ -126,9 +126,7 @@ class Streams:
         Args:
             pack: packs an answer for which nobody has done it.
         """
-        self._parts[1::2] = [
-            pack(share) if share.packed is None else share.packed for share in self.shares()
-        ]
+        self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in self.shares()]
         return self._parts.copy()
 
     def arm(self, stream: Stream) -> None:

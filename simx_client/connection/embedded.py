@@ -1,0 +1,93 @@
+"""A client id whose server is in this process: its calls are executed in the caller's thread, without messages.
+
+The operation modes are those of every connection: the same inbox, streams and outbox. A call takes the short way if it
+does nothing but execute a command; everything else goes the way of `Connection`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol import constants as c
+from simx_client.protocol.messages import Delivery, Pace, Reply
+from simx_client.transport.direct import DirectFunction, DirectTransport
+
+from .connection import MESSAGE_ID_MASK, Connection
+from .timeouts import DEFAULT_TIMEOUT
+
+_BLOCKING, _ONESHOT = c.simx_opmode_blocking, c.simx_opmode_oneshot
+
+
+class EmbeddedConnection(Connection):
+    """A client's connection to a server in this process."""
+
+    works_after_fork = True
+
+    def __init__(
+        self,
+        open_transport: Callable[[], DirectTransport],
+        *,
+        where: str,
+        timeout: float = DEFAULT_TIMEOUT,
+        pace: Pace = Pace.FREE,
+    ) -> None:
+        """Prepare a connection; ``connect`` makes it. The arguments are those of `Connection`."""
+        self._direct: DirectTransport | None = None
+        self._calls: dict[Shape, DirectFunction] = {}
+
+        def opened() -> DirectTransport:
+            self._direct = transport = open_transport()
+            return transport
+
+        super().__init__(opened, where=where, timeout=timeout, may_reconnect=False, pace=pace)
+
+    def invoke(self, shape: Shape, arguments: tuple[Any, ...], mode: int) -> Any:
+        """Make one legacy call in one operation mode; return the result of the legacy function."""
+        direct = self._direct
+        if direct is None or mode.__class__ is not int:
+            return super().invoke(shape, arguments, mode)
+        values = shape.coerce(arguments)
+        with self._lock:
+            if self._closed or self._pauses or not direct.is_direct:
+                pass
+            elif mode != _BLOCKING and mode != _ONESHOT:
+                self._take_values(direct)
+                result = self._modes.call(shape, values, mode)
+                if self._modes.unsent:
+                    self._flush()
+                return result
+            elif slot := self._modes.free_slot(shape, values, mode):
+                if mode == _ONESHOT:
+                    return self._modes.sent_directly(shape, slot, self._execute(direct, shape, values))
+                if self._pace is Pace.FREE or not direct.is_running_freely:
+                    return self._modes.answered_directly(shape, slot, self._execute(direct, shape, values))
+        return super().invoke(shape, arguments, mode)
+
+    def _execute(self, direct: DirectTransport, shape: Shape, values: list[Any]) -> Reply | None:
+        call = self._calls.get(shape)
+        if call is None:
+            call = self._calls[shape] = direct.prepare(shape.command)
+        self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+        reply = call(values, self.timeout)
+        if reply is not None and reply[1] and reply[3]:
+            self._log_once(str(reply[3][0]))
+        return reply
+
+    def _take_values(self, direct: DirectTransport) -> None:
+        """Store what came: replies and images as messages, the values of the streams directly."""
+        newest = direct.take_values()
+        self._drain()
+        if newest:
+            self._modes.absorb_replies(newest)
+
+    def newest_header(self) -> Delivery | None:
+        """Return the state of the simulation in the form of a header; None without a connection."""
+        header = None if self._direct is None or self._closed else self._direct.header()
+        return self._header if header is None else header._replace(message_id=self.message_id)
+
+    @property
+    def last_header(self) -> Delivery | None:
+        """Return the same; it never waits."""
+        return self.newest_header()

@@ -1,0 +1,58 @@
+"""The interface between a connection and a server in the same process, which the server's package implements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from simx_client.protocol.commands import Command
+from simx_client.protocol.messages import Delivery, Reply
+
+from .zenoh import Transport
+
+DirectFunction = Callable[[list[Any], float], Reply | None]
+"""Executes one command: marshalled arguments and a time-out in seconds to the reply, with the id 0. The result is None
+if the call takes longer.
+"""
+
+
+class DirectTransport(Transport, Protocol):
+    """A link that can also execute a call in the caller's thread, without a message."""
+
+    is_direct: bool
+    """Whether calls may be direct now; otherwise calls are sent as messages."""
+
+    @property
+    def is_running_freely(self) -> bool:
+        """Return whether simulation steps follow the wall clock, so that paced calls wait for them."""
+        ...
+
+    def prepare(self, command: Command) -> DirectFunction:
+        """Return a function that executes a command directly, for many calls."""
+        ...
+
+    def take_values(self) -> list[Reply]:
+        """Return the newest values of the small streams; empty if they were taken already."""
+        ...
+
+    def header(self) -> Delivery | None:
+        """Return a delivery without replies that describes the simulation now; None after the end."""
+        ...
+
+
+class EmbeddedServer(Protocol):
+    """A server in this process."""
+
+    def connect(self, client: str, name: str, port: int) -> DirectTransport:
+        """Return a link for a new client.
+
+        Args:
+            client: id of the client, which also gives its role.
+            name: name of the client, for logs.
+            port: the port that the script asked for: connecting to some ports starts the simulation.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the server. Idempotent."""
+        ...

@@ -1,0 +1,156 @@
+"""Start a server in the process of its client: the entry point ``simx.embedding``, which the client looks up.
+
+The settings are those of ``simx-server``, from the same flags and variables. Without ``--port`` or another way in, no
+other process can connect, and nothing is opened on the network.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import os
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
+
+from simx_client.errors import ConnectionFailed
+from simx_server.errors import CommandError
+from simx_server.gateways.embedded.transport import EmbeddedTransport
+from simx_server.gateways.embedded.turns import Turns
+from simx_server.gateways.errors import GatewayError
+from simx_server.outputs.packages import OutputError
+from simx_server.recording import LogError, Recorder
+from simx_server.sensors.opengl.backend import requested_backend
+from simx_server.viewer.launching import listen, missing, page
+from simx_server.world.simulation import SimulationState
+
+from .cli import make_parser
+from .server import attach_outputs, open_world
+from .serving import add_viewers, make_loop, open_gateways
+from .settings import SettingError, Settings
+
+logger = logging.getLogger(__name__)
+
+_NOT_EMBEDDED = (
+    "count", "until_eof", "quit_after_stop", "duration", "replay", "snapshot", "save_mjcf", "convert", "headless",
+)  # fmt: skip
+"""Settings that belong to a process of its own."""
+
+_WAYS_IN = ("ports", "legacy_ports", "listen", "connect", "zmq", "zmq_viewers")
+"""Settings each of which lets other processes connect."""
+
+
+class EmbeddedServer:
+    """A simulation and its server loop in this process; see `simx_client.transport.direct.EmbeddedServer`."""
+
+    def __init__(self, settings: Settings) -> None:
+        """Open the scene, and the ways in for other processes if the settings name one.
+
+        Raises:
+            CommandError, LogError, OutputError, GatewayError, OSError: with the reason and what to do.
+        """
+        self._process = os.getpid()
+        self._recorder: Recorder | None = None
+        with ExitStack() as stack:
+            if settings.record is not None:
+                self._recorder = Recorder(settings.record, settings)
+                stack.callback(self._recorder.close)
+            self.world = open_world(settings, stack, self._recorder and self._recorder.watch)
+            attach_outputs(
+                self.world, settings, stack, self._recorder.began if self._recorder else time.time_ns()
+            )
+            self.loop = make_loop(self.world, settings)
+            has_gateways = any(getattr(settings, name) for name in _WAYS_IN)
+            if has_gateways:
+                self._open_ways_in(settings, stack)
+            self._turns = Turns(self.loop, has_gateways=has_gateways)
+            self._stack = stack.pop_all()
+        if self._recorder is not None:
+            self._recorder.begin(self.loop)
+        self._turns.begin()
+        try:
+            if settings.start and self.world.simulation.state is SimulationState.STOPPED:
+                if self._recorder is not None:
+                    self._recorder.started()
+                self.world.simulation.start()
+            self._turns.note_change()
+        finally:
+            self._turns.end()
+
+    def _open_ways_in(self, settings: Settings, stack: ExitStack) -> None:
+        pages = stack.enter_context(ExitStack())  # ends last, as in a server
+        listener = None
+        if settings.view is not None:
+            if problem := missing():
+                raise GatewayError(problem)
+            listener = stack.enter_context(listen(settings.view, "--view"))
+        gateway = stack.enter_context(open_gateways(self.world, settings, self.loop))
+        stack.enter_context(self.loop.answering_while_busy())
+        add_viewers(self.world, self.loop, gateway, has_viewer=listener is not None)
+        logger.info(
+            "other processes can connect: %s", " ".join((*gateway.endpoints, *gateway.more_endpoints))
+        )
+        if listener is not None:
+            pages.enter_context(page(listener, gateway.ports, settings.temporary_port))
+
+    def connect(self, client: str, name: str, port: int) -> EmbeddedTransport:
+        """Return a link for a new client, which has not joined yet.
+
+        Args:
+            client: its id.
+            name: its name, for logs.
+            port: the port that the script asked for.
+        """
+        return EmbeddedTransport(self.loop, self._turns, client, name, port)
+
+    def close(self) -> None:
+        """End the simulation and all that belongs to it. Idempotent; does nothing in a fork of its process."""
+        if self._process != os.getpid() or self.loop.is_ending:
+            return
+        self._turns.begin()
+        try:
+            self.loop.end_now()
+            if self._recorder is not None:
+                self._recorder.ending()
+            self.world.simulation.stop()
+            if self._recorder is not None:
+                self._recorder.ended()
+        finally:
+            self._turns.end()
+        self._turns.close()
+        self.loop.close()
+        self._stack.close()
+
+
+def start(arguments: Sequence[str]) -> EmbeddedServer:
+    """Start a server in this process.
+
+    Args:
+        arguments: those of ``simx-server``.
+
+    Raises:
+        ConnectionFailed: the text says what cannot be used, and what is valid.
+    """
+    try:
+        return EmbeddedServer(_settings(arguments))
+    except (SettingError, CommandError, LogError, OutputError, GatewayError, OSError, ValueError) as error:
+        raise ConnectionFailed(f"the embedded simulation cannot start: {error}") from error
+
+
+def _settings(arguments: Sequence[str]) -> Settings:
+    requested_backend()  # refuses an unknown MUJOCO_GL now, before the first image
+    parser = make_parser()
+    parser.error = _refuse  # pyright: ignore[reportAttributeAccessIssue]
+    given = vars(parser.parse_args(list(arguments)))
+    for name in given:
+        if name not in Settings.__dataclass_fields__ or name in _NOT_EMBEDDED:
+            flag = f"--{name.replace('_', '-')}"
+            raise SettingError(f"{flag} is for a simx-server in a process of its own; leave it out")
+    settings = Settings.gather(given, os.environ)
+    if not any(name in settings.origins for name in _WAYS_IN):
+        settings = dataclasses.replace(settings, ports=(0,) if settings.view is not None else ())
+    return settings
+
+
+def _refuse(message: str) -> None:
+    raise SettingError(f"{message}; 'simx-server --help' lists the flags")

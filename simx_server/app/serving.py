@@ -1,0 +1,114 @@
+"""The parts between a world and its clients: server loop and gateways, of servers and of embedded servers."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from contextlib import ExitStack, contextmanager
+
+from simx_client.protocol.messages import Pace
+from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_server.gateways.descriptors import DescriptorWatch
+from simx_server.gateways.legacy.listener import LegacyGateway
+from simx_server.gateways.script_doors import ScriptDoors
+from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.handlers import HANDLERS
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import ServerLoop
+from simx_server.viewer.feed import Feed
+from simx_server.viewer.messages import ADD_ON
+from simx_server.viewer.windows import Windows
+from simx_server.world.world import World
+
+from .settings import Settings
+
+
+def make_loop(world: World, settings: Settings) -> ServerLoop:
+    """Return the server loop of a world, not running yet."""
+    pacer, parameters = Pacer(settings.speed), world.parameters
+    starting_port = settings.temporary_port if settings.auto_start else None
+    loop = ServerLoop(world, HANDLERS, pacer, starting_port=starting_port)
+    loop.metrics.pictures = world.rendering.times
+    loop.watches.append(world.rendering.watch)
+    parameters.pace = pacer
+    parameters.is_waiting_for_trigger = lambda: loop.is_waiting_for_trigger
+    parameters.end = loop.end_when_left
+    return loop
+
+
+@contextmanager
+def open_gateways(world: World, settings: Settings, loop: ServerLoop) -> Generator[ZenohGateway]:
+    """Open the ways in for other processes within the block; then end the clients' calls and close them.
+
+    Returns:
+        The gateway at the server's ports.
+
+    Raises:
+        GatewayError: one of them cannot listen; then none does.
+    """
+    gateway, others, legacy_ports = _open_gateways(settings, loop)
+    world.simulation.attach(gateway)
+    loop.watches.append(DescriptorWatch().look)
+    with ExitStack() as stack:
+        stack.callback(gateway.close)
+        stack.callback(loop.close_sockets)
+        stack.callback(others.close)
+        _open_script_ports(world, settings, loop, [*gateway.ports, *legacy_ports], stack)
+        stack.callback(loop.close)
+        yield gateway
+
+
+def add_viewers(world: World, loop: ServerLoop, gateway: ZenohGateway, *, has_viewer: bool) -> None:
+    """Have the scene's scripts and the web viewer reach each other."""
+    world.scripts.add_ons[ADD_ON] = Feed(loop, gateway.realm, gateway.ports)
+    world.scripts.add_ons[WINDOWS] = Windows(has_viewer=has_viewer)
+
+
+def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, ExitStack, Sequence[int]]:
+    """Open the ways in.
+
+    Returns:
+        The gateway at the server's ports, a stack that closes the others, and the ports for original clients.
+
+    Raises:
+        GatewayError: one of them cannot listen; then none does.
+    """
+    with ExitStack() as stack:
+        gateway = ZenohGateway(
+            loop,
+            ports=settings.ports,
+            listen=settings.listen,
+            connect=settings.connect,
+            realm=settings.realm,
+            config=settings.config,
+            multicast_scouting=settings.multicast_scouting,
+        )
+        stack.callback(gateway.close)
+        others = stack.enter_context(ExitStack())
+        legacy = LegacyGateway(loop, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
+        others.callback(legacy.close)
+        gateway.more_endpoints += [f"legacy/{address}" for address in legacy.endpoints]
+        for address, may_only_read in ((settings.zmq, False), (settings.zmq_viewers, True)):
+            if address is None:
+                continue
+            from simx_server.gateways.zmq.gateway import ZmqGateway  # slow, and often not needed
+
+            further = ZmqGateway(loop, address, may_only_read=may_only_read)
+            others.callback(further.close)
+            gateway.more_endpoints.append(further.endpoint)
+        kept = others.pop_all()
+        stack.pop_all()
+    return gateway, kept, legacy.ports
+
+
+def _open_script_ports(
+    world: World, settings: Settings, loop: ServerLoop, own: Sequence[int], stack: ExitStack
+) -> None:
+    """Open the ports at which the scene's scripts start the remote API; ``stack`` closes them."""
+    if settings.auto_start:
+        loop.more_starting_ports = world.script_ports.named
+    if settings.script_ports:
+        pace = Pace[settings.legacy_pace.upper()] if settings.legacy_ports else None
+        doors = ScriptDoors(loop, own, settings.config, legacy_pace=pace)
+        stack.callback(doors.close_all)
+        loop.watches.append(doors.look)
+        world.script_ports.serve(doors)

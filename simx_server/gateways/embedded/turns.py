@@ -1,0 +1,112 @@
+"""Decide which thread is the physics thread of an embedded server: one after the other, each for one piece of work.
+
+A server in its own process has one thread that alone touches the simulation. Here the thread of each call takes its
+turn instead. A pacing thread takes turns too while something happens without a call: simulation steps in real time,
+regular work of the scene's scripts, calls of clients that come through a gateway. In stepped mode it sleeps.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+
+from simx_server.runtime.server_loop import LOOK, ServerLoop
+from simx_server.world.interruptions import nothing
+
+GIVE_WAY = 0.01
+"""Most seconds that the pacing thread waits for a caller to take its turn."""
+
+_ASLEEP = 3600.0
+"""Seconds that the pacing thread waits at most while calls alone change something."""
+
+
+class Turns:
+    """The lock of a world, and its pacing thread."""
+
+    def __init__(self, loop: ServerLoop, *, has_gateways: bool = False) -> None:
+        """Make it without a pacing thread; the first need for one starts it.
+
+        Args:
+            has_gateways: clients of other processes can come.
+        """
+        self._loop = loop
+        self.lock = threading.Lock()
+        """Held during a turn. A caller that acquires it without waiting sets `owner` itself; see `begin`."""
+
+        self.owner = 0
+        """The thread whose turn it is, 0 for none."""
+
+        self._callers: deque[None] = deque()
+        """An entry for each caller that waits for its turn; a deque counts atomically."""
+
+        self._entered = threading.Event()
+        self._has_gateways = has_gateways
+        self._thread: threading.Thread | None = None
+        self._is_ending = False
+        self._next_look = 0.0
+
+    def begin(self, deadline: float = math.inf) -> bool:
+        """Take a turn; return False if the deadline (monotonic clock) passed, or this thread has a turn already.
+
+        The second happens when Python collects garbage, and so closes a client, in the middle of a step.
+        """
+        if not self.lock.acquire(blocking=False) and not self.wait(deadline):
+            return False
+        self.owner = threading.get_ident()
+        return True
+
+    def wait(self, deadline: float) -> bool:
+        """Acquire the lock when another thread ends its turn; return False as ``begin`` does."""
+        if self.owner == threading.get_ident():
+            return False
+        self._callers.append(None)
+        try:
+            wait = -1.0 if deadline == math.inf else max(0.0, deadline - time.monotonic())
+            return self.lock.acquire(timeout=wait)
+        finally:
+            self._callers.pop()
+            self._entered.set()
+
+    def end(self) -> None:
+        """End the turn of this thread."""
+        self.owner = 0
+        self.lock.release()
+
+    def note_change(self) -> None:
+        """Start or wake the pacing thread if it is needed now. Call this within a turn that may have changed that."""
+        if self._has_gateways or self._loop.advances_alone:
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="simx-pacing", daemon=True)
+                self._thread.start()
+            else:
+                self._loop.post(nothing)
+
+    def close(self) -> None:
+        """Stop the pacing thread."""
+        self._is_ending = True
+        if self._thread is not None:
+            self._loop.post(nothing)
+            self._thread.join()
+
+    def _run(self) -> None:
+        loop = self._loop
+        while not self._is_ending:
+            self.begin()
+            try:
+                loop.turn()
+                if (now := time.monotonic()) >= self._next_look:
+                    self._next_look = now + LOOK
+                    loop.look()
+                is_needed = self._has_gateways or loop.advances_alone
+                seconds = min(1.0, loop.seconds_until_turn()) if is_needed else _ASLEEP
+            finally:
+                self.end()
+            if self._callers:
+                # A lock is not fair: without this wait, the pacing thread would take it again at once.
+                self._entered.clear()
+                if self._callers:
+                    self._entered.wait(GIVE_WAY)
+            elif seconds > 0.0 and not self._is_ending:
+                loop.wait_for_work(seconds)
