@@ -15,6 +15,7 @@ from simx_client.protocol.messages import Delivery, Pace, Reply
 from simx_client.transport.direct import DirectFunction, DirectTransport
 
 from .connection import MESSAGE_ID_MASK, Connection
+from .message_header import client_time
 from .timeouts import DEFAULT_TIMEOUT
 
 _BLOCKING, _ONESHOT = c.simx_opmode_blocking, c.simx_opmode_oneshot
@@ -53,7 +54,7 @@ class EmbeddedConnection(Connection):
             if self._closed or self._pauses or not direct.is_direct:
                 pass
             elif mode != _BLOCKING and mode != _ONESHOT:
-                self._take_values(direct)
+                self._drain()
                 result = self._modes.call(shape, values, mode)
                 if self._modes.unsent:
                     self._flush()
@@ -70,24 +71,31 @@ class EmbeddedConnection(Connection):
         if call is None:
             call = self._calls[shape] = direct.prepare(shape.command)
         self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+        self._header = None
         reply = call(values, self.timeout)
         if reply is not None and reply[1] and reply[3]:
             self._log_once(str(reply[3][0]))
         return reply
 
-    def _take_values(self, direct: DirectTransport) -> None:
+    def _drain(self) -> None:
         """Store what came: replies and images as messages, the values of the streams directly."""
-        newest = direct.take_values()
-        self._drain()
+        assert self._direct is not None
+        newest = self._direct.take_values()  # taken first, stored last, as those of other clients
+        super()._drain()
         if newest:
+            self._header = None  # these are newer
             self._modes.absorb_replies(newest)
 
     def newest_header(self) -> Delivery | None:
-        """Return the state of the simulation in the form of a header; None without a connection."""
-        header = None if self._direct is None or self._closed else self._direct.header()
-        return self._header if header is None else header._replace(message_id=self.message_id)
+        """Return the newest delivery, or what its header would have been without a message; None before the first."""
+        with self._lock:
+            if self._check_link() and not self._pauses:
+                self._drain()
+            return self.last_header
 
     @property
     def last_header(self) -> Delivery | None:
-        """Return the same; it never waits."""
-        return self.newest_header()
+        """Return the same without processing what arrived."""
+        if self._header is not None or self._direct is None:
+            return self._header
+        return self._direct.header(self.message_id, client_time())

@@ -35,8 +35,8 @@ class DirectTransport(Transport, Protocol):
         """Return the newest values of the small streams; empty if they were taken already."""
         ...
 
-    def header(self) -> Delivery | None:
-        """Return a delivery without replies that describes the simulation now; None after the end."""
+    def header(self, message_id: int, client_time: int) -> Delivery | None:
+        """Return a delivery without replies for the newest direct reply, or values of streams; None before them."""
         ...
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 from simx_client.protocol.codec import encode, encode_delivery
 from simx_client.protocol.messages import STATUS_OK, Delivery, Reply, of_fields
@@ -64,6 +64,16 @@ class Replies:
         self._next_id = call_id + 1
 
 
+class Instant(NamedTuple):
+    """The part of a message's header that changes with time."""
+
+    seconds: float
+    """On the monotonic clock."""
+
+    state: SimulationState
+    scene_id: int
+
+
 class Messages:
     """Packs replies into messages. Any thread."""
 
@@ -81,21 +91,26 @@ class Messages:
 
     def pack_parts(self, session: ClientSession, parts: bytes, count: int) -> bytes:
         """Return a message with `count` replies that are packed already."""
-        return encode_delivery(self.header(session), parts, count)
+        return encode_delivery(self._delivery(session, []), parts, count)
 
-    def header(self, session: ClientSession) -> Delivery:
-        """Return a message without replies."""
-        return self._delivery(session, [])
+    def instant(self) -> Instant:
+        """Return what a header says of now."""
+        return Instant(time.monotonic(), self._simulation.state, self._simulation.scene_id)
+
+    def header(self, at: Instant, message_id: int, client_time: int) -> Delivery:
+        """Return a message without replies that was sent at an instant."""
+        return self._delivery_at(at, message_id, client_time, [])
 
     def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
-        state = _STATE_BITS[self._simulation.state] | (
-            _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
-        )
+        return self._delivery_at(self.instant(), session.message_id, session.client_time, replies)
+
+    def _delivery_at(self, at: Instant, message_id: int, client_time: int, replies: list[Reply]) -> Delivery:
+        real_time = _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
         return Delivery(
-            session.message_id,
-            session.client_time,
-            int(time.monotonic() * 1000) & 0x7FFF_FFFF,
-            self._simulation.scene_id & _SCENE_ID_MASK,
-            state,
+            message_id,
+            client_time,
+            int(at.seconds * 1000) & 0x7FFF_FFFF,
+            at.scene_id & _SCENE_ID_MASK,
+            _STATE_BITS[at.state] | real_time,
             replies,
         )

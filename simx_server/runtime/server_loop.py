@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
-from simx_client.protocol.messages import Delivery
 from simx_server.handlers.registry import Handler
 from simx_server.processes.heap import give_back
 from simx_server.world.part import Part
@@ -269,13 +268,10 @@ class ServerLoop(Part):
         """Prepare a command of a client in this process."""
         return self._batches.direct_call(session, command)
 
-    def time_ms(self) -> int:
-        """Return the simulated time that replies carry, in milliseconds."""
-        return self._messages.time_ms()
-
-    def header(self, session: ClientSession) -> Delivery:
-        """Return a message without replies to a client, for the state in its header."""
-        return self._messages.header(session)
+    @property
+    def messages(self) -> Messages:
+        """Return what knows the times and headers of replies."""
+        return self._messages
 
     @property
     def advances_alone(self) -> bool:

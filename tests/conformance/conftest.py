@@ -18,9 +18,10 @@ def world(tmp_path: Path) -> Iterator[RealWorld]:
     world.close()
 
 
-@pytest.fixture
-def cid(world: RealWorld) -> int:
-    return world.client()
+@pytest.fixture(params=["by messages", "embedded"])
+def cid(request: pytest.FixtureRequest, world: RealWorld) -> int:
+    """A client that sends messages, and one whose own thread executes its calls: they get the same answers."""
+    return world.embedded_client() if request.param == "embedded" else world.client()
 
 
 @pytest.fixture

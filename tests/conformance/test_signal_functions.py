@@ -161,6 +161,7 @@ def test_a_query_gives_what_is_put_into_the_other_signal(world: Any, cid: int, s
         world.simulation,
         step_finished=lambda: signals.strings.get("question") and signals.set_string("answer", b"fresh"),
     )
+    world.let_time_pass()
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid, "question", b"?", "answer", 5000) == (OK, bytearray(b"fresh"))
 

@@ -21,6 +21,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery,
 from simx_client.protocol.precision import Values, through_message
 from simx_client.transport.direct import DirectFunction
 from simx_server.runtime.answers import Answer
+from simx_server.runtime.replies import Instant
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import ClientSession
 from simx_server.runtime.streams import Stream
@@ -52,6 +53,12 @@ class EmbeddedTransport:
         self._deliveries: deque[bytes] = deque()
         self._came = threading.Event()
         self._values: list[Reply] = []
+        self._computed: Instant | None = None
+        """When these values were computed."""
+
+        self._replied: Instant | None = None
+        """When the client took the newest values, or got its newest direct reply."""
+
         self._stream: deque[bytes] = deque(maxlen=1)
         self._pictures: dict[int, bytes] = {}
         self._received: dict[str, Callable[[Values], Values]] = {}
@@ -91,6 +98,10 @@ class EmbeddedTransport:
             self._turns.end()
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
+        if self._deliveries:
+            return self._deliveries.popleft()
+        if timeout <= 0.0:
+            return None
         deadline = time.monotonic() + timeout
         while True:
             if self._deliveries:
@@ -145,7 +156,7 @@ class EmbeddedTransport:
         """Return a function that executes a command directly, for many calls."""
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        loop, turns, time_ms_now = self._loop, self._turns, self._loop.time_ms
+        loop, turns, messages = self._loop, self._turns, self._loop.messages
         lock, direct = turns.lock, loop.direct_call(self._session, command)
         execute, received, may_change_pace = direct.execute, direct.received, direct.may_change_pace
 
@@ -155,7 +166,8 @@ class EmbeddedTransport:
             turns.owner = get_ident()
             try:
                 answer = execute(arguments)
-                time_ms = time_ms_now()
+                time_ms = messages.time_ms()
+                self._replied = messages.instant()
                 if may_change_pace:
                     if isinstance(answer, Future) and not answer.done():
                         loop.turn()  # the step that this call has triggered
@@ -198,12 +210,14 @@ class EmbeddedTransport:
         if not self._values and self._session is not None and self._loop.are_streams_due():
             self._turn(math.inf)
         values, self._values = self._values, []
+        if values:
+            self._replied = self._computed
         return values
 
-    def header(self) -> Delivery | None:
-        """Return the state of the simulation in the form of a message's header."""
-        session = self._session
-        return None if session is None else self._loop.header(session)
+    def header(self, message_id: int, client_time: int) -> Delivery | None:
+        """Return the newest direct reply, or values of streams, in the form of a message's header."""
+        at = self._replied
+        return None if at is None else self._loop.messages.header(at, message_id, client_time)
 
     # --- the server's side: sessions.Link and sessions.DirectLink --------------------------------
 
@@ -229,4 +243,4 @@ class EmbeddedTransport:
             if status == STATUS_OK:
                 values = self._conversion(share.command)(values)
             newest.append(of_fields(Reply, (stream.stream_id, status, share.time_ms, values)))
-        self._values = newest
+        self._values, self._computed = newest, self._loop.messages.instant()

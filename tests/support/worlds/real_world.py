@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import uuid
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,10 +12,13 @@ from typing import Any, cast
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
+from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.protocol.messages import Pace
 from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
+from simx_server.gateways.embedded.transport import EmbeddedTransport
+from simx_server.gateways.embedded.turns import Turns
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
@@ -31,11 +35,22 @@ def path_of(world: RealWorld) -> Path:
     return path
 
 
+class _Unpaced(Turns):
+    """Has no pacing thread until `paces` is set, so that a test decides when a step is made."""
+
+    paces = False
+
+    def note_change(self) -> None:
+        if self.paces:
+            super().note_change()
+
+
 class RealWorld:
     """What `simx-server SCENE --speed max` is, without the network."""
 
     def __init__(self, scene: str | Path, *, speed: float = math.inf, workspace: Path | None = None) -> None:
         self._stack = ExitStack()
+        self.turns: _Unpaced | None = None
         settings = Settings(scene=str(scene), workspace=cast(Path, workspace))  # None: without one
         self.parts = open_world(settings, self._stack)
         self.simulation = self.parts.simulation
@@ -51,6 +66,22 @@ class RealWorld:
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         return client_id
+
+    def embedded_client(self, pace: Pace = Pace.FREE, *, timeout: float = DEFAULT_TIMEOUT) -> int:
+        """A client whose calls its own thread executes; a test turns the loop for what happens without calls."""
+        if self.turns is None:
+            self.turns = _Unpaced(self.loop)
+            self._stack.callback(self.turns.close)
+        transport = EmbeddedTransport(self.loop, self.turns, uuid.uuid4().hex, "embedded", 0)
+        connection = EmbeddedConnection(lambda: transport, where=transport.client, timeout=timeout, pace=pace)
+        client_id = CLIENTS.add(connection)
+        connection.connect(1.0)
+        return client_id
+
+    def let_time_pass(self) -> None:
+        """Let things happen without calls of an embedded client, as they do for users."""
+        if self.turns is not None:
+            self.turns.paces = True
 
     def close(self) -> None:
         v.simxFinish(-1)
