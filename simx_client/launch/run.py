@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import CodeType, FrameType
 
+from simx_client.connection.embedding import VARIABLE as EMBED_VARIABLE
 from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.launch import script
 from simx_client.launch.after_import import AfterImport, Patch, in_turn
@@ -51,6 +52,7 @@ what a script gets, in this process only:
 examples:
   simx-run robotControl.py                      a simx-server is running already
   simx-run --server scene.ttt robotControl.py   with a server of its own
+  simx-run --embed scene.ttt robotControl.py    the same in one process: calls take microseconds
   simx-run --plain script.py --episodes 10      what follows SCRIPT is the script's
 """
 
@@ -68,7 +70,10 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--server", metavar="SCENE", help="start a simx-server for the script, and stop it after"
     )
-    parser.add_argument("--server-args", metavar="ARGS", default="", help='more for it: "--speed max"')
+    parser.add_argument(
+        "--embed", metavar="SCENE", help="simulate in the script's own process, without a server"
+    )
+    parser.add_argument("--server-args", metavar="ARGS", default="", help='more for both: "--speed max"')
     parser.add_argument(
         "--server-timeout", metavar="S", type=float, default=60.0, help="wait so long until it is ready (60)"
     )
@@ -127,6 +132,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         script.show(error.with_traceback(None))
         return FAILURE
     _prepare(options, path, is_python2=converted is not None)
+    if options.embed and options.server:
+        return _refuse("--server and --embed exclude each other; give one of them", USAGE)
+    if options.embed:
+        scene = scene_for(Path(options.script), options.embed)
+        os.environ[EMBED_VARIABLE] = shlex.join([scene, *shlex.split(options.server_args)])
     if options.server:
         try:
             _start_server(options)

@@ -235,6 +235,11 @@ class Scene:
         self.model_properties[handle] = bits
         self._overridden.clear()
 
+    def own_model_bits(self, handle: int) -> int:
+        """Return the `sim_modelproperty_*` bits of a model base; 0 for any other object. Raises UnknownHandle."""
+        own = self.model_property(handle)
+        return 0 if own & NOT_A_MODEL else own
+
     def is_model_base(self, handle: int) -> bool:
         """Return whether the object is the base of a model. Raises UnknownHandle."""
         return not self.model_property(handle) & NOT_A_MODEL
@@ -246,8 +251,7 @@ class Scene:
             return known
         bits, above = 0, handle
         while above in self.objects:
-            own = self.model_property(above)
-            bits |= 0 if own & NOT_A_MODEL else own
+            bits |= self.own_model_bits(above)
             above = self.objects[above].parent
         self._overridden[handle] = bits
         return bits

@@ -33,7 +33,9 @@ class Snapshot:
     model: mujoco.MjModel
     data: mujoco.MjData
     state: np.ndarray
-    arrays: dict[str, np.ndarray]
+    arrays: list[tuple[np.ndarray, bytes]]
+    """Arrays of the model that a command may write, and their content: comparing bytes takes a tenth of the time."""
+
     options: dict[str, Any]
     parents: dict[int, int]
     identities: dict[int, tuple[str, str, Mapping[str, Annotation]]]
@@ -52,7 +54,7 @@ class Snapshot:
             model=sim.model,
             data=sim.data,
             state=get_state(sim.model, sim.data),
-            arrays={name: value.copy() for name, value in editable_arrays(sim.model)},
+            arrays=[(value, value.tobytes()) for _, value in editable_arrays(sim.model)],
             options=option_values(sim.model),
             parents={handle: item.parent for handle, item in sim.scene.objects.items()},
             identities={
@@ -71,10 +73,9 @@ class Snapshot:
         replaced = sim.model is not self.model
         self.scene.next_handle = sim.scene.next_handle  # handles of the run's new objects are not used again
         sim.scene, sim.model, sim.data = self.scene, self.model, self.data
-        for name, value in editable_arrays(self.model):
-            saved = self.arrays[name]
-            if not np.array_equal(value, saved, equal_nan=value.dtype.kind == "f"):
-                value[...] = saved
+        for value, saved in self.arrays:
+            if value.tobytes() != saved:
+                value[...] = np.frombuffer(saved, value.dtype).reshape(value.shape)
         write_options(self.model, self.options)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self.state, STATE)

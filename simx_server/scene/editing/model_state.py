@@ -20,11 +20,17 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 def editable_arrays(model: mujoco.MjModel) -> Iterator[tuple[str, np.ndarray]]:
     """Yield name and live view of every model array a command may write."""
-    for name in dir(model):
-        if name.startswith(_EDITABLE):
-            value = getattr(model, name)
-            if isinstance(value, np.ndarray) and value.size:
-                yield name, value
+    for name in _editable_names():
+        value = getattr(model, name)
+        if value.size:
+            yield name, value
+
+
+@cache
+def _editable_names() -> tuple[str, ...]:
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    names = (name for name in dir(model) if name.startswith(_EDITABLE))
+    return tuple(name for name in names if isinstance(getattr(model, name), np.ndarray))
 
 
 def option_values(model: mujoco.MjModel) -> dict[str, Any]:

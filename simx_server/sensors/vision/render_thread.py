@@ -9,6 +9,7 @@ this thread.
 A graphics driver may hang. `watch` detects this, and images fail with the reason until the thread continues.
 """
 
+import atexit
 import functools
 import logging
 import threading
@@ -305,6 +306,7 @@ class RenderThread:
 
     def close(self) -> None:
         """Fail waiting images, finish the one in progress, end the thread. A second call does nothing."""
+        atexit.unregister(self.close)
         with self._wake:
             self._closing.set()
             preparation, self._to_prepare = self._to_prepare, None
@@ -506,6 +508,9 @@ class RenderThread:
         self._renderer_model = None
         if self._renderer is None:
             self._renderer = self._make(model, self._backend)
+            # In a user's program nothing closes this thread before the GL libraries' own functions at exit, which run
+            # later than this one because they were registered earlier.
+            atexit.register(self.close)
         else:
             self._renderer.turn_to(model)
         self._renderer_model = model
