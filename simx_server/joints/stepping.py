@@ -76,6 +76,8 @@ class Stepper:
         self._rigid = np.array([i for i, _ in rigid], dtype=np.intp)
         self._rigid_dof = np.array([b.dof for _, b in rigid], dtype=np.intp)
         self._rigid_share = np.array([1 / b.kv for _, b in rigid])
+        self._load = _view(data.qfrc_bias, self._rigid_dof)
+        self._carried = np.zeros(len(rigid))
         self._integral = np.array([s.i * step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._derivative = np.array([s.d / step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._pid = bool(np.any(self._integral) or np.any(self._derivative))
@@ -88,6 +90,7 @@ class Stepper:
         commands = _view(data.ctrl, self._ctrl)
         self._are_scattered = commands is None
         self._command = np.zeros(count) if commands is None else commands
+        self._rigid_command = _view(self._command, self._rigid)
         self._led = Followers(model, entries, Rule.POSITION)
         self._led_index = np.array([self._index[handle] for handle in self._led.handles], dtype=np.intp)
         self._springs = _CyclicSprings(entries)
@@ -138,11 +141,13 @@ class Stepper:
         has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
         carrying = self._carrying if self._carrying else None
         total, now, accumulate = self._force, data.actuator_force, np.add
-        total.fill(0.0)
+        is_single = count == 1
         scripted = self._scripted if self._scripted else None
         accompany = self._accompany
         has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
-        sensed.fill(0.0)
+        if not is_single:
+            total.fill(0.0)
+            sensed.fill(0.0)
         for index in chain.from_iterable(self._pieces(data, count)):
             if accompany is not None:
                 accompany(index, count, False)
@@ -157,13 +162,20 @@ class Stepper:
             step(model, data)
             if has_kinematic:
                 kinematic.hold(data)
-            accumulate(total, now, out=total)
-            if has_cells:
-                accumulate(sensed, sensor_values, out=sensed)
+            if not is_single:
+                accumulate(total, now, out=total)
+                if has_cells:
+                    accumulate(sensed, sensor_values, out=sensed)
             if accompany is not None:
                 accompany(index, count, True)
+        if is_single:
+            np.add(now, 0.0, out=total)  # as a sum from 0, which has no -0
+            if has_cells:
+                np.add(sensor_values, 0.0, out=sensed)
+            return
         total /= count
-        sensed /= count
+        if has_cells:
+            sensed /= count
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
@@ -196,11 +208,20 @@ class Stepper:
         np.minimum(command, self._limit, out=command)
         np.maximum(command, self._least, out=command)
         if self._rigid.size:
-            command[self._rigid] += data.qfrc_bias[self._rigid_dof] * self._rigid_share
+            self._carry(command)
         if not self._plain_gear:
             np.multiply(command, self._gear, out=command)
         if self._are_scattered:
             data.ctrl[self._ctrl] = command
+
+
+    def _carry(self, command: np.ndarray) -> None:
+        """Add to the commands of rigid motors what carries their load."""
+        if self._load is None or self._rigid_command is None:
+            command[self._rigid] += self._data.qfrc_bias[self._rigid_dof] * self._rigid_share
+            return
+        np.multiply(self._load, self._rigid_share, out=self._carried)
+        np.add(self._rigid_command, self._carried, out=self._rigid_command)
 
 
 def _halved(within: Within) -> Callable[[mujoco.MjModel, mujoco.MjData], None]:

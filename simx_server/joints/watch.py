@@ -79,7 +79,8 @@ class Watch:
         if self._bad is None or self._bad[0] is not data:
             self._bad = data, data.warning.number[_DIVERGED]
         bad = self._bad[1]
-        bad.fill(0)
+        if any(bad.tolist()):
+            bad.fill(0)
         point = self._sim.interruptions.physics_point
         began = before = time.perf_counter()
         worked, longest = time.thread_time(), self._sim.limits.step_seconds

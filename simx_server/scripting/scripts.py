@@ -129,7 +129,8 @@ class Scripts(Part):
 
     def actuate(self) -> None:
         """Run the scripts' threads and actuation, before physics."""
-        self._phases.actuate()
+        if self._scripts:
+            self._phases.actuate()
 
     def judge_images(self) -> None:
         """Have scripts process the images of their vision sensors, and call them on detections."""
@@ -137,7 +138,8 @@ class Scripts(Part):
 
     def sense(self) -> None:
         """Run the scripts' sensing, after physics and the sensors."""
-        self._phases.sense()
+        if self._scripts:
+            self._phases.sense()
 
     @property
     def of_objects(self) -> ObjectCallBacks:

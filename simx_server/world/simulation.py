@@ -8,6 +8,7 @@ length, so it does not drift.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
@@ -41,8 +42,14 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_ALL = np.logical_and.reduce
-"""`numpy.all` of one array, in half the time."""
+
+def _is_finite(values: np.ndarray) -> bool:
+    """Return whether all numbers of a vector are finite.
+
+    The square of its length is finite, except for numbers beyond 1e154, and takes a quarter of the time.
+    """
+    return math.isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())
+
 
 DEFAULT_TIME_STEP = 0.05
 """V-REP's default simulation step in seconds."""
@@ -319,7 +326,7 @@ class Simulation:
             with self.sleepers.watched_awake():
                 self.joints.step(self.substeps)
         # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
-        if not (_ALL(np.isfinite(self.data.qpos)) and _ALL(np.isfinite(self.data.qvel))):
+        if not (_is_finite(self.data.qpos) and _is_finite(self.data.qvel)):
             raise StepFailed(DIVERGED)
 
     def _check_room(self) -> None:
