@@ -31,6 +31,10 @@ Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
 """Divides the physics steps of a simulation step, and checks the progress in between: see `watch.Watch`."""
 
 
+Control = Callable[[int, int], object]
+"""Called at each physics step: its index in the simulation step (from 0), and their number."""
+
+
 class Stepper:
     """The controllers of one model and its data, in arrays. Rebuilt when a setting other than a target changes."""
 
@@ -100,6 +104,28 @@ class Stepper:
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
         self._sensed = np.zeros(data.sensordata.shape)
 
+        self._before, self._after = self._controllers()
+
+    def _controllers(self) -> tuple[Sequence[Control], Sequence[Control]]:
+        """Return what runs before and after each physics step, in this order."""
+        data, call = self._data, self._accompany
+        before: list[Control] = []
+        after: list[Control] = []
+        if self._kinematic:
+            after.append(lambda _index, _count: self._kinematic.hold(data))
+        if call is not None:
+            before.append(lambda index, count: call(index, count, False))
+            after.append(lambda index, count: call(index, count, True))
+        if self._index:
+            before.append(self._control)
+        if self._carrying:
+            before.append(lambda _index, _count: self._carrying.control(data))
+        if self._scripted:
+            before.append(lambda index, count: self._scripted.control(data, index, count))
+        if self._springs:
+            before.append(lambda _index, _count: self._springs.control(data))
+        return before, after
+
     @property
     def is_constant(self) -> bool:
         """Return whether no controller has to run between the physics steps of a simulation step."""
@@ -137,45 +163,25 @@ class Stepper:
             self._force[:] = data.actuator_force
             return
         step = mujoco.mj_step if within is None else _halved(within)
-        control, springs, kinematic = self._control, self._springs, self._kinematic
-        has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
-        carrying = self._carrying if self._carrying else None
-        total, now, accumulate = self._force, data.actuator_force, np.add
-        is_single = count == 1
-        scripted = self._scripted if self._scripted else None
-        accompany = self._accompany
-        has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
-        if not is_single:
-            total.fill(0.0)
+        total, sensed, has_cells = self._force, self._sensed, self._has_cells
+        force, sensor_values, accumulate = data.actuator_force, data.sensordata, np.add
+        before, after = self._before, self._after
+        total.fill(0.0)
+        if has_cells:
             sensed.fill(0.0)
         for index in chain.from_iterable(self._pieces(data, count)):
-            if accompany is not None:
-                accompany(index, count, False)
-            if has_loops:
-                control()
-            if carrying is not None:
-                carrying.control(data)
-            if scripted is not None:
-                scripted.control(data, index, count)
-            if has_springs:
-                springs.control(data)
+            for control in before:
+                control(index, count)
             step(model, data)
-            if has_kinematic:
-                kinematic.hold(data)
-            if not is_single:
-                accumulate(total, now, out=total)
-                if has_cells:
-                    accumulate(sensed, sensor_values, out=sensed)
-            if accompany is not None:
-                accompany(index, count, True)
-        if is_single:
-            np.add(now, 0.0, out=total)  # as a sum from 0, which has no -0
+            accumulate(total, force, out=total)
             if has_cells:
-                np.add(sensor_values, 0.0, out=sensed)
-            return
-        total /= count
-        if has_cells:
-            sensed /= count
+                accumulate(sensed, sensor_values, out=sensed)
+            for follow in after:
+                follow(index, count)
+        if count > 1:
+            total /= count
+            if has_cells:
+                sensed /= count
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
@@ -187,7 +193,7 @@ class Stepper:
         if earlier._force.shape == self._force.shape:
             self._force[:] = earlier._force
 
-    def _control(self) -> None:
+    def _control(self, _index: int, _count: int) -> None:
         data, error, command = self._data, self._error, self._command
         if self._led_index.size:
             self._target[self._led_index] = self._led.wanted(data)
@@ -213,7 +219,6 @@ class Stepper:
             np.multiply(command, self._gear, out=command)
         if self._are_scattered:
             data.ctrl[self._ctrl] = command
-
 
     def _carry(self, command: np.ndarray) -> None:
         """Add to the commands of rigid motors what carries their load."""

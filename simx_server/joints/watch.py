@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -27,6 +28,9 @@ GLANCE = 0.02
 
 RECORDED_AT_ONCE = 8
 """Physics steps in one call while a recording or a replay has to know when other calls were served."""
+
+READ_EVERY = 0.1
+"""Seconds between two readings of the thread's processor time, so a limit of seconds is kept within a tenth."""
 
 MANY = 1024
 """A simulation step of more physics steps than these ends at `LONGEST`."""
@@ -70,6 +74,11 @@ class Watch:
         self._bad: tuple[mujoco.MjData, NDArray[np.intc]] | None = None
         """The data, and a view of MuJoCo's counts of its diverged positions, velocities and accelerations."""
 
+        self._read_next = 0.0
+        """When the thread's time is read again: reading it takes as long as a small physics step."""
+
+        self._thread, self._thread_time = 0, 0.0
+
     def pieces(self, data: mujoco.MjData, count: int) -> Iterator[range]:
         """Yield which physics steps (from 0, of `count`) to make at once, one range after the other.
 
@@ -79,11 +88,14 @@ class Watch:
         if self._bad is None or self._bad[0] is not data:
             self._bad = data, data.warning.number[_DIVERGED]
         bad = self._bad[1]
-        if any(bad.tolist()):
+        if bad.tobytes() != _NONE:
             bad.fill(0)
         point = self._sim.interruptions.physics_point
         began = before = time.perf_counter()
-        worked, longest = time.thread_time(), self._sim.limits.step_seconds
+        if began >= self._read_next or self._thread != threading.get_ident():
+            self._thread, self._thread_time = threading.get_ident(), time.thread_time()
+            self._read_next = began + READ_EVERY
+        worked, longest = self._thread_time, self._sim.limits.step_seconds
         done = 0
         while done < count:
             if point is not None:
@@ -93,7 +105,7 @@ class Watch:
             size = max(1, min(most, count - done))
             yield range(done, done + size)
             done += size
-            if any(bad.tolist()):
+            if bad.tobytes() != _NONE:
                 raise StepFailed(DIVERGED)
             now = time.perf_counter()
             self._cost = max(1e-9, (now - before) / size)
@@ -138,3 +150,4 @@ def _too_slow(seconds: float, sim: LiveScene) -> str:
 
 
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
+_NONE = bytes(np.zeros(_DIVERGED.stop - _DIVERGED.start, np.intc))

@@ -146,6 +146,8 @@ class IkGroups(Part):
 
     def handle_automatic(self) -> int:
         """Handle all groups that are not explicit; return their number."""
+        if not self._registry:
+            return 0
         return sum(self._handle_or_complain(group) for group in self._groups() if not group.explicit)
 
     def handle_all(self) -> int:

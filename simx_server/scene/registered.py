@@ -69,6 +69,11 @@ class Registry(Generic[_T]):
         entry = self._entries.get(handle)
         return entry.item if entry is not None and self._is_there(entry) else None
 
+    def __bool__(self) -> bool:
+        """Return whether there was ever an entry in this scene."""
+        self._look()
+        return bool(self._entries)
+
     def all(self) -> dict[int, tuple[str, _T]]:
         """Return name and item of all present entries, by handle."""
         self._look()

@@ -211,6 +211,9 @@ class Meter(Generic[_R]):
 
     def sense(self) -> None:
         """Note the instant of a simulation step. Earlier results end with it, also while handling is switched off."""
+        if not self._registry:
+            self._results.clear()
+            return
         registered = self._registry.all()
         self._results.clear()
         for handle in list(self._by_hand):
