@@ -183,7 +183,7 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
     Delivery: (int, int, int, int, int, list),
     Reply: (int, int, int, list),
     Greeting: (int, str, str, int, int),
-    Welcome: (int, str, str, str, str),
+    Welcome: (int, str, str, str, str, str),
     Status: (int, str, str, str, int, list, str, int, float, float, float, str),
 }
 """Types of each message's fields, in order; one comparison checks them all, since every call is decoded here.
@@ -274,6 +274,8 @@ def decode_greeting(payload: bytes) -> Greeting:
 def decode_welcome(payload: bytes) -> Welcome:
     """Unpack and check the server's answer to a greeting; a newer version may have more fields."""
     value = _unpack(payload)[: len(Welcome._fields)]
+    if len(value) == len(Welcome._fields) - 1:  # of servers without a socket
+        value.append("")
     if tuple(map(type, value)) != _FIELD_TYPES[Welcome]:
         raise _wrong(Welcome, value)
     return Welcome._make(value)

@@ -169,6 +169,8 @@ class Welcome(NamedTuple):
     realm: str
     scene: str
     server: str
+    local: str = ""
+    """``TOKEN@PATH`` of a socket for clients on the server's host; empty without one, and from old servers."""
 
 
 class Status(NamedTuple):

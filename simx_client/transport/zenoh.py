@@ -28,6 +28,7 @@ from simx_client.protocol.messages import (
 
 from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
+from .local import LocalLink
 from .time_limit import Alarm
 from .writer import Writer
 from .zenoh_session import client_name, living_realms, open_session, program_name
@@ -154,6 +155,7 @@ class ZenohTransport:
         self._images: dict[str, Any] = {}
         """Newest image of each stream, by key."""
 
+        self._local: LocalLink | None = None
         self._alive = False
         self._lost = False
         self._realm: str | None = None
@@ -196,7 +198,7 @@ class ZenohTransport:
 
     @property
     def was_lost(self) -> bool:
-        return self._lost
+        return self._lost or (self._local is not None and self._local.is_broken)
 
     def greet(self, timeout: float) -> Welcome:
         self._lost = False
@@ -218,7 +220,17 @@ class ZenohTransport:
         chosen = welcomes[0].protocol
         if not OLDEST_PROTOCOL <= chosen <= PROTOCOL_VERSION:  # a server that has not noticed
             raise ConnectionFailed(no_common_version((OLDEST_PROTOCOL, PROTOCOL_VERSION), (chosen, chosen)))
+        self._go_local(welcomes[0].local)
         return welcomes[0]
+
+    def _go_local(self, offer: str) -> None:
+        """Use the short way that the server offers, if it is on this host."""
+        before, self._local = self._local, None
+        if before is not None:
+            before.close()
+        token, _, path = offer.partition("@")
+        if path:
+            self._local = LocalLink.open(path, token)
 
     def _only_realm(self, deadline: float, until: float) -> str:
         """Return the realm at a server's port; through a router only if it is the only realm there."""
@@ -334,11 +346,15 @@ class ZenohTransport:
             self._alive = False
             self._lost = True
             self._alarm.set(0.0)  # wakes a blocking call
+            if (local := self._local) is not None:
+                local.break_off()
         else:
             self._alive = True
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        if len(payload) <= SMALL and self._writer.is_idle:
+        if self._local is not None:
+            self._local.send(payload, deadline)
+        elif len(payload) <= SMALL and self._writer.is_idle:
             self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
         else:
             self._writer.send(payload, deadline)
@@ -348,6 +364,8 @@ class ZenohTransport:
             self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
+        if self._local is not None:
+            return self._local.receive(timeout, is_soon=is_soon)
         try:
             if timeout > 0:
                 sample = self._busy_wait.poll(self._replies.try_recv) if is_soon else None
@@ -363,6 +381,8 @@ class ZenohTransport:
         return None if sample is None else sample.payload.to_bytes() or None
 
     def newest(self) -> bytes | None:
+        if self._local is not None and (values := self._local.newest()) is not None:
+            return values
         sample = self._streams.try_recv()
         return None if sample is None else sample.payload.to_bytes()
 
@@ -377,6 +397,8 @@ class ZenohTransport:
             self._closed = True
             self._alive = False
             self._alarm.close()
+            if self._local is not None:
+                self._local.close()
             closing = threading.Thread(target=self._close_session, name="simx-close")
             try:
                 closing.start()

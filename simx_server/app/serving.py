@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
 
@@ -9,6 +10,7 @@ from simx_client.protocol.messages import Pace
 from simx_client.protocol.windows import ADD_ON as WINDOWS
 from simx_server.gateways.descriptors import DescriptorWatch
 from simx_server.gateways.legacy.listener import LegacyGateway
+from simx_server.gateways.local import LocalGateway, is_possible
 from simx_server.gateways.script_doors import ScriptDoors
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
@@ -20,6 +22,8 @@ from simx_server.viewer.windows import Windows
 from simx_server.world.world import World
 
 from .settings import Settings
+
+logger = logging.getLogger(__name__)
 
 
 def make_loop(world: World, settings: Settings) -> ServerLoop:
@@ -73,6 +77,9 @@ def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, 
         GatewayError: one of them cannot listen; then none does.
     """
     with ExitStack() as stack:
+        local = _open_local(settings, loop)
+        if local is not None:
+            stack.callback(local.close)
         gateway = ZenohGateway(
             loop,
             ports=settings.ports,
@@ -81,9 +88,12 @@ def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, 
             realm=settings.realm,
             config=settings.config,
             multicast_scouting=settings.multicast_scouting,
+            local=local,
         )
         stack.callback(gateway.close)
         others = stack.enter_context(ExitStack())
+        if local is not None:
+            others.callback(local.close)
         legacy = LegacyGateway(loop, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
         others.callback(legacy.close)
         gateway.more_endpoints += [f"legacy/{address}" for address in legacy.endpoints]
@@ -98,6 +108,17 @@ def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, 
         kept = others.pop_all()
         stack.pop_all()
     return gateway, kept, legacy.ports
+
+
+def _open_local(settings: Settings, loop: ServerLoop) -> LocalGateway | None:
+    """Open the short way for clients on this host; a configuration may have rules that it would pass by."""
+    if not settings.local or settings.config is not None or not is_possible():
+        return None
+    try:
+        return LocalGateway(loop)
+    except OSError as problem:
+        logger.warning("clients on this host use Zenoh alone: no socket could be made: %s", problem)
+        return None
 
 
 def _open_script_ports(

@@ -98,6 +98,7 @@ class Settings:
     )
     temporary_port: int = _setting(19999, "the port that is there only while running (19999)", rules.PORT)
     script_ports: bool = _setting(True, "scripts of the scene open no ports of their own")
+    local: bool = _setting(True, "clients on this host use Zenoh too, not a socket of the file system")
     legacy_ports: tuple[str, ...] = _setting(
         (),
         "port for unmodified programs with V-REP's own library, repeatable",

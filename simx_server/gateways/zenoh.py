@@ -36,6 +36,7 @@ from ..limits import LimitReached
 from .access import has_rules, rules
 from .errors import GatewayError
 from .exposure import exposure
+from .local import LocalGateway
 from .posting import Care, Postman
 from .throttle import Throttle
 
@@ -69,6 +70,7 @@ class ZenohGateway(Part):
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
+        local: LocalGateway | None = None,
     ) -> None:
         """Open the session and declare everything. Physics thread, or before it runs.
 
@@ -78,6 +80,7 @@ class ZenohGateway(Part):
             connect: Zenoh routers through which clients can also reach the server; it retries those that do not answer.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
+            local: the short way that clients on this host are offered.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
@@ -86,6 +89,7 @@ class ZenohGateway(Part):
         zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
         self._zenoh = zenoh
         self._loop = loop
+        self._local = local
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
         self.more_endpoints: list[str] = []
@@ -235,52 +239,56 @@ class ZenohGateway(Part):
         return self._secrets.get(client) == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
-        version, refusal = PROTOCOL_VERSION, ""
+        version, refusal, client = PROTOCOL_VERSION, "", ""
         if query.payload is not None:
             joined = self._join(query)
             if joined is None:
                 query.drop()  # without an answer: it asks again
                 return
-            version, refusal = joined
-        welcome = Welcome(version, refusal, self.realm, self._loop.simulation.scene.name, __version__)
+            version, refusal, client = joined
+        offer = self._local.offered(client) if self._local is not None and not refusal else ""
+        scene = self._loop.simulation.scene.name
+        welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
         self._answer(query, keys.hello(self.realm), encode(welcome))
 
-    def _join(self, query: Any) -> tuple[int, str] | None:
+    def _join(self, query: Any) -> tuple[int, str, str] | None:
         """Accept the client that says hello with a query.
 
         Returns:
-            The version of the protocol to speak and, if the client is refused, the reason. None if the server could not
-            detect that the client leaves.
+            The version of the protocol to speak and, if the client is refused, the reason; then the client. None if the
+            server could not detect that the client leaves.
         """
         try:
             greeting = decode_greeting(query.payload.to_bytes())
             client = keys.check_chunk(greeting.client)
         except (CodecError, ValueError) as error:
-            return PROTOCOL_VERSION, f"the greeting could not be read ({error})"
+            return PROTOCOL_VERSION, f"the greeting could not be read ({error})", ""
         spoken_there, spoken_here = (greeting.protocol, greeting.newest), (OLDEST_PROTOCOL, PROTOCOL_VERSION)
         version = choose_version(spoken_there, spoken_here)
         if version is None:
             refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
-            return PROTOCOL_VERSION, refusal
+            return PROTOCOL_VERSION, refusal, client
         if client not in self._present or self._loop.is_departing(client):
             return None
         if client in self._loop.sessions:
             if not self._is_from(client, query):
-                return version, f"another client is called {client}"
+                return version, f"another client is called {client}", client
         else:
             try:
                 wanted = len(self._loop.sessions) + 1
                 self._loop.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
-                return version, str(problem)
+                return version, str(problem), client
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
             postman = Postman(self._care, partial(self._loop.suspend, client))
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman)
             self._loop.join(client, greeting.name, greeting.port, zenoh_link)
-        return version, ""
+            if self._local is not None:
+                self._local.offer(client, zenoh_link)
+        return version, "", client
 
     def _tell_status(self, query: Any) -> None:
         simulation, load = self._loop.simulation, self.load.load()

@@ -191,6 +191,10 @@ class ServerLoop(Part):
             str(self.simulation.limits.reached(reached, "wait for answers now and then")) if reached else ""
         )
 
+    def has_too_much_waiting(self, client: str, size: int) -> bool:
+        """Return whether a message of this many bytes should wait until fewer messages of its client do."""
+        return self._inbox.limit_reached(client, size) in ("waiting", "waiting_bytes")
+
     @property
     def sockets(self) -> Sockets:
         """Return the sockets that the physics thread reads; made on first use. Physics thread, or before it runs."""

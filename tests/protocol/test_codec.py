@@ -71,8 +71,13 @@ def test_numbers_travel_in_single_precision():
 def test_a_newer_peer_may_say_more_in_its_greeting():
     longer = msgpack.packb([1, "abc", "prog", 19997, 3, "something new"])
     assert decode_greeting(longer) == Greeting(1, "abc", "prog", 19997, 3)
-    longer = msgpack.packb([1, "", "realm", "scene", "0.1", {"new": 1}])
-    assert decode_welcome(longer) == Welcome(1, "", "realm", "scene", "0.1")
+    longer = msgpack.packb([1, "", "realm", "scene", "0.1", "offer", {"new": 1}])
+    assert decode_welcome(longer) == Welcome(1, "", "realm", "scene", "0.1", "offer")
+
+
+def test_an_older_server_offers_no_socket():
+    shorter = msgpack.packb([1, "", "realm", "scene", "0.1"])
+    assert decode_welcome(shorter) == Welcome(1, "", "realm", "scene", "0.1", "")
 
 
 @given(st.integers())
