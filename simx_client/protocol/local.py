@@ -107,7 +107,8 @@ class ValuesWriter:
         _COUNT.pack_into(self._memory, _COUNT_AT, self._sent)
 
     def close(self) -> None:
-        """Unmap the memory."""
+        """Note the end for the reader, and unmap the memory."""
+        _COUNT.pack_into(self._memory, _COUNT_AT, _ENDED)
         self._memory.close()
 
 
@@ -138,6 +139,11 @@ class ValuesReader:
         return None
 
     @property
+    def has_ended(self) -> bool:
+        """Return whether the server has closed the connection."""
+        return self.sent == _ENDED
+
+    @property
     def sent(self) -> int:
         """Return how many frames the server has sent."""
         return _COUNT.unpack_from(self._memory, _COUNT_AT)[0]
@@ -146,6 +152,9 @@ class ValuesReader:
         """Unmap the memory."""
         self._memory.close()
 
+
+_ENDED = (1 << 64) - 1
+"""Number of sent frames after the end."""
 
 _MOST_TRIES = 100
 """Attempts to read while the server writes; it needs microseconds, unless the system stops it in the middle."""

@@ -42,8 +42,11 @@ class LocalLink:
         self._poll.register(connected, select.POLLIN)
         self._busy_wait = BusyWait()
         self._writer = Writer(self._send_rest)
-        self.is_broken = False
-        """The server has closed the socket, or `break_off` was called."""
+        self._is_broken = False
+    @property
+    def is_broken(self) -> bool:
+        """Return whether the server has closed the connection, or `break_off` was called."""
+        return self._is_broken or self._values.has_ended
 
     @classmethod
     def open(cls, path: str, token: str) -> LocalLink | None:
@@ -89,7 +92,7 @@ class LocalLink:
             except BlockingIOError:
                 sent = 0
             except OSError:
-                self.is_broken = True
+                self._is_broken = True
                 return
             if sent == len(data):
                 return
@@ -100,7 +103,7 @@ class LocalLink:
         try:
             self._socket.sendall(data)
         except OSError:
-            self.is_broken = True
+            self._is_broken = True
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         """Return the next delivery, waiting at most `timeout` seconds; see `Transport.receive`."""
@@ -139,13 +142,13 @@ class LocalLink:
             except OSError:
                 data = b""
             if not data:
-                self.is_broken = True
+                self._is_broken = True
                 return
             try:
                 self._frames.add(data)
             except BadFrame as problem:
                 logger.error("the server sent something unreadable: %s", problem)
-                self.is_broken = True
+                self._is_broken = True
                 return
             if not self._frames.missing:
                 return
@@ -156,7 +159,7 @@ class LocalLink:
 
     def break_off(self) -> None:
         """End a wait in another thread: the server is lost. Any thread."""
-        self.is_broken = True
+        self._is_broken = True
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
@@ -165,6 +168,7 @@ class LocalLink:
         self.break_off()
         self._writer.close()
         self._socket.close()
+        # Its memory stays until this object goes: another thread may be reading it.
 
 
 def _is_ours(path: str) -> bool:

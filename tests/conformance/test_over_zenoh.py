@@ -1,6 +1,6 @@
-"""The 40 functions that scripts use most, between two processes over real Zenoh; and what only a network shows.
+"""The 40 functions that scripts use most, between two processes, by the short way of one host and over Zenoh alone.
 
-One server process for the whole file: each test connects, leaves the simulation stopped and finishes.
+One server process for each way: each test connects, leaves the simulation stopped and finishes.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("workspace")
 
 
-@pytest.fixture(scope="module")
-def process(workspace: Path) -> Iterator[ServerProcess]:
-    with server(SCENE, "--speed", "max", "--workspace", workspace) as process:
+@pytest.fixture(scope="module", params=["--local", "--no-local"])
+def process(request: pytest.FixtureRequest, workspace: Path) -> Iterator[ServerProcess]:
+    with server(SCENE, "--speed", "max", "--workspace", workspace, request.param) as process:
         yield process
 
 

@@ -1,0 +1,249 @@
+"""The short way for clients on the server's host: who may come by it, and what bad peers and deaths cause."""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from processes import PENDULUM, ServerProcess, running, server, spawn, wait_until
+
+import simx_client as v
+from simx_client.connection.clients import CLIENTS
+from simx_client.protocol.local import VALUES_SIZE, BadFrame, Frames, ValuesReader, ValuesWriter, frame
+from simx_client.transport.local import LocalLink
+from simx_client.transport.zenoh import ZenohTransport
+
+pytestmark = pytest.mark.usefixtures("no_connection_left")
+
+BLOCKING = v.simx_opmode_blocking
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("scene") / "pendulum.xml"
+    file.write_text(PENDULUM)
+    return file
+
+
+@pytest.fixture
+def sockets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where servers of this test make their sockets; a short path, as those of sockets are limited."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def process(scene: Path, sockets: Path) -> Iterator[ServerProcess]:
+    with server(scene, "--speed", "max") as process:
+        yield process
+
+
+def connect(process: ServerProcess) -> int:
+    client = v.simxStart("127.0.0.1", process.port, True, True, 5000, 5)
+    assert client >= 0
+    return client
+
+
+def link_of(client: int) -> LocalLink | None:
+    connection = CLIENTS.get(client)
+    assert connection is not None
+    assert isinstance(connection._transport, ZenohTransport)
+    return connection._transport._local
+
+
+def path_in(folder: Path) -> Path:
+    return next(folder.glob("simx-*/calls"))
+
+
+def test_a_client_on_this_host_uses_the_socket_and_all_modes_work(process: ServerProcess) -> None:
+    client = connect(process)
+    assert link_of(client) is not None
+    code, hinge = v.simxGetObjectHandle(client, "hinge", BLOCKING)
+    assert code == 0
+    assert v.simxGetJointPosition(client, hinge, v.simx_opmode_streaming)[0] == v.simx_return_novalue_flag
+    assert wait_until(lambda: v.simxGetJointPosition(client, hinge, v.simx_opmode_buffer)[0] == 0, 5.0)
+    assert v.simxSynchronous(client, True) == 0
+    assert v.simxStartSimulation(client, BLOCKING) == 0
+    for step in range(1, 4):
+        v.simxSetJointTargetVelocity(client, hinge, 1.0, v.simx_opmode_oneshot)
+        assert v.simxSynchronousTrigger(client) == 0
+        code, position = v.simxGetJointPosition(client, hinge, v.simx_opmode_buffer)
+        assert (code, v.simxGetLastCmdTime(client)) == (0, 50 * step), "the values came before the answer"
+        assert v.simxGetJointPosition(client, hinge, BLOCKING) == (0, position)
+        v.simxGetJointPosition(client, hinge, v.simx_opmode_streaming)
+        assert v.simxGetPingTime(client)[0] == 0
+
+
+def test_messages_of_megabytes_pass_in_both_directions(process: ServerProcess) -> None:
+    client = connect(process)
+    data = bytes(range(256)) * 20_000
+    assert v.simxSetStringSignal(client, "big", data, BLOCKING) == 0
+    assert v.simxGetStringSignal(client, "big", BLOCKING) == (0, bytearray(data))
+
+
+def test_the_socket_is_for_this_user_alone_and_goes_with_the_server(scene: Path, sockets: Path) -> None:
+    with server(scene) as process:
+        path = path_in(sockets)
+        folder = path.parent.stat()
+        assert (stat.S_IMODE(folder.st_mode), folder.st_uid) == (0o700, os.getuid())
+        process.process.terminate()
+        process.process.wait(10)
+    assert not path.parent.exists()
+
+
+def test_what_a_killed_server_left_is_removed_by_the_next(scene: Path, sockets: Path) -> None:
+    with server(scene) as process:
+        left = path_in(sockets).parent
+        process.kill()
+    assert left.exists()
+    with server(scene):
+        assert not left.exists()
+
+
+@pytest.mark.parametrize("way", ["the server", "the client", "a configuration"])
+def test_without_the_socket_calls_travel_over_zenoh(
+    scene: Path, sockets: Path, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    flags = []
+    if way == "the server":
+        flags = ["--no-local"]
+    elif way == "the client":
+        monkeypatch.setenv("SIMX_LOCAL", "0")
+    else:  # it may have rules for users, which the socket does not know
+        (sockets / "zenoh.json5").write_text("{}")
+        flags = ["--config", str(sockets / "zenoh.json5")]
+    with server(scene, *flags) as process:
+        client = connect(process)
+        assert link_of(client) is None
+        assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
+
+
+def test_a_folder_that_others_can_write_to_is_not_trusted(process: ServerProcess, sockets: Path) -> None:
+    path_in(sockets).parent.chmod(0o777)
+    client = connect(process)
+    assert link_of(client) is None
+    assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        b"",
+        b"\xff" * 4,
+        struct.pack("<I", 1 << 31),
+        frame(b""),
+        frame(b"no such token"),
+        frame(bytes(range(256))),
+        b"GET / HTTP/1.1\r\n\r\n" * 100,
+    ],
+)
+def test_a_stranger_gets_nothing_and_the_clients_notice_nothing(
+    process: ServerProcess, sockets: Path, said: bytes
+) -> None:
+    client = connect(process)
+    with socket.socket(socket.AF_UNIX) as stranger:
+        stranger.settimeout(5.0)
+        stranger.connect(str(path_in(sockets)))
+        stranger.sendall(said)
+        stranger.shutdown(socket.SHUT_WR)
+        assert stranger.recv(100) == b"", "the server closed the connection"
+    assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
+    assert link_of(client) is not None
+
+
+def test_a_client_that_sends_rubbish_behind_its_token_loses_its_own_connection_only(
+    process: ServerProcess, sockets: Path
+) -> None:
+    good, bad = connect(process), v.simxStart("localhost", process.port, True, True, 5000, 5)
+    link = link_of(bad)
+    assert link is not None
+    link._socket.sendall(frame(b"not a batch"))
+    assert v.simxGetObjectHandle(bad, "hinge", BLOCKING)[0] == 0, "an unreadable message is an error, no more"
+    link._socket.sendall(struct.pack("<I", 0xFFFF_FFFF))
+    assert wait_until(lambda: v.simxGetConnectionId(bad) == -1, 5.0)
+    assert v.simxGetObjectHandle(good, "hinge", BLOCKING)[0] == 0
+
+
+def test_a_client_that_dies_in_the_middle_of_a_message_leaves(process: ServerProcess) -> None:
+    program = (
+        "import os, sys, simx_client as v\n"
+        "from simx_client.connection.clients import CLIENTS\n"
+        f"v.simxStart('127.0.0.1', {process.port}, True, True, 5000, 5)\n"
+        "v.simxSynchronous(0, True)\n"
+        "CLIENTS.get(0)._transport._local._socket.sendall(b'\\xff\\xff\\0\\0half')\n"
+        "os.kill(os.getpid(), 9)\n"
+    )
+    client = connect(process)
+    assert v.simxStartSimulation(client, BLOCKING) == 0
+    with running(spawn("-c", program)) as dying:
+        dying.wait(30)
+
+    def time_passes() -> bool:
+        v.simxGetObjectHandle(client, "hinge", BLOCKING)
+        return v.simxGetLastCmdTime(client) > 1000
+
+    assert wait_until(time_passes, 10.0), "its stepped mode ended with it"
+
+
+def test_the_end_of_the_server_is_noticed_in_a_wait(scene: Path, sockets: Path) -> None:
+    with server(scene) as process:
+        client = connect(process)
+        process.kill()
+        code, _ = v.simxGetObjectHandle(client, "hinge", BLOCKING)
+        assert code != 0
+        assert wait_until(lambda: v.simxGetConnectionId(client) == -1, 5.0)
+
+
+def test_a_client_that_never_reads_gets_the_newest_values_and_no_backlog(process: ServerProcess) -> None:
+    client = connect(process)
+    hinge = v.simxGetObjectHandle(client, "hinge", BLOCKING)[1]
+    v.simxStartSimulation(client, BLOCKING)
+    v.simxGetJointPosition(client, hinge, v.simx_opmode_streaming)
+    other = v.simxStart("localhost", process.port, True, True, 5000, 5)
+
+    def simulated() -> int:
+        v.simxGetObjectHandle(other, "hinge", BLOCKING)
+        return v.simxGetLastCmdTime(other)
+
+    start = simulated()
+    assert wait_until(lambda: simulated() > start + 20_000, 20.0)
+    now = simulated()
+    assert v.simxGetJointPosition(client, hinge, v.simx_opmode_buffer)[0] == 0
+    assert v.simxGetLastCmdTime(client) >= now
+
+
+def test_frames_are_found_however_the_bytes_come() -> None:
+    messages = [b"", b"a", b"bc" * 40_000, b"end"]
+    data = b"".join(map(frame, messages))
+    for size in (1, 3, 4, 1000, len(data)):
+        frames = Frames()
+        for begin in range(0, len(data), size):
+            frames.add(data[begin : begin + size])
+        assert list(frames.whole) == messages
+        assert frames.count == len(messages)
+    with pytest.raises(BadFrame):
+        Frames(10).add(frame(b"x" * 11))
+
+
+def test_values_are_read_whole_or_not_at_all(tmp_path: Path) -> None:
+    with open(tmp_path / "memory", "w+b") as file:
+        file.truncate(VALUES_SIZE)
+        writer, reader = ValuesWriter(file.fileno()), ValuesReader(file.fileno())
+        assert reader.newest() is None
+        assert writer.write(b"one")
+        assert (reader.newest(), reader.newest()) == (b"one", None)
+        assert writer.write(b"two")
+        assert writer.write(b"three")
+        assert reader.newest() == b"three"
+        assert not writer.write(bytes(VALUES_SIZE)), "it does not fit"
+        assert reader.newest() is None
+        writer.write(b"four")
+        writer._memory[16] = ord("F")  # as if it were being written
+        assert reader.newest() is None
+        writer.count_frame()
+        assert reader.sent == 1
