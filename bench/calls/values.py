@@ -116,7 +116,7 @@ class Span:
 def _one_set(effort: Effort, count: int, stack: ExitStack) -> dict[str, Rounds]:
     scene = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "pendulums.xml"
     scene.write_text(pendulums(count), encoding="utf-8")
-    server = stack.enter_context(processes.server(str(scene), "--time-step", str(PASS_S)))
+    server = stack.enter_context(processes.server(str(scene), "--no-local", "--time-step", str(PASS_S)))
     # One client per address and process; every loopback address is this host.
     first, *others = (
         stack.enter_context(connected(server.port, f"127.0.0.{place}")) for place in range(1, LISTENERS + 1)

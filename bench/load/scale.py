@@ -86,7 +86,7 @@ def _starts(found: Findings, effort: Effort) -> None:
 def _servers(found: Findings, effort: Effort) -> None:
     """Memory and processor time of one server more."""
     span = max(0.2, effort.seconds(4.0))
-    with processes.server("--start") as server:
+    with processes.server("--start", "--no-local") as server:
         with connected(server.port) as client:
             _picture(client)
         _row(found, "a server by itself, running, has made a picture", memory_mb([server.process_id]), "MB")
@@ -125,7 +125,7 @@ def _router(found: Findings, effort: Effort) -> None:
     command = (sys.executable, "-m", "bench.measuring.router")
     with processes.server(command=command) as router, ExitStack() as stack:
         name = ("--realm", "bench", "--connect", f"tcp/127.0.0.1:{router.port}")
-        server = stack.enter_context(processes.server("--start", *name))
+        server = stack.enter_context(processes.server("--start", "--no-local", *name))
         direct = stack.enter_context(connected(server.port))
         far = vrep.simxStart("bench@127.0.0.1", router.port, True, True, 5000, 5)
         if far == -1:

@@ -269,6 +269,8 @@ def test_a_start_that_fails_does_not_finish_the_client_that_has_its_id_by_now(mo
 
 def test_a_robot_that_is_collected_while_a_client_is_added_may_finish_its_own():
     class CollectsGarbage:
+        works_after_fork = False
+
         @property
         def where(self):
             v.simxFinish(7)  # what a script's __del__ does

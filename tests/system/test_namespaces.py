@@ -183,7 +183,8 @@ def test_a_slow_network_that_loses_packets_is_slow_and_loses_no_call(
     """After a short cut it is the same connection; half open it is given up, and taken up again when it is mended."""
     with lab(["client"]) as hosts:
         address = f"tcp/{hosts.router_of('client')}:19997"
-        hosts.start("router", "-m", "simx_server", scene, "--start", "--port", 0, "--listen", address)
+        flags = ("--start", "--port", 0, "--no-local", "--listen", address)
+        hosts.start("router", "-m", "simx_server", scene, *flags)
         caller = Caller(
             hosts.start(
                 "client",
