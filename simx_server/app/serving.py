@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from simx_client.protocol.messages import Pace
 from simx_client.protocol.windows import ADD_ON as WINDOWS
 from simx_server.gateways.descriptors import DescriptorWatch
+from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.legacy.listener import LegacyGateway
 from simx_server.gateways.local import LocalGateway, is_possible
 from simx_server.gateways.script_doors import ScriptDoors
@@ -49,7 +50,11 @@ def open_gateways(world: World, settings: Settings, loop: ServerLoop) -> Generat
     Raises:
         GatewayError: one of them cannot listen; then none does.
     """
-    gateway, others, legacy_ports = _open_gateways(settings, loop)
+    try:
+        gateway, others, legacy_ports = _open_gateways(settings, loop)
+    except GatewayError:
+        loop.close_sockets()
+        raise
     world.simulation.attach(gateway)
     loop.watches.append(DescriptorWatch().look)
     with ExitStack() as stack:
