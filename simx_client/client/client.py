@@ -69,7 +69,16 @@ class Client(Strict):
     Not thread-safe: each thread needs its own client. Legacy functions take its ``id``.
     """
 
-    __slots__ = ("__weakref__", "_channel", "_close", "_connection", "_scene", "signals", "simulation")
+    __slots__ = (
+        "__weakref__",
+        "_channel",
+        "_close",
+        "_connection",
+        "_scene",
+        "embedded_ports",
+        "signals",
+        "simulation",
+    )
 
     def __init__(
         self, address: str = "127.0.0.1", port: int | None = None, *, timeout: float = DEFAULT_TIMEOUT
@@ -132,6 +141,7 @@ class Client(Strict):
         self = cls.__new__(cls)
         self._take(connection, timeout)
         self._close = weakref.finalize(self, _close_embedded, connection, server)
+        self.embedded_ports = server.ports
         return self
 
     @staticmethod
@@ -151,10 +161,14 @@ class Client(Strict):
 
     def _take(self, connection: Connection, timeout: float) -> None:
         self._connection = connection
+        self.embedded_ports = ()
         self._channel = Channel(connection, timeout)
         self._scene = Scene(self._channel)
         self.signals = Signals(self._channel)
         self.simulation = Simulation(self._channel, connection)
+
+    embedded_ports: tuple[int, ...]
+    """Ports of an embedded simulation by which other processes can connect; empty unless a setting names one."""
 
     _close: weakref.finalize[..., Client] | None
 

@@ -43,6 +43,9 @@ class DirectTransport(Transport, Protocol):
 class EmbeddedServer(Protocol):
     """A server in this process."""
 
+    ports: tuple[int, ...]
+    """Ports on this host by which other processes can connect; empty unless the settings name one."""
+
     def connect(self, client: str, name: str, port: int) -> DirectTransport:
         """Return a link for a new client.
 

@@ -43,6 +43,7 @@ class LocalLink:
         self._busy_wait = BusyWait()
         self._writer = Writer(self._send_rest)
         self._is_broken = False
+
     @property
     def is_broken(self) -> bool:
         """Return whether the server has closed the connection, or `break_off` was called."""

@@ -34,7 +34,7 @@ logger = logging.getLogger(__name__)
 _NOT_EMBEDDED = (
     "count", "until_eof", "quit_after_stop", "duration", "replay", "snapshot", "save_mjcf", "convert", "headless",
 )  # fmt: skip
-"""Settings that belong to a process of its own."""
+"""Settings that need a separate process."""
 
 _WAYS_IN = ("ports", "legacy_ports", "listen", "connect", "zmq", "zmq_viewers")
 """Settings each of which lets other processes connect."""
@@ -49,6 +49,9 @@ class EmbeddedServer:
         Raises:
             CommandError, LogError, OutputError, GatewayError, OSError: with the reason and what to do.
         """
+        self.ports: tuple[int, ...] = ()
+        """Ports on this host by which other processes can connect."""
+
         self._process = os.getpid()
         self._recorder: Recorder | None = None
         with ExitStack() as stack:
@@ -86,6 +89,7 @@ class EmbeddedServer:
             listener = stack.enter_context(listen(settings.view, "--view"))
         gateway = stack.enter_context(open_gateways(self.world, settings, self.loop))
         stack.enter_context(self.loop.answering_while_busy())
+        self.ports = gateway.ports
         add_viewers(self.world, self.loop, gateway, has_viewer=listener is not None)
         logger.info(
             "other processes can connect: %s", " ".join((*gateway.endpoints, *gateway.more_endpoints))
@@ -145,7 +149,7 @@ def _settings(arguments: Sequence[str]) -> Settings:
     for name in given:
         if name not in Settings.__dataclass_fields__ or name in _NOT_EMBEDDED:
             flag = f"--{name.replace('_', '-')}"
-            raise SettingError(f"{flag} is for a simx-server in a process of its own; leave it out")
+            raise SettingError(f"{flag} is for a simx-server in a separate process; leave it out")
     settings = Settings.gather(given, os.environ)
     if not any(name in settings.origins for name in _WAYS_IN):
         settings = dataclasses.replace(settings, ports=(0,) if settings.view is not None else ())

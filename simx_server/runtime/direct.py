@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .batches import Batches
 
 TIMED = 16
-"""Of so many calls of a command one is timed: two clock readings and a count cost as much as reading a value."""
+"""One call of this many of a command is timed: two clock readings and a count cost as much as reading a value."""
 
 
 class DirectCall:

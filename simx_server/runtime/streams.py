@@ -124,7 +124,7 @@ class Streams:
         """Return the newest shared answers as they travel, each behind its stream's head.
 
         Args:
-            pack: packs an answer for which nobody has done it.
+            pack: packs an answer that is not packed yet.
         """
         self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in self.shares()]
         return self._parts.copy()

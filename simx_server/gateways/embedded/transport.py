@@ -48,7 +48,7 @@ class EmbeddedTransport:
         self._name, self._port = name, port
         self._session: ClientSession | None = None
         self.is_direct = False
-        """Calls may be direct: the client has joined, and there is no recording, which contains messages."""
+        """Whether calls may be direct: the client has joined, and no recording needs messages."""
 
         self._deliveries: deque[bytes] = deque()
         self._came = threading.Event()

@@ -33,7 +33,7 @@ class Turns:
         """
         self._loop = loop
         self.lock = threading.Lock()
-        """Held during a turn. A caller that acquires it without waiting sets `owner` itself; see `begin`."""
+        """Held during a turn. A caller that acquires it without waiting sets `owner` itself; see `start`."""
 
         self.owner = 0
         """The thread whose turn it is, 0 for none."""
