@@ -30,6 +30,7 @@ MEASUREMENTS = {
     "values": "bench.calls.values",
     "parts": "bench.calls.parts",
     "stepping": "bench.calls.stepping",
+    "embedded": "bench.calls.embedded",
     "picture": "bench.images.picture",
     "sizes": "bench.images.sizes",
     "servers": "bench.load.servers",

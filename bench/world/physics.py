@@ -13,9 +13,9 @@ from simx_server.app.settings import Settings
 class Physics:
     """The scene as it is after the start."""
 
-    def __init__(self, stack: ExitStack) -> None:
-        """Load it; gone when the stack is closed."""
-        self.simulation = open_world(Settings(), stack)
+    def __init__(self, stack: ExitStack, time_step: float | None = None) -> None:
+        """Load it, with a simulation step of this many seconds; gone when the stack is closed."""
+        self.simulation = open_world(Settings(time_step=time_step), stack)
         self.simulation.simulation.start()
         stack.callback(self.simulation.simulation.stop)
         self._model = self.simulation.simulation.model

@@ -12,7 +12,7 @@ import cv2
 import pytest
 
 from bench import __main__ as bench
-from bench.calls import batch, blocking, original, parts, stepping, streaming, values
+from bench.calls import batch, blocking, embedded, original, parts, stepping, streaming, values
 from bench.images import picture, rendering, sizes
 from bench.load import clients, scale, servers, startup, view
 from bench.measuring import baselines, plot, processes
@@ -247,6 +247,13 @@ def sweep_of(found: Findings, names: list[str]) -> None:
         curve for panel in drawn.panels for curve in (*panel.curves.values(), *panel.baselines.values())
     ]
     assert all(len(curve) == len(names) for curve in curves)
+
+
+def test_embedded_calls_are_measured_beside_bare_physics() -> None:
+    found = embedded.measure(TINY)
+    assert {embedded.READ, embedded.RESET} <= {row.what for row in found.rows}
+    assert all(one.value > 0 for one in found.ratios)
+    assert len(found.ratios) >= len(embedded.SHARES)
 
 
 @pytest.mark.usefixtures("without_opengl")
