@@ -1,4 +1,4 @@
-"""The short way to a server on this host, see `simx_client.protocol.local`: the client's side.
+"""The local way to a server on this host, see `simx_client.protocol.local`: the client's side.
 
 The caller's thread reads and writes the socket itself, so a call needs no other thread of this process.
 """
@@ -11,10 +11,28 @@ import math
 import os
 import select
 import socket
-import stat
 import time
+from collections import deque
 
-from simx_client.protocol.local import READY, BadFrame, Frames, ValuesReader, frame
+from simx_client.protocol.local.frames import (
+    MEMORY,
+    BadFrame,
+    Frames,
+    frame,
+    memory_frame,
+    place_of,
+    receive_with_files,
+)
+from simx_client.protocol.local.memory import MemoryReader
+from simx_client.protocol.local.offer import (
+    Offer,
+    folders,
+    is_possible,
+    is_private,
+    is_same_user,
+    path_of,
+    read_offer,
+)
 
 from .busy_wait import BusyWait
 from .writer import Writer
@@ -25,23 +43,78 @@ VARIABLE = "SIMX_LOCAL"
 """0 leaves everything to Zenoh."""
 
 CONNECT_TIMEOUT = 0.5
-"""Time-out in seconds for the server to answer at the socket; after that calls travel over Zenoh."""
+"""Time-out in seconds for the server to answer at the socket; after that all messages travel over Zenoh."""
+
+VALUES = 0
+"""Place of the newest values of the small streams; the other places have images."""
 
 _READ, _MOST_READ = 1 << 16, 1 << 22
-"""Least and most bytes to read at a time."""
+"""Minimum and maximum number of bytes to read at a time."""
+
+
+def open_local(text: str) -> LocalLink | None:
+    """Connect to the socket that a welcome offers; None if it is not on this host, or cannot be used safely.
+
+    Args:
+        text: the offer in the welcome.
+    """
+    offer = read_offer(text)
+    if offer is None or not is_possible() or os.environ.get(VARIABLE, "").strip() == "0":
+        return None
+    for folder in folders():
+        path = path_of(folder, offer.name)
+        if is_private(folder) and os.path.exists(path):
+            try:
+                return _connect(path, offer)
+            except (OSError, ValueError) as problem:
+                logger.debug("messages travel over Zenoh, as %s cannot be used: %s", path, problem)
+    return None
+
+
+def _connect(path: str, offer: Offer) -> LocalLink:
+    """Connect to a socket and take the memory of the values. Raises OSError, ValueError."""
+    connected = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        connected.settimeout(CONNECT_TIMEOUT)
+        connected.connect(path)
+        if not is_same_user(connected):
+            raise PermissionError("the server belongs to another user")
+        connected.sendall(frame(offer.token.encode()))
+        expected = memory_frame(VALUES)
+        data, files = receive_with_files(connected, len(expected))
+        try:
+            if data != expected or not files:
+                raise ConnectionError("the server did not answer as expected")
+            values = MemoryReader(files[0])
+        finally:
+            for each in files:
+                os.close(each)
+        connected.settimeout(None)
+        return LocalLink(connected, values)
+    except BaseException:
+        connected.close()
+        raise
 
 
 class LocalLink:
-    """A socket to the server, and the memory with the newest values of the streams."""
+    """A socket to the server, and the memory with the newest values and images of streams."""
 
-    def __init__(self, connected: socket.socket, values: ValuesReader) -> None:
+    def __init__(self, connected: socket.socket, values: MemoryReader) -> None:
+        """Use a connection whose token the server has accepted."""
         self._socket = connected
+        self._memories = {VALUES: values}
         self._values = values
+        self._files: deque[int] = deque()
+        """Descriptors whose frames are not complete yet."""
+
         self._frames = Frames()
-        self._poll = select.poll()
-        self._poll.register(connected, select.POLLIN)
+        self._deliveries: deque[bytes] = deque()
+        self._readable = select.poll()
+        self._readable.register(connected, select.POLLIN)
+        self._any = select.poll()
+        self._any.register(connected, select.POLLIN | select.POLLOUT)
         self._busy_wait = BusyWait()
-        self._writer = Writer(self._send_rest)
+        self._writer = Writer(self._send_late)
         self._is_broken = False
 
     @property
@@ -49,114 +122,118 @@ class LocalLink:
         """Return whether the server has closed the connection, or `break_off` was called."""
         return self._is_broken or self._values.has_ended
 
-    @classmethod
-    def open(cls, path: str, token: str) -> LocalLink | None:
-        """Connect to a server's socket; return None where that is not possible or not safe.
-
-        Args:
-            path: the socket, in a folder of this user alone.
-            token: from the welcome, proves who connects.
-        """
-        if (
-            not hasattr(socket, "AF_UNIX")
-            or os.environ.get(VARIABLE, "").strip() == "0"
-            or not _is_ours(path)
-        ):
-            return None
-        connected = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
-            connected.settimeout(CONNECT_TIMEOUT)
-            connected.connect(path)
-            connected.sendall(frame(token.encode()))
-            expected = frame(READY)
-            data, files, _, _ = socket.recv_fds(connected, len(expected), 1)
-            try:
-                if data != expected or not files:
-                    raise OSError("the server did not answer as expected")
-                values = ValuesReader(files[0])
-            finally:
-                for each in files:
-                    os.close(each)
-            connected.settimeout(None)
-        except (OSError, ValueError) as problem:
-            logger.debug("calls travel over Zenoh, as the socket %s cannot be used: %s", path, problem)
-            connected.close()
-            return None
-        return cls(connected, values)
-
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        """Send a batch, in order; wait for room until a deadline on the monotonic clock, and send the rest later."""
-        data = frame(payload)
+        """Send a batch; see `Transport.send`."""
+        data = memoryview(frame(payload))
         if self._writer.is_idle:
-            try:
-                sent = self._socket.send(data, socket.MSG_DONTWAIT)
-            except BlockingIOError:
-                sent = 0
-            except OSError:
-                self._is_broken = True
-                return
-            if sent == len(data):
-                return
-            data = data[sent:]
-        self._writer.send(data, deadline)
+            data = data[self._send_now(data) :]
+            while data and not self.is_broken:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    break
+                self._any.poll(_milliseconds(left))
+                self._take_in()  # the server may wait for this before it reads
+                data = data[self._send_now(data) :]
+        if data and not self.is_broken:
+            self._writer.send(bytes(data), deadline)
 
-    def _send_rest(self, data: bytes) -> None:
+    def _send_now(self, data: memoryview) -> int:
+        """Return how many bytes the system has taken."""
+        try:
+            return self._socket.send(data, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self._is_broken = True
+            return 0
+
+    def _send_late(self, data: bytes) -> None:
         try:
             self._socket.sendall(data)
         except OSError:
             self._is_broken = True
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
-        """Return the next delivery, waiting at most `timeout` seconds; see `Transport.receive`."""
-        whole = self._frames.whole
-        if not whole:
-            if timeout <= 0 and self._values.sent == self._frames.count:
+        """Return the next delivery; see `Transport.receive`."""
+        deliveries = self._deliveries
+        if deliveries:
+            return deliveries.popleft()
+        if timeout <= 0:
+            if not self._has_more():
                 return None
             self._take_in()
-            if not whole and timeout > 0 and not self.is_broken:
-                found = self._busy_wait.poll(self._taken_in) if is_soon else None
-                if found is None:
-                    self._sleep(timeout)
-        return whole.popleft() if whole else None
+        elif not (is_soon and self._busy_wait.poll(self._taken_in)):
+            deadline = time.monotonic() + timeout
+            while not self._taken_in() and (left := deadline - time.monotonic()) > 0:
+                self._readable.poll(_milliseconds(left))
+        return deliveries.popleft() if deliveries else None
 
-    def _sleep(self, timeout: float) -> None:
-        deadline = time.monotonic() + timeout
-        while not self._frames.whole and not self.is_broken:
-            left = deadline - time.monotonic()
-            if left <= 0:
-                return
-            self._poll.poll(math.ceil(left * 1000))
-            self._take_in()
+    def _has_more(self) -> bool:
+        """Return whether the server has sent frames that were not read, without a system call."""
+        return self._values.sent != self._frames.count
 
     def _taken_in(self) -> bool | None:
+        """Read what has arrived; return True if a wait is over, else None."""
         self._take_in()
-        return True if self._frames.whole or self.is_broken else None
+        return True if self._deliveries or self.is_broken else None
 
     def _take_in(self) -> None:
-        """Read what has arrived, up to the end of a frame that has begun."""
-        while True:
-            missing = self._frames.missing
+        """Read what has arrived, and at least the rest of an incomplete frame that has arrived."""
+        frames = self._frames
+        try:
+            while True:
+                missing = frames.missing
+                if missing > _READ:
+                    data = self._socket.recv(min(missing, _MOST_READ), socket.MSG_DONTWAIT)
+                else:
+                    data, files = receive_with_files(self._socket, _READ, socket.MSG_DONTWAIT)
+                    self._files += files
+                if not data:
+                    self._is_broken = True
+                    return
+                frames.add(data)
+                if frames.whole:
+                    self._sort()
+                if not frames.missing:
+                    return
+        except BlockingIOError:
+            return
+        except OSError:
+            self._is_broken = True
+        except ValueError as problem:
+            logger.error("the server sent something unreadable: %s", problem)
+            self._is_broken = True
+
+    def _sort(self) -> None:
+        """Keep deliveries for the caller, and map the memories. Raises BadFrame, ValueError, OSError."""
+        whole = self._frames.whole
+        while whole:
+            kind, payload = whole.popleft()
+            if kind != MEMORY:
+                self._deliveries.append(payload)
+                continue
+            place = place_of(payload)
+            if not self._files:
+                raise BadFrame("a memory frame without a file descriptor")
+            file = self._files.popleft()
             try:
-                data = self._socket.recv(min(max(missing, _READ), _MOST_READ), socket.MSG_DONTWAIT)
-            except BlockingIOError:
-                return
-            except OSError:
-                data = b""
-            if not data:
-                self._is_broken = True
-                return
-            try:
-                self._frames.add(data)
-            except BadFrame as problem:
-                logger.error("the server sent something unreadable: %s", problem)
-                self._is_broken = True
-                return
-            if not self._frames.missing:
-                return
+                self._memories[place] = MemoryReader(file)
+            finally:
+                os.close(file)
+            self._values = self._memories[VALUES]
 
     def newest(self) -> bytes | None:
-        """Return the newest values of the small streams; None if they were taken already."""
+        """Return the newest values of the small streams; see `Transport.newest`."""
+        if self._has_more():
+            self._take_in()  # there may be a new memory
         return self._values.newest()
+
+    def images(self) -> list[bytes]:
+        """Return the newest images; see `Transport.images`."""
+        if len(self._memories) == 1:
+            return []
+        found = (memory.newest() for place, memory in self._memories.items() if place != VALUES)
+        return [payload for payload in found if payload is not None]
 
     def break_off(self) -> None:
         """End a wait in another thread: the server is lost. Any thread."""
@@ -165,17 +242,14 @@ class LocalLink:
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Close the socket. Idempotent."""
+        """Close the socket. Idempotent. Another thread may still read the memory, which is freed with this object."""
         self.break_off()
         self._writer.close()
         self._socket.close()
-        # Its memory stays until this object goes: another thread may be reading it.
+        while self._files:
+            os.close(self._files.popleft())
 
 
-def _is_ours(path: str) -> bool:
-    """Return whether a socket is in a folder that belongs to this user, and is closed to all others."""
-    try:
-        folder = os.stat(os.path.dirname(path))
-    except OSError:
-        return False
-    return folder.st_uid == os.getuid() and stat.S_IMODE(folder.st_mode) == 0o700
+def _milliseconds(seconds: float) -> int:
+    """Return a time-out for ``poll``, which waits for at most 24 days."""
+    return math.ceil(min(seconds, 1e6) * 1000)

@@ -28,7 +28,7 @@ from simx_client.protocol.messages import (
 
 from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
-from .local import LocalLink
+from .local import LocalLink, open_local
 from .time_limit import Alarm
 from .writer import Writer
 from .zenoh_session import client_name, living_realms, open_session, program_name
@@ -228,9 +228,8 @@ class ZenohTransport:
         before, self._local = self._local, None
         if before is not None:
             before.close()
-        token, _, path = offer.partition("@")
-        if path:
-            self._local = LocalLink.open(path, token)
+        if self._address.realm is None and self._address.host_and_port is not None:  # not behind a router
+            self._local = open_local(offer)
 
     def _only_realm(self, deadline: float, until: float) -> str:
         """Return the realm at a server's port; through a router only if it is the only realm there."""
@@ -387,7 +386,7 @@ class ZenohTransport:
         return None if sample is None else sample.payload.to_bytes()
 
     def images(self) -> list[bytes]:
-        payloads: list[bytes] = []
+        payloads: list[bytes] = [] if self._local is None else self._local.images()
         while self._images:  # popitem is atomic: images that arrive meanwhile are taken too, or stay
             payloads.append(self._images.popitem()[1].payload.to_bytes())
         return payloads

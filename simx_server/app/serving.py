@@ -6,12 +6,13 @@ import logging
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
 
+from simx_client.protocol.local.offer import is_possible
 from simx_client.protocol.messages import Pace
 from simx_client.protocol.windows import ADD_ON as WINDOWS
 from simx_server.gateways.descriptors import DescriptorWatch
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.local import LocalGateway, is_possible
+from simx_server.gateways.local.gateway import LocalGateway
 from simx_server.gateways.script_doors import ScriptDoors
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS

@@ -36,7 +36,7 @@ from ..limits import LimitReached
 from .access import has_rules, rules
 from .errors import GatewayError
 from .exposure import exposure
-from .local import LocalGateway
+from .local.gateway import LocalGateway
 from .posting import Care, Postman
 from .throttle import Throttle
 
@@ -246,7 +246,7 @@ class ZenohGateway(Part):
                 query.drop()  # without an answer: it asks again
                 return
             version, refusal, client = joined
-        offer = self._local.offered(client) if self._local is not None and not refusal else ""
+        offer = self._local.offer_to(client) if self._local is not None and not refusal else ""
         scene = self._loop.simulation.scene.name
         welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
         self._answer(query, keys.hello(self.realm), encode(welcome))
@@ -274,6 +274,9 @@ class ZenohGateway(Part):
         if client in self._loop.sessions:
             if not self._is_from(client, query):
                 return version, f"another client is called {client}", client
+            if self._local is not None and self._local.serves(client):
+                self._loop.depart(client)  # it has lost that connection, and so its session
+                return None
         else:
             try:
                 wanted = len(self._loop.sessions) + 1

@@ -201,7 +201,7 @@ class Batches:
             for position, call in enumerate(calls, 1):
                 call_id, operation, delay_ms, name, arguments = call
                 if now() >= until and position > 1:
-                    if self._inbox.others_wait() and self._loop.may_cut_batches:
+                    if self._inbox.others_have_come() and self._loop.may_cut_batches:
                         self._cut(session, replies, calls[position - 1 :])
                         return
                     until = now() + SLICE

@@ -12,7 +12,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -69,13 +69,16 @@ class BusyDesk:
         sessions: Mapping[str, ClientSession],
         messages: Messages,
         doing: Callable[[], Doing],
+        readers: Collection[Callable[[], object]] = (),
     ) -> None:
         """Make a desk that is closed; `open` it.
 
         Args:
             messages: packs replies.
             doing: returns what is being executed.
+            readers: each reads what the physics thread would read; called on the desk's thread.
         """
+        self._readers = readers
         self._inbox = inbox
         self._sessions = sessions
         self._messages = messages
@@ -131,7 +134,11 @@ class BusyDesk:
         if work is None:
             return
         patience = PATIENCE if doing.client or len(self._sessions) > 1 else STEP_PATIENCE
-        if (busy := time.monotonic() - work.since) < LONG:
+        busy = time.monotonic() - work.since
+        if busy >= _LOOK:
+            for read in self._readers:  # now, as calls wait from the moment at which they are read
+                read()
+        if busy < LONG:
             return
         # The client that keeps the server busy waits for the result; its other calls come after that.
         for arrival in self._inbox.take_overdue(patience, doing.client, lambda: self._work is work):

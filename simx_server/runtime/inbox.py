@@ -295,6 +295,20 @@ class Inbox:
         box = self._boxes.get(client)
         return box is not None and box.is_leaving
 
+    def has_much(self, client: str) -> bool:
+        """Return whether so much of a client waits that it should be slowed down."""
+        box = self._boxes.get(client)
+        return box is not None and (len(box.items) >= MUCH or box.size > MUCH_BYTES)
+
+    def put_last(self, client: str, event: Event) -> None:
+        """Queue an event behind the messages of a client; it is served while a script runs, as soon as they are."""
+        box = self._boxes.get(client)
+        if box is None:
+            return
+        with box.lock:
+            if not box.is_leaving:
+                self._add(box, event, False)
+
     def put_first(self, client: str, event: Event) -> None:
         """Queue an event for the client's next turn, in front of its messages, and after scripts."""
         if (box := self._boxes.get(client)) is None:
@@ -396,6 +410,12 @@ class Inbox:
         """Return whether anything waits apart from the last item taken."""
         return bool(self._turns) or self._ready.qsize() > 0
 
+    def others_have_come(self) -> bool:
+        """Return whether anything waits apart from the last item taken, at a socket too."""
+        if self.sockets is not None:
+            self.sockets.poll()
+        return self.others_wait()
+
     def wait(self, seconds: float) -> Event | Arrival | None:
         """Return the next item as soon as there is one; None when the time is over, or a socket had something else."""
         if self.sockets is not None:
@@ -447,6 +467,8 @@ class Inbox:
             executing: the client whose batch runs the script; its other batches come after that one.
             waits: whether all items of this client have to wait.
         """
+        if self.sockets is not None:
+            self.sockets.poll()
         until = time.perf_counter() + seconds
         outer, self._serving = self._serving, None
         staying: list[Box] = []

@@ -120,7 +120,10 @@ class ServerLoop(Part):
         self._inbox = Inbox(lambda: self.simulation.limits)
         self._outbox = Outbox(messages.pack)
         self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
-        self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing)
+        self.readers_while_busy: list[Callable[[], object]] = []
+        """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
+
+        self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing, self.readers_while_busy)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
@@ -191,9 +194,13 @@ class ServerLoop(Part):
             str(self.simulation.limits.reached(reached, "wait for answers now and then")) if reached else ""
         )
 
-    def has_too_much_waiting(self, client: str, size: int) -> bool:
-        """Return whether a message of this many bytes should wait until fewer messages of its client do."""
-        return self._inbox.limit_reached(client, size) in ("waiting", "waiting_bytes")
+    def has_much_waiting(self, client: str) -> bool:
+        """Return whether a client has so much waiting that nothing more should be read from it. Any thread."""
+        return self._inbox.has_much(client)
+
+    def post_behind(self, client: str, event: Event) -> None:
+        """Schedule an event behind the messages of a client that wait now."""
+        self._inbox.put_last(client, event)
 
     @property
     def sockets(self) -> Sockets:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import select
 import selectors
 import socket
 import time
@@ -19,6 +20,9 @@ LOOK = 0.0002
 
 LATE = 0.001
 """Seconds after the end of a look from which other programs have had this core meanwhile."""
+
+SHORT = 0.002
+"""Seconds below which a wait ends on time by another call of the system: the selector rounds up to milliseconds."""
 
 PAUSE = 1.0
 """Seconds without a look from then on: a thread that looks loses its turn, and one that sleeps is woken early."""
@@ -42,6 +46,7 @@ class Sockets:
         self._look_until = 0.0
         """When a look ends that the next wait shall start with; 0 for none."""
 
+        self._can_select = _is_small(self._selector)
         self._next_look = 0.0 if hasattr(os, "sched_yield") else math.inf
 
     def add(self, file: socket.socket, ready: Ready) -> None:
@@ -74,6 +79,9 @@ class Sockets:
         if not ready:
             self._is_asleep = True
             try:
+                if seconds < SHORT and self._can_select and not has_work():
+                    select.select([self._selector], (), (), seconds)
+                    seconds = 0.0
                 ready = self._selector.select(0.0 if has_work() else seconds)
             finally:
                 self._is_asleep = False
@@ -116,3 +124,8 @@ class Sockets:
         self._selector.close()
         self._wake.close()
         self._waker.close()
+
+
+def _is_small(selector: selectors.BaseSelector) -> bool:
+    """Return whether ``select`` can wait for a selector: its file descriptor must be among the first 1024."""
+    return isinstance(selector, selectors.EpollSelector) and selector.fileno() < 1024
