@@ -36,7 +36,7 @@ class Turns:
         """Held during a turn. A caller that acquires it without waiting sets `owner` itself; see `start`."""
 
         self.owner = 0
-        """The thread whose turn it is, 0 for none."""
+        """The thread that has the turn, 0 for none."""
 
         self._callers: deque[None] = deque()
         """An entry for each caller that waits for its turn; a deque counts atomically."""
