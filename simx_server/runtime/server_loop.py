@@ -510,7 +510,9 @@ class ServerLoop(Part):
                 began = time.perf_counter()
                 self.world.step()
                 self.metrics.passed(self.simulation.time_step, time.perf_counter() - began)
-            except KeyboardInterrupt:  # of an embedded simulation: a step that is half done cannot be continued
+            except (
+                KeyboardInterrupt
+            ):  # of an embedded simulation: a step that is half done cannot be continued
                 logger.warning("Ctrl-C came within a simulation step, so the simulation is stopped")
                 self._handle(self.simulation.stop)
                 raise
