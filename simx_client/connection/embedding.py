@@ -6,13 +6,10 @@ The client does not depend on the server: an entry point of the installed server
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable, Sequence
-from importlib import metadata
 from typing import cast
 
 from simx_client.errors import ConnectionFailed
-from simx_client.protocol.cli.installing import missing_server
 from simx_client.protocol.messages import Pace
 from simx_client.transport.direct import DirectTransport, EmbeddedServer
 from simx_client.transport.zenoh_session import client_name, program_name
@@ -35,6 +32,11 @@ def start_server(arguments: Sequence[str]) -> EmbeddedServer:
     Raises:
         ConnectionFailed: the server is not installed, or it refuses the scene or a flag.
     """
+    # Few scripts need these, which take 20 ms.
+    from importlib import metadata
+
+    from simx_client.protocol.cli.installing import missing_server
+
     if missing := missing_server():
         raise ConnectionFailed(missing)
     for found in metadata.entry_points(group=_GROUP):
@@ -54,6 +56,8 @@ def chosen_scene() -> list[str] | None:
     text = os.environ.get(VARIABLE, "").strip()
     if not text:
         return None
+    import shlex  # few scripts need it
+
     try:
         return shlex.split(text)
     except ValueError as error:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import socket
 import stat
 import struct
@@ -42,12 +41,12 @@ def read_offer(text: str) -> Offer | None:
 
 def new_token() -> str:
     """Return a random token that fits into an offer."""
-    return secrets.token_hex(16)
+    return os.urandom(16).hex()
 
 
 def new_name() -> str:
     """Return a random name that fits into an offer."""
-    return secrets.token_hex(8)
+    return os.urandom(8).hex()
 
 
 def is_possible() -> bool:
