@@ -12,7 +12,6 @@ import re
 import socket
 import sys
 import time
-import uuid
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -87,7 +86,7 @@ def client_name() -> str:
         raise ConnectionFailed(
             f"{ROLE_VARIABLE}: there is no role {role!r}; valid: viewer, or not set at all"
         )
-    return (keys.VIEWER if role else "") + uuid.uuid4().hex
+    return (keys.VIEWER if role else "") + os.urandom(16).hex()
 
 
 def program_name() -> str:
