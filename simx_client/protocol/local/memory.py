@@ -1,7 +1,7 @@
 """A newest message in shared memory: one process replaces it, the other reads it whenever it likes.
 
 The number of the message is odd while it is written. A reader that sees the same even number before and after copying
-has copied one whole message.
+has copied one whole message; the checksum holds where a system or processor breaks that order.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ import mmap
 import os
 import struct
 import threading
+import zlib
 
-_HEAD = struct.Struct("@QQ")
-"""Number of the message, its length. Numbers in native order are written at once, others byte by byte."""
+_HEAD = struct.Struct("@QQQ")
+"""Number of the message, its length, its checksum. Numbers in native order are written at once, others byte by byte."""
 
 _SENT = struct.Struct("@Q")
 _SENT_AT = _HEAD.size
@@ -62,12 +63,12 @@ class MemoryWriter:
     def write(self, payload: bytes) -> None:
         """Replace the message; it must not be longer than `room`."""
         memory, length = self._memory, len(payload)
-        _HEAD.pack_into(memory, 0, self._number + 1, length)
+        _HEAD.pack_into(memory, 0, self._number + 1, length, 0)
         _in_order(self._order)
         memory[_BEGIN : _BEGIN + length] = payload
         _in_order(self._order)
         self._number += 2
-        _HEAD.pack_into(memory, 0, self._number, length)
+        _HEAD.pack_into(memory, 0, self._number, length, zlib.crc32(payload))
 
     def count(self, frames: int) -> None:
         """Note how many frames have been sent."""
@@ -98,7 +99,7 @@ class MemoryReader:
         """Return the newest message; None if there is none, or it was returned before."""
         memory = self._memory
         for _ in range(_MOST_TRIES):
-            number, length = _HEAD.unpack_from(memory, 0)
+            number, length, checksum = _HEAD.unpack_from(memory, 0)
             if number == self._seen:
                 return None
             if number & 1:
@@ -106,7 +107,7 @@ class MemoryReader:
             _in_order(self._order)
             payload = memory[_BEGIN : _BEGIN + length]
             _in_order(self._order)
-            if _HEAD.unpack_from(memory, 0)[0] == number:
+            if _HEAD.unpack_from(memory, 0)[0] == number and zlib.crc32(payload) == checksum:
                 self._seen = number
                 return payload
         return None  # the writer was stopped in the middle: the next call tries again
