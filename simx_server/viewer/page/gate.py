@@ -103,6 +103,8 @@ class Gate:
             self._loop.run_forever()
         finally:
             self._server.close()
+            # A task that is cancelled before it has run at all cannot handle that, and asyncio reports an error.
+            self._loop.run_until_complete(asyncio.sleep(0))
             tasks = asyncio.all_tasks(self._loop)
             for task in tasks:
                 task.cancel()
