@@ -45,14 +45,18 @@ def measure(effort: Effort) -> Findings:
     for state in (IDLE, BUSY, ONE_CORE):
         local, zenoh, zmq = (taken[f"{case}, {state}"] for case in (LOCAL, ZENOH, ZMQ))
         found.ratios += [
-            Ratio(f"local read / ZeroMQ client at an empty server, {state}", ratio(local, zmq), target=TARGET),
+            Ratio(
+                f"local read / ZeroMQ client at an empty server, {state}", ratio(local, zmq), target=TARGET
+            ),
             Ratio(f"the same, 99th percentiles, {state}", ratio_p99(local, zmq), target=TARGET),
             Ratio(f"local read / read over Zenoh, {state}", ratio(local, zenoh)),
         ]
     for case in (LOCAL, ZENOH):
         switches = taken.pop(f"switches, {case}").median
         bound = MOST_SWITCHES if case is LOCAL else None
-        found.ratios.append(Ratio(f"context switches of both processes, {case}", switches, unit="", target=bound))
+        found.ratios.append(
+            Ratio(f"context switches of both processes, {case}", switches, unit="", target=bound)
+        )
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
     found.notes = [
         f"Context switches are counted for reads {PAUSE * 1000:g} ms apart, so that both processes sleep in between; "

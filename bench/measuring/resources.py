@@ -54,7 +54,9 @@ def context_switches(process_ids: Iterable[int]) -> int:
     switches = 0
     for process_id in process_ids:
         for status in Path(f"/proc/{process_id}/task").glob("*/status"):
-            switches += int(re.findall(r"^voluntary_ctxt_switches:\s*(\d+)", status.read_text(), re.MULTILINE)[0])
+            switches += int(
+                re.findall(r"^voluntary_ctxt_switches:\s*(\d+)", status.read_text(), re.MULTILINE)[0]
+            )
     return switches
 
 

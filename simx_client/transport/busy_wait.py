@@ -3,8 +3,9 @@
 A sleeping thread is woken by the system, which takes as long as the rest of a short call. Between two polls
 the thread offers its core to other processes, such as the server. Polling uses processor time, so it is done
 only while it pays: an answer that takes longer (of a script, or on a machine with all cores busy) makes the
-next waits sleep, twice as many each time. A poll after which other programs have kept the core means that
-all cores are busy: then waits sleep for a while, since a sleeping thread gets a core before a polling one. Images and triggered simulation steps are never polled for.
+next waits sleep, twice as many each time. When another program has kept the core after a poll, all cores are
+busy: then waits sleep for a while, since a sleeping thread gets a core before a polling one. Images and
+triggered simulation steps are never polled for.
 """
 
 from __future__ import annotations

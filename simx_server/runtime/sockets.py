@@ -21,6 +21,9 @@ LOOK = 0.0002
 LATE = 0.001
 """Seconds between two looks at the sockets from which other programs have had this core meanwhile."""
 
+FEW = 3
+"""Sockets of a server with one client: that of `wake`, one that listens, and the client's."""
+
 SHORT = 0.002
 """Seconds below which a wait ends on time by another call of the system: epoll rounds up to milliseconds."""
 
@@ -67,12 +70,17 @@ class Sockets:
             has_work: whether there is something to do already; then it does not wait. Called after the last moment at
                 which another thread need not call `wake`.
         """
-        for ready in self.wait(seconds, has_work):
+        found = self.wait(seconds, has_work)
+        for ready in found:
             ready()
+        if found and self._selector.count > FEW:
+            # The system's list keeps a socket that was served until it is asked again: what comes to that socket later
+            # would stand in front of what came to others before.
+            for ready in self._selector.select(0.0):
+                ready()
 
     def wait(self, seconds: float, has_work: Callable[[], object]) -> list[Ready]:
-        """Wait as ``poll`` does; return the functions of the sockets that are ready, which stay so until they are called.
-        """
+        """Wait as ``poll`` does; return the functions of the sockets that are ready until these are called."""
         if seconds <= 0.0:
             return self._selector.select(0.0)
         ready = self._look(seconds, has_work) if self._look_until else None
@@ -128,6 +136,10 @@ class _Selector:
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
 
+    @property
+    def count(self) -> int:
+        return len(self._selector.get_map())
+
     def register(self, file: socket.socket, ready: Ready) -> None:
         self._selector.register(file, selectors.EVENT_READ, ready)
 
@@ -151,6 +163,10 @@ class _Epoll:
         self._epoll = select.epoll()
         self._ready: dict[int, Ready] = {}
         self._can_select = self._epoll.fileno() < _FD_SETSIZE
+
+    @property
+    def count(self) -> int:
+        return len(self._ready)
 
     def register(self, file: socket.socket, ready: Ready) -> None:
         self._epoll.register(file, select.EPOLLIN)

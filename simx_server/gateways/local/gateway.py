@@ -295,9 +295,7 @@ class _Peer:
             return
         missing = self.frames.missing
         try:
-            data = self.socket.recv(
-                min(missing, _MOST_READ) if missing > _READ else _READ, _AT_ONCE
-            )
+            data = self.socket.recv(min(missing, _MOST_READ) if missing > _READ else _READ, _AT_ONCE)
             self.has_ended = not data
             self.frames.add(data)
         except BlockingIOError:
