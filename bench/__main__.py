@@ -25,6 +25,7 @@ logger = logging.getLogger("bench")
 
 MEASUREMENTS = {
     "blocking": "bench.calls.blocking",
+    "one_host": "bench.calls.one_host",
     "streaming": "bench.calls.streaming",
     "clients": "bench.load.clients",
     "values": "bench.calls.values",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 import struct
 import time
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _TCP_INFO_BYTES = 120
@@ -24,6 +26,38 @@ def keep_apart() -> set[int]:
     if others:
         os.sched_setaffinity(0, {own})
     return set(others)
+
+
+@contextmanager
+def on_one_core(*process_ids: int) -> Generator[None]:
+    """Have all threads of these processes share a core within the block, where the system can do that."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    threads = [int(task.name) for each in process_ids for task in Path(f"/proc/{each}/task").iterdir()]
+    cores = os.sched_getaffinity(0)
+    _keep(threads, {min(cores)})
+    try:
+        yield
+    finally:
+        _keep(threads, cores)
+
+
+def _keep(threads: list[int], cores: set[int]) -> None:
+    for thread in threads:
+        with suppress(OSError):  # it has ended
+            os.sched_setaffinity(thread, cores)
+
+
+def context_switches(process_ids: Iterable[int]) -> int:
+    """How often the threads that the processes have now have given up a core to wait, since those began."""
+    switches = 0
+    for process_id in process_ids:
+        for status in Path(f"/proc/{process_id}/task").glob("*/status"):
+            switches += int(
+                re.findall(r"^voluntary_ctxt_switches:\s*(\d+)", status.read_text(), re.MULTILINE)[0]
+            )
+    return switches
 
 
 def memory_mb(process_ids: Iterable[int]) -> float:

@@ -5,17 +5,16 @@ from __future__ import annotations
 import os
 import socket
 import sys
-from collections.abc import Callable, Generator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from bench.calls.client import CAMERA
 from bench.measuring import processes
 from bench.measuring.measure import Effort, Rounds, ratio, ratio_p99, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
-from bench.measuring.resources import processor_seconds
+from bench.measuring.resources import on_one_core, processor_seconds
 
 SCENE = "ur5_rg2_kinect"
 CALL, RUNNING, STUB = "a call", "a call while the simulation runs", "the same call at an empty server"
@@ -56,7 +55,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     running.stopSimulation()
     for name, owner in ((CALL, server), (STUB, stub)):
         taken[PROCESSOR.format(name)] = Rounds(((_processor_time(owner.process_id, cases[name], calls),),))
-    with _on_one_core(os.getpid(), server.process_id, stub.process_id):
+    with on_one_core(os.getpid(), server.process_id, stub.process_id):
         both = {name: cases[name] for name in (CALL, STUB)}
         alone = side_by_side("zmq, calls on one core", both, rounds=effort.rounds, calls=calls)
     taken |= {ON_ONE_CORE.format(name): rounds for name, rounds in alone.items()}
@@ -75,27 +74,6 @@ def _processor_time(process_id: int, case: Callable[[], Any], calls: int) -> flo
     for _ in range(calls):
         case()
     return (processor_seconds([process_id]) - before) / calls
-
-
-@contextmanager
-def _on_one_core(*process_ids: int) -> Generator[None]:
-    """Have all threads of these processes share a core within the block, where the system can do that."""
-    if not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    threads = [int(task.name) for each in process_ids for task in Path(f"/proc/{each}/task").iterdir()]
-    cores = os.sched_getaffinity(0)
-    _keep(threads, {min(cores)})
-    try:
-        yield
-    finally:
-        _keep(threads, cores)
-
-
-def _keep(threads: list[int], cores: set[int]) -> None:
-    for thread in threads:
-        with suppress(OSError):  # it has ended
-            os.sched_setaffinity(thread, cores)
 
 
 def _server(stack: ExitStack, *arguments: str) -> tuple[processes.Running, Any]:

@@ -48,6 +48,7 @@ CONNECT_TIMEOUT = 0.5
 VALUES = 0
 """Place of the newest values of the small streams; the other places have images."""
 
+_AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
 _READ, _MOST_READ = 1 << 16, 1 << 22
 """Minimum and maximum number of bytes to read at a time."""
 
@@ -140,7 +141,7 @@ class LocalLink:
     def _send_now(self, data: memoryview) -> int:
         """Return how many bytes the system has taken."""
         try:
-            return self._socket.send(data, socket.MSG_DONTWAIT)
+            return self._socket.send(data, _AT_ONCE)
         except BlockingIOError:
             return 0
         except OSError:
@@ -162,7 +163,7 @@ class LocalLink:
             if not self._has_more():
                 return None
             self._take_in()
-        elif not (is_soon and self._busy_wait.poll(self._taken_in)):
+        elif not (is_soon and self._busy_wait.poll(self._taken_in_soon)):
             deadline = time.monotonic() + timeout
             while not self._taken_in() and (left := deadline - time.monotonic()) > 0:
                 self._readable.poll(_milliseconds(left))
@@ -171,6 +172,10 @@ class LocalLink:
     def _has_more(self) -> bool:
         """Return whether the server has sent frames that were not read, without a system call."""
         return self._values.sent != self._frames.count
+
+    def _taken_in_soon(self) -> bool | None:
+        """Do as `_taken_in`, without a system call while the server has sent nothing."""
+        return self._taken_in() if self._values.sent != self._frames.count else None
 
     def _taken_in(self) -> bool | None:
         """Read what has arrived; return True if a wait is over, else None."""
@@ -184,9 +189,9 @@ class LocalLink:
             while True:
                 missing = frames.missing
                 if missing > _READ:
-                    data = self._socket.recv(min(missing, _MOST_READ), socket.MSG_DONTWAIT)
+                    data = self._socket.recv(min(missing, _MOST_READ), _AT_ONCE)
                 else:
-                    data, files = receive_with_files(self._socket, _READ, socket.MSG_DONTWAIT)
+                    data, files = receive_with_files(self._socket, _READ, _AT_ONCE)
                     self._files += files
                 if not data:
                     self._is_broken = True

@@ -96,6 +96,9 @@ class Inbox:
         self.sockets: Sockets | None = None
         """Those that the physics thread reads; None: it waits for other threads only."""
 
+        self._is_waiting = False
+        """The physics thread waits for an item, which `hand_over` can give it."""
+
         self._numbers = itertools.count(1)
         self._virtual = 0.0
         """The virtual time of the service: the start of the newest item taken, in seconds of each client's share."""
@@ -106,8 +109,8 @@ class Inbox:
         self._serving: Box | None = None
         """The queue of the last item taken, until `served`."""
 
-        self._held: deque[Event] = deque()
-        """Events that had to wait for a script's end; they come before everything else."""
+        self._held: deque[Event | Arrival] = deque()
+        """Events that had to wait for a script's end, or a batch that was handed over; they come before all others."""
 
         self._tick = 0
         """The moment of the newest message."""
@@ -239,7 +242,7 @@ class Inbox:
             if len(box.items) >= MOST_QUESTIONS:
                 return 0
             self._add(box, question, False)
-            return len(box.items)
+            return max(1, len(box.items))  # the physics thread may have taken it already
 
     def leave(self, client: str, leaving: Event) -> None:
         """Queue an event behind the last message of a client, and accept no more messages of it."""
@@ -387,6 +390,20 @@ class Inbox:
         """Keep an event until no script runs."""
         self._held.append(event)
 
+    def hand_over(self, client: str, payload: bytes) -> bool:
+        """Give the waiting physics thread a batch that it has just read itself, without a queue.
+
+        Returns:
+            False if that is not possible: something else waits, or nothing of the client may be executed now.
+        """
+        if not self._is_waiting or self.has_work() or len(payload) > LARGE:
+            return False
+        box = self._boxes.get(client)
+        if box is None or box.items or box.is_waiting or box.is_leaving or box.always_waits:
+            return False
+        self._held.append(Arrival(client, payload))
+        return True
+
     def served(self, seconds: float) -> None:
         """Record that the last item taken has been served, and how many seconds it kept the thread."""
         box, self._serving = self._serving, None
@@ -419,7 +436,11 @@ class Inbox:
     def wait(self, seconds: float) -> Event | Arrival | None:
         """Return the next item as soon as there is one; None when the time is over, or a socket had something else."""
         if self.sockets is not None:
-            self.sockets.poll(seconds, self.has_work)
+            self._is_waiting = True
+            try:
+                self.sockets.poll(seconds, self.has_work)
+            finally:
+                self._is_waiting = False
             return self._next()
         taken = self._next()
         if taken is None:

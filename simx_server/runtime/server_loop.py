@@ -198,6 +198,10 @@ class ServerLoop(Part):
         """Return whether a client has so much waiting that nothing more should be read from it. Any thread."""
         return self._inbox.has_much(client)
 
+    def hand_over(self, client: str, payload: bytes) -> bool:
+        """Execute a batch next that the physics thread has read while it waited; False: ``submit`` it."""
+        return self._inbox.hand_over(client, payload)
+
     def post_behind(self, client: str, event: Event) -> None:
         """Schedule an event behind the messages of a client that wait now."""
         self._inbox.put_last(client, event)

@@ -19,10 +19,13 @@ LOOK = 0.0002
 """Seconds to look before sleeping: twice as long as a client in a loop needs from an answer to its next call."""
 
 LATE = 0.001
-"""Seconds after the end of a look from which other programs have had this core meanwhile."""
+"""Seconds between two looks at the sockets from which other programs have had this core meanwhile."""
+
+FEW = 3
+"""Sockets of a server with one client: that of `wake`, one that listens, and the client's."""
 
 SHORT = 0.002
-"""Seconds below which a wait ends on time by another call of the system: the selector rounds up to milliseconds."""
+"""Seconds below which a wait ends on time by another call of the system: epoll rounds up to milliseconds."""
 
 PAUSE = 1.0
 """Seconds without a look from then on: a thread that looks loses its turn, and one that sleeps is woken early."""
@@ -37,7 +40,7 @@ class Sockets:
     """The sockets of one server loop. Physics thread, except `wake`."""
 
     def __init__(self) -> None:
-        self._selector = selectors.DefaultSelector()
+        self._selector = _Epoll() if hasattr(select, "epoll") else _Selector()
         self._wake, self._waker = socket.socketpair()
         for end in (self._wake, self._waker):
             end.setblocking(False)
@@ -46,16 +49,15 @@ class Sockets:
         self._look_until = 0.0
         """When a look ends that the next wait shall start with; 0 for none."""
 
-        self._can_select = _is_small(self._selector)
         self._next_look = 0.0 if hasattr(os, "sched_yield") else math.inf
 
     def add(self, file: socket.socket, ready: Ready) -> None:
         """Call a function whenever a socket has something to read, until it is removed."""
-        self._selector.register(file, selectors.EVENT_READ, ready)
+        self._selector.register(file, ready)
 
     def change(self, file: socket.socket, ready: Ready, *, to_send: bool) -> None:
         """Call a function whenever a socket takes something to send, or whenever it has something to read again."""
-        self._selector.modify(file, selectors.EVENT_WRITE if to_send else selectors.EVENT_READ, ready)
+        self._selector.modify(file, ready, to_send=to_send)
 
     def remove(self, file: socket.socket) -> None:
         """Wait for this socket no more; it is still open."""
@@ -68,20 +70,23 @@ class Sockets:
             has_work: whether there is something to do already; then it does not wait. Called after the last moment at
                 which another thread need not call `wake`.
         """
-        for key, _ in self.wait(seconds, has_work):
-            key.data()
+        found = self.wait(seconds, has_work)
+        for ready in found:
+            ready()
+        if found and self._selector.count > FEW:
+            # The system's list keeps a socket that was served until it is asked again: what comes to that socket later
+            # would stand in front of what came to others before.
+            for ready in self._selector.select(0.0):
+                ready()
 
-    def wait(self, seconds: float, has_work: Callable[[], object]) -> list[tuple[selectors.SelectorKey, int]]:
-        """Wait as ``poll`` does; return the sockets that are ready. They stay ready until they are served."""
+    def wait(self, seconds: float, has_work: Callable[[], object]) -> list[Ready]:
+        """Wait as ``poll`` does; return the functions of the sockets that are ready until these are called."""
         if seconds <= 0.0:
             return self._selector.select(0.0)
         ready = self._look(seconds, has_work) if self._look_until else None
         if not ready:
             self._is_asleep = True
             try:
-                if seconds < SHORT and self._can_select and not has_work():
-                    select.select([self._selector], (), (), seconds)
-                    seconds = 0.0
                 ready = self._selector.select(0.0 if has_work() else seconds)
             finally:
                 self._is_asleep = False
@@ -95,17 +100,16 @@ class Sockets:
         if (now := time.perf_counter()) >= self._next_look:
             self._look_until = now + LOOK
 
-    def _look(
-        self, seconds: float, has_work: Callable[[], object]
-    ) -> list[tuple[selectors.SelectorKey, int]]:
+    def _look(self, seconds: float, has_work: Callable[[], object]) -> list[Ready]:
         """Return the sockets that are ready within the look. Another program that wants this core gets it meanwhile."""
-        began = time.perf_counter()
-        until, self._look_until = max(began, min(self._look_until, began + seconds)), 0.0
+        now = time.perf_counter()
+        until, self._look_until = max(now, min(self._look_until, now + seconds)), 0.0
         while not (ready := self._selector.select(0.0)) and not has_work():
             _let_others()
-            if (now := time.perf_counter()) >= until:
-                if now >= until + LATE:
-                    self._next_look = now + PAUSE
+            before, now = now, time.perf_counter()
+            if now - before > LATE:
+                self._next_look = now + PAUSE
+            if now >= until:
                 break
         return ready
 
@@ -126,6 +130,65 @@ class Sockets:
         self._waker.close()
 
 
-def _is_small(selector: selectors.BaseSelector) -> bool:
-    """Return whether ``select`` can wait for a selector: its file descriptor must be among the first 1024."""
-    return isinstance(selector, selectors.EpollSelector) and selector.fileno() < 1024
+class _Selector:
+    """Waits for sockets on any system."""
+
+    def __init__(self) -> None:
+        self._selector = selectors.DefaultSelector()
+
+    @property
+    def count(self) -> int:
+        return len(self._selector.get_map())
+
+    def register(self, file: socket.socket, ready: Ready) -> None:
+        self._selector.register(file, selectors.EVENT_READ, ready)
+
+    def modify(self, file: socket.socket, ready: Ready, *, to_send: bool) -> None:
+        self._selector.modify(file, selectors.EVENT_WRITE if to_send else selectors.EVENT_READ, ready)
+
+    def unregister(self, file: socket.socket) -> None:
+        self._selector.unregister(file)
+
+    def select(self, seconds: float) -> list[Ready]:
+        return [key.data for key, _ in self._selector.select(seconds)]
+
+    def close(self) -> None:
+        self._selector.close()
+
+
+class _Epoll:
+    """The same on Linux, without an object for each event, which would cost more than the system's call."""
+
+    def __init__(self) -> None:
+        self._epoll = select.epoll()
+        self._ready: dict[int, Ready] = {}
+        self._can_select = self._epoll.fileno() < _FD_SETSIZE
+
+    @property
+    def count(self) -> int:
+        return len(self._ready)
+
+    def register(self, file: socket.socket, ready: Ready) -> None:
+        self._epoll.register(file, select.EPOLLIN)
+        self._ready[file.fileno()] = ready
+
+    def modify(self, file: socket.socket, ready: Ready, *, to_send: bool) -> None:
+        self._epoll.modify(file, select.EPOLLOUT if to_send else select.EPOLLIN)
+        self._ready[file.fileno()] = ready
+
+    def unregister(self, file: socket.socket) -> None:
+        del self._ready[file.fileno()]
+        self._epoll.unregister(file)
+
+    def select(self, seconds: float) -> list[Ready]:
+        if 0.0 < seconds < SHORT and self._can_select:
+            select.select([self._epoll], (), (), seconds)
+            seconds = 0.0
+        return [self._ready[number] for number, _ in self._epoll.poll(seconds)]
+
+    def close(self) -> None:
+        self._epoll.close()
+
+
+_FD_SETSIZE = 1024
+"""File descriptors that ``select`` can wait for are below."""

@@ -12,7 +12,7 @@ import cv2
 import pytest
 
 from bench import __main__ as bench
-from bench.calls import batch, blocking, embedded, original, parts, stepping, streaming, values
+from bench.calls import batch, blocking, embedded, one_host, original, parts, stepping, streaming, values
 from bench.images import picture, rendering, sizes
 from bench.load import clients, scale, servers, startup, view
 from bench.measuring import baselines, plot, processes
@@ -342,3 +342,15 @@ def test_an_original_client_is_told_beside_the_limit_of_its_protocol() -> None:
 @pytest.mark.parametrize("module", bench.MEASUREMENTS.values())
 def test_every_measurement_has_its_function(module: str) -> None:
     assert callable(importlib.import_module(module).measure)
+
+
+def test_the_local_way_is_measured_beside_a_client_of_zeromq() -> None:
+    pytest.importorskip("coppeliasim_zmqremoteapi_client")
+    found = one_host.measure(TINY)
+    assert len(found.ratios) == 11
+    told = {row.what: row.median for row in found.rows}
+    assert all(
+        told[f"{case}, {state}"] > 0
+        for case in (one_host.LOCAL, one_host.ZENOH, one_host.ZMQ)
+        for state in (one_host.IDLE, one_host.BUSY, one_host.ONE_CORE)
+    )

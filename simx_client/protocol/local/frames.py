@@ -6,6 +6,7 @@ import array
 import socket
 import struct
 from collections import deque
+from collections.abc import Sequence
 
 MESSAGE = 0
 """Kind of a frame with a batch, a delivery or, as the first frame of a client, its token."""
@@ -18,6 +19,11 @@ MAX_FRAME = 256 << 20
 
 _HEAD = struct.Struct("<IB")
 _PLACE = struct.Struct("<I")
+
+_CLOSE_ON_EXEC = int(getattr(socket, "MSG_CMSG_CLOEXEC", 0))
+"""A plain number: to combine flags of the module takes as long as the call."""
+
+_NO_FILES: Sequence[int] = ()
 
 _FILES_ROOM = 128
 """Bytes for the file descriptors that come with one read; the server sends one with each frame that has any."""
@@ -51,14 +57,16 @@ def send_with_file(connected: socket.socket, data: bytes, file: int, flags: int 
     return connected.sendmsg([data], [rights], flags)
 
 
-def receive_with_files(connected: socket.socket, size: int, flags: int = 0) -> tuple[bytes, list[int]]:
+def receive_with_files(connected: socket.socket, size: int, flags: int = 0) -> tuple[bytes, Sequence[int]]:
     """Receive at most `size` bytes, and the file descriptors that came with them. Raises OSError."""
-    data, extra, _, _ = connected.recvmsg(size, _FILES_ROOM, flags | socket.MSG_CMSG_CLOEXEC)
+    data, extra, _, _ = connected.recvmsg(size, _FILES_ROOM, flags | _CLOSE_ON_EXEC)
+    if not extra:
+        return data, _NO_FILES
     files = array.array("i")
     for level, kind, content in extra:
         if level == socket.SOL_SOCKET and kind == socket.SCM_RIGHTS:
             files.frombytes(content[: len(content) - len(content) % files.itemsize])
-    return data, list(files)
+    return data, files
 
 
 class Frames:

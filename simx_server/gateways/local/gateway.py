@@ -44,6 +44,7 @@ RETRY = 1.0
 TOKEN_FRAME = 64
 """Maximum size of the first message in bytes."""
 
+_AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
 _READ, _MOST_READ = 1 << 16, 1 << 20
 """Minimum and maximum number of bytes to read at a time: the physics thread does other things in between."""
 
@@ -152,14 +153,25 @@ class LocalGateway:
             return
         with self._reading:
             peer.receive()
-        if peer.link is None and peer.frames.whole:
-            self._introduce(peer)
-        if peer.link is not None and peer.frames.whole and not peer.link.is_used:
-            self._use(peer, peer.link)
-        if peer.is_used:
-            with self._reading:
+            if peer.is_used and peer.frames.whole:
+                kind, payload = peer.frames.whole[0]
+                if kind == MESSAGE and self._loop.hand_over(peer.client, payload):
+                    peer.frames.whole.popleft()
                 self._queue(peer)
-        self._settle(peer)
+        if peer.frames.whole and not peer.is_used:
+            self._begin(peer)
+        if peer.problem or peer.has_ended or peer.frames.whole:
+            self._settle(peer)
+
+    def _begin(self, peer: _Peer) -> None:
+        """Take the token, or the first batch, of a connection."""
+        if peer.link is None:
+            self._introduce(peer)
+        if peer.link is not None and peer.frames.whole:
+            self._use(peer, peer.link)
+            if peer.is_used:
+                with self._reading:
+                    self._queue(peer)
 
     def _queue(self, peer: _Peer) -> None:
         """Queue complete batches for the physics thread, unless too many wait. Any thread, under the lock."""
@@ -208,7 +220,8 @@ class LocalGateway:
         if session is None or isinstance(session.link, LocalLink):
             peer.problem = "its client has left, or uses another connection"
         else:
-            session.link, link.is_used = link, True
+            session.link = link
+            peer.is_used = link.is_used = True
 
     def read_while_busy(self) -> None:
         """Queue what has arrived while the physics thread is busy, so that the calls can be refused in time.
@@ -261,17 +274,15 @@ class _Peer:
         self.link: LocalLink | None = None
         """None before a valid token."""
 
+        self.is_used = False
+        """Its client has sent a batch by it."""
+
         self.problem = ""
         """Why to close it."""
 
         self.has_ended = False
         self.is_resting = False
         """It is not read, because much of its client waits."""
-
-    @property
-    def is_used(self) -> bool:
-        """Return whether its client has sent a batch by it."""
-        return self.link is not None and self.link.is_used
 
     def begin(self, client: str, link: LocalLink) -> None:
         """Read batches of a client from now on."""
@@ -284,9 +295,7 @@ class _Peer:
             return
         missing = self.frames.missing
         try:
-            data = self.socket.recv(
-                min(missing, _MOST_READ) if missing > _READ else _READ, socket.MSG_DONTWAIT
-            )
+            data = self.socket.recv(min(missing, _MOST_READ) if missing > _READ else _READ, _AT_ONCE)
             self.has_ended = not data
             self.frames.add(data)
         except BlockingIOError:

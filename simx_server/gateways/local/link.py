@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
+_AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
+
 VALUES = 0
 """Place of the newest values; the other places have images."""
 
@@ -193,8 +195,8 @@ class LocalLink:
         """Return how many bytes the system has taken; a frame for a client that has gone counts as sent."""
         try:
             if file is None:
-                return self._socket.send(data, socket.MSG_DONTWAIT)
-            sent = send_with_file(self._socket, data, file, socket.MSG_DONTWAIT)
+                return self._socket.send(data, _AT_ONCE)
+            sent = send_with_file(self._socket, data, file, _AT_ONCE)
         except BlockingIOError:
             return 0
         except OSError:  # it has just gone; reading tells

@@ -7,15 +7,23 @@ import socket
 import stat
 import struct
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from processes import PENDULUM, ServerProcess, running, server, spawn, wait_until
+from fuzz import sockets as hostile
+from processes import PENDULUM, ServerProcess, read_line, running, server, spawn, wait_until
 
 import simx_client as v
+from simx_client.client import Client
 from simx_client.connection.clients import CLIENTS
-from simx_client.protocol.local.frames import frame
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol.codec import encode
+from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.local.frames import frame, memory_frame
+from simx_client.protocol.local.offer import read_offer
+from simx_client.protocol.messages import Batch, Call, Operation, Reply
 from simx_client.transport.local import LocalLink
 from simx_client.transport.zenoh import ZenohTransport
 
@@ -28,6 +36,25 @@ BLOCKING = v.simx_opmode_blocking
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("scene") / "pendulum.xml"
     file.write_text(PENDULUM)
+    return file
+
+
+CAMERA = """
+<mujoco>
+  <worldbody>
+    <light pos="0 0 3"/>
+    <body name="ball" mocap="true"><geom name="ball_shape" type="sphere" size="0.1" rgba="1 0 0 1"/></body>
+    <camera name="eye" pos="0 0 1" fovy="45" resolution="32 32"/>
+  </worldbody>
+  <custom><text name="simx:vision:eye" data="near=0.1 far=2.1"/></custom>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def scene_with_camera(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("scene") / "camera.xml"
+    file.write_text(CAMERA)
     return file
 
 
@@ -219,3 +246,159 @@ def test_a_client_that_never_reads_gets_the_newest_values_and_no_backlog(process
     now = simulated()
     assert v.simxGetJointPosition(client, hinge, v.simx_opmode_buffer)[0] == 0
     assert v.simxGetLastCmdTime(client) >= now
+
+
+# --- order, sizes, numbers ----------------------------------------------------------------------------
+
+
+def test_an_image_read_after_a_trigger_is_of_the_step_that_it_made(
+    scene_with_camera: Path, sockets: Path
+) -> None:
+    with server(scene_with_camera, "--speed", "max") as process:
+        client = connect(process)
+        eye = v.simxGetObjectHandle(client, "eye", BLOCKING)[1]
+        ball = v.simxGetObjectHandle(client, "ball", BLOCKING)[1]
+        assert v.simxSynchronous(client, True) == 0
+        assert v.simxStartSimulation(client, BLOCKING) == 0
+        v.simxGetVisionSensorImage(client, eye, 0, v.simx_opmode_streaming)
+        assert v.simxSynchronousTrigger(client) == 0
+        seen: list[bytes] = []
+        for step in range(10):
+            v.simxSetObjectPosition(client, ball, -1, [0.1 * (step % 2), 0, 0], v.simx_opmode_oneshot)
+            assert v.simxSynchronousTrigger(client) == 0
+            streamed = v.simxGetVisionSensorImage(client, eye, 0, v.simx_opmode_buffer)
+            assert streamed[0] == 0
+            blocking = v.simxGetVisionSensorImage(client, eye, 0, BLOCKING)
+            v.simxGetVisionSensorImage(client, eye, 0, v.simx_opmode_streaming)
+            assert list(streamed[2]) == list(blocking[2]), f"step {step}"
+            seen.append(bytes(each & 0xFF for each in streamed[2]))
+        assert len(set(seen)) > 1, "the images show the ball"
+
+
+def test_values_of_many_streams_get_more_memory(process: ServerProcess) -> None:
+    client = connect(process)
+    names = [f"signal {number} {'x' * 60}" for number in range(600)]
+    v.simxPauseCommunication(client, True)
+    for name in names:
+        v.simxSetStringSignal(client, name, b"y" * 200, v.simx_opmode_oneshot)
+    v.simxPauseCommunication(client, False)
+    for name in names:
+        v.simxGetStringSignal(client, name, v.simx_opmode_streaming)
+    wanted = (0, bytearray(b"y" * 200))
+    assert wait_until(
+        lambda: all(v.simxGetStringSignal(client, name, v.simx_opmode_buffer) == wanted for name in names),
+        10.0,
+    )
+    link = link_of(client)
+    assert link is not None
+    assert len(link._values._memory) > 100_000
+
+
+def test_neither_side_waits_for_the_other_while_both_send_megabytes(process: ServerProcess) -> None:
+    client = connect(process)
+    connection = CLIENTS.get(client)
+    assert connection is not None
+    large = b"z" * 3_000_000
+    assert v.simxSetStringSignal(client, "large", large, BLOCKING) == 0
+    shape = Shape(BY_NAME["simxGetStringSignal"])
+    answers: list[Reply] = []
+    for _ in range(8):  # none of the answers is read before the last question is sent
+        connection.send_together([(shape, ["large"], answers.append)])
+        connection.send_together([(Shape(BY_NAME["simxSetStringSignal"]), ["other", large], answers.append)])
+    connection.receive_until(lambda: len(answers) == 16, time.monotonic() + 20.0, is_soon=False)
+    assert [reply.status for reply in answers] == [0] * 16
+
+
+def test_many_clients_have_their_own_answers(process: ServerProcess) -> None:
+    count = 20
+    connections = [Client("127.0.0.1", process.port, timeout=20.0) for _ in range(count)]
+    try:
+        for number, each in enumerate(connections):
+            each.signals[f"of {number}"] = number
+        assert [each.signals[f"of {number}"] for number, each in enumerate(connections)] == list(range(count))
+    finally:
+        for each in connections:
+            each.close()
+
+
+# --- losses -------------------------------------------------------------------------------------------
+
+
+def test_a_broken_socket_is_a_lost_server_and_the_client_connects_again(process: ServerProcess) -> None:
+    client = v.simxStart("127.0.0.1", process.port, True, False, 5000, 5)
+    hinge = v.simxGetObjectHandle(client, "hinge", BLOCKING)[1]
+    v.simxGetJointPosition(client, hinge, v.simx_opmode_streaming)
+    link = link_of(client)
+    assert link is not None
+    link.break_off()
+    assert wait_until(lambda: v.simxGetConnectionId(client) == 2, 10.0)
+    assert link_of(client) not in (None, link)
+    assert wait_until(lambda: v.simxGetJointPosition(client, hinge, v.simx_opmode_buffer)[0] == 0, 5.0)
+
+
+def test_without_its_file_the_socket_stays_with_its_clients_and_others_use_zenoh(
+    process: ServerProcess, sockets: Path
+) -> None:
+    before = connect(process)
+    assert v.simxGetObjectHandle(before, "hinge", BLOCKING)[0] == 0
+    path_in(sockets).unlink()
+    after = v.simxStart("localhost", process.port, True, True, 5000, 5)
+    assert link_of(after) is None
+    assert v.simxGetObjectHandle(after, "hinge", BLOCKING)[0] == 0
+    assert v.simxGetObjectHandle(before, "hinge", BLOCKING)[0] == 0
+    assert v.simxGetConnectionId(before) == 1
+
+
+def test_a_token_has_one_connection(process: ServerProcess, sockets: Path) -> None:
+    client = connect(process)
+    assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
+    connection = CLIENTS.get(client)
+    assert connection is not None
+    assert connection._transport is not None
+    offer = read_offer(connection._transport.greet(5.0).local)
+    assert offer is not None
+    with socket.socket(socket.AF_UNIX) as first, socket.socket(socket.AF_UNIX) as second:
+        for each in (first, second):
+            each.settimeout(5.0)
+            each.connect(str(path_in(sockets)))
+            each.sendall(frame(offer.token.encode()))
+            assert each.recv(100) == memory_frame(0)
+        batch = frame(encode(Batch(1, 0, [Call(5, Operation.CANCEL, 0, "", [0])])))
+        first.sendall(batch)
+        assert first.recv(1000)
+        second.sendall(batch)
+        assert second.recv(1000) == b""
+        first.sendall(batch)
+        assert first.recv(1000)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be another user as well")
+def test_another_user_is_refused_even_in_an_open_folder(process: ServerProcess, sockets: Path) -> None:
+    path = path_in(sockets)
+    for each in (sockets, path.parent):
+        each.chmod(0o777)
+    path.chmod(0o777)
+    program = (
+        "import os, socket\n"
+        "os.setuid(65534)\n"
+        "with socket.socket(socket.AF_UNIX) as stranger:\n"
+        f"    stranger.connect({str(path)!r})\n"
+        "    stranger.settimeout(20.0)\n"
+        "    print(stranger.recv(100))\n"
+    )
+    with running(spawn("-c", program)) as stranger:
+        assert read_line(stranger).strip() == "b''"
+
+
+def test_a_server_of_another_folder_or_user_is_not_asked(
+    process: ServerProcess, sockets: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("simx_client.transport.local.is_same_user", lambda _: False)
+    client = connect(process)
+    assert link_of(client) is None
+    assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
+
+
+def test_hostile_connections_disturb_no_client(sockets: Path, tmp_path: Path) -> None:
+    """More of them by ``python tests/fuzz/run.py sockets CASES``."""
+    hostile.run(300, 1, tmp_path)

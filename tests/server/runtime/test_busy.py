@@ -187,3 +187,27 @@ def test_nothing_is_taken_once_the_physics_thread_goes_on() -> None:
     inbox.put("a", payload, len(payload))
     assert list(inbox.take_overdue(0.0, "", lambda: False)) == []
     assert len(inbox) == 1
+
+
+def test_calls_that_only_a_socket_holds_are_refused_too(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, other = world.client(), world.client()
+    connection = CLIENTS.get(other)
+    assert connection is not None
+    held: list[tuple[str, bytes]] = []
+    client = connection.where
+    monkeypatch.setattr(
+        connection._transport, "send", lambda payload, deadline: held.append((client, payload))
+    )
+    world.loop.readers_while_busy.append(lambda: [world.loop.submit(*held.pop()) for _ in held[:]])
+    compiling = LongCompile(monkeypatch)
+    thread = threading.Thread(target=vrep.simxCreateDummy, args=(one, 0.1, None, BLOCKING))
+    thread.start()
+    assert compiling.begun.wait(PATIENCE)
+    code = vrep.simxGetObjectHandle(other, "base", BLOCKING)[0]
+    compiling.go_on.set()
+    thread.join(PATIENCE)
+    assert code == vrep.simx_return_remote_error_flag, (
+        "it was read and refused, not left until the compile was done"
+    )
