@@ -63,12 +63,13 @@ class MemoryWriter:
     def write(self, payload: bytes) -> None:
         """Replace the message; it must not be longer than `room`."""
         memory, length = self._memory, len(payload)
+        checksum = zlib.crc32(payload)  # before the number is odd: readers have to wait while it is
         _HEAD.pack_into(memory, 0, self._number + 1, length, 0)
         _in_order(self._order)
         memory[_BEGIN : _BEGIN + length] = payload
         _in_order(self._order)
         self._number += 2
-        _HEAD.pack_into(memory, 0, self._number, length, zlib.crc32(payload))
+        _HEAD.pack_into(memory, 0, self._number, length, checksum)
 
     def count(self, frames: int) -> None:
         """Note how many frames have been sent."""
