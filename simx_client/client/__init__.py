@@ -7,8 +7,8 @@
 
 ``client`` is the entry point; ``scene`` finds objects, which are in ``objects``, ``joints``, ``camera``, ``sensors``;
 ``channel`` makes the calls, ``stepping`` puts a simulation step into one message; ``servers`` steps many servers
-together. ``docs/python.md`` lists each legacy call beside its counterpart here. The exceptions are in
-``simx_client.errors``.
+together, ``worlds`` many simulations in this process. ``docs/python.md`` lists each legacy call beside its counterpart
+here. The exceptions are in ``simx_client.errors``.
 """
 
 from simx_client.connection.answers import Answer
@@ -26,6 +26,7 @@ from .signals import Signals
 from .simulation import Simulation, State
 from .stepping import Stepping
 from .watching import Watch
+from .worlds import Worlds
 
 __all__ = [
     "Answer",
@@ -51,5 +52,6 @@ __all__ = [
     "State",
     "Stepping",
     "Watch",
+    "Worlds",
     "Wrench",
 ]

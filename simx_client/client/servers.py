@@ -75,7 +75,9 @@ class Servers(Strict):
 
     def __repr__(self) -> str:
         places = ", ".join(each.where for each in self._connections[:4]) + ", …" * (len(self) > 4)
-        return f"<{len(self)} Servers: {places}{f'; {len(self.lost)} lost' if self.lost else ''}>"
+        return (
+            f"<{len(self)} {type(self).__name__}: {places}{f'; {len(self.lost)} lost' if self.lost else ''}>"
+        )
 
     def __enter__(self) -> Servers:
         return self
@@ -206,7 +208,7 @@ class Servers(Strict):
                     answer.give_up(f"left out, since {self.lost[place].reason}")
             elif answers:
                 exchanges[place] = Exchange(self._connections[place], answers)
-                exchanges[place].send()
+        self._send(exchanges.values())
         failures: list[Failure] = []
         deadline = time.monotonic() + self.timeout
         for place, exchange in exchanges.items():
@@ -215,6 +217,11 @@ class Servers(Strict):
             if exchange.is_lost:
                 self.lost[place] = exchange.failures[0]
         return failures
+
+    def _send(self, exchanges: Iterable[Exchange]) -> None:
+        """Send to all servers before the first answer is awaited."""
+        for exchange in exchanges:
+            exchange.send()
 
 
 def _numbers(answer: Answer[Any]) -> Iterator[float]:

@@ -6,7 +6,7 @@ does nothing but execute a command; everything else goes the way of `Connection`
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from simx_client.legacy.marshalling import Shape
@@ -76,6 +76,26 @@ class EmbeddedConnection(Connection):
         if reply is not None and reply[1] and reply[3]:
             self._log_once(str(reply[3][0]))
         return reply
+
+    def send_together(self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]) -> list[int]:
+        """Execute calls; see `Connection.send_together`. After a time-out, the rest of them is not executed."""
+        with self._lock:
+            direct = self._direct
+            if direct is None or self._pauses or not direct.is_direct or not self._check_link():
+                return super().send_together(calls)
+            self._drain()
+            self._flush()  # the script made the batched calls before these
+            calls = list(calls)
+            replies = direct.execute_together(
+                [(shape.command, values) for shape, values, _ in calls], self.timeout
+            )
+            if replies is None:
+                return super().send_together(calls)
+            self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+            self._header = None
+            for (_, _, take), reply in zip(calls, replies, strict=False):
+                take(reply)
+            return [self._modes.new_call_id() for _ in calls]
 
     def _drain(self) -> None:
         """Store what came: replies and images as messages, the values of the streams directly."""

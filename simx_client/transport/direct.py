@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from simx_client.protocol.commands import Command
@@ -29,6 +29,21 @@ class DirectTransport(Transport, Protocol):
 
     def prepare(self, command: Command) -> DirectFunction:
         """Return a function that executes a command directly, for many calls."""
+        ...
+
+    def execute_together(
+        self, calls: Sequence[tuple[Command, list[Any]]], timeout: float
+    ) -> list[Reply] | None:
+        """Execute calls one after the other, with nothing in between unless one of them has to wait.
+
+        Args:
+            calls: commands with their marshalled arguments.
+            timeout: time-out of all together in seconds.
+
+        Returns:
+            The replies, with the id 0; fewer after a time-out. None if calls are impossible: this thread is within
+            a simulation step.
+        """
         ...
 
     def take_values(self) -> list[Reply]:

@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future
 from threading import get_ident
 from typing import cast
@@ -21,6 +21,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery,
 from simx_client.protocol.precision import Values, through_message
 from simx_client.transport.direct import DirectFunction
 from simx_server.runtime.answers import Answer
+from simx_server.runtime.direct import DirectCall
 from simx_server.runtime.replies import Instant
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import ClientSession
@@ -62,6 +63,7 @@ class EmbeddedTransport:
         self._stream: deque[bytes] = deque(maxlen=1)
         self._pictures: dict[int, bytes] = {}
         self._received: dict[str, Callable[[Values], Values]] = {}
+        self._prepared: dict[str, DirectCall] = {}
 
     # --- the client's side: messages -------------------------------------------------------------
 
@@ -184,6 +186,43 @@ class EmbeddedTransport:
             return of_fields(Reply, (0, status, time_ms, values if status else received(values)))
 
         return call
+
+    def execute_together(self, calls: Sequence[tuple[Command, Values]], timeout: float) -> list[Reply] | None:
+        if self._session is None:
+            raise ConnectionFailed("the client has not joined")
+        turns, messages, deadline = self._turns, self._loop.messages, time.monotonic() + timeout
+        replies: list[Reply] = []
+        if turns.owner == get_ident():
+            return None
+        if not turns.begin(deadline):
+            return replies
+        has_turn = True
+        try:
+            for command, arguments in calls:
+                call = self._prepared.get(command.name)
+                if call is None:
+                    call = self._prepared[command.name] = self._loop.direct_call(self._session, command)
+                answer = call.execute(arguments)
+                if call.may_change_pace:
+                    if isinstance(answer, Future) and not answer.done():
+                        self._loop.turn()  # the step that this call has triggered
+                    turns.note_change()
+                if answer.__class__ is not tuple:
+                    assert isinstance(answer, Future)
+                    turns.end()
+                    has_turn = False
+                    outcome = self._await(answer, deadline)
+                    if outcome is None or not turns.begin(deadline):
+                        return replies
+                    answer, has_turn = outcome, True
+                status, values = cast(Answer, answer)
+                values = values if status else call.received(values)
+                replies.append(of_fields(Reply, (0, status, messages.time_ms(), values)))
+            self._replied = messages.instant()
+        finally:
+            if has_turn:
+                turns.end()
+        return replies
 
     def _conversion(self, command: Command) -> Callable[[Values], Values]:
         found = self._received.get(command.name)

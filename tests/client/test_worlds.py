@@ -1,0 +1,124 @@
+"""Many embedded simulations, stepped together by threads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from processes import PENDULUM, server, wait_until
+
+from simx_client.client import Client, Servers, Worlds
+from simx_client.connection.clients import CLIENTS
+from simx_client.errors import CallsFailed, ConnectionFailed
+
+COUNT = 3
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    file = tmp_path / "pendulum.xml"
+    file.write_text(PENDULUM)
+    return file
+
+
+def trajectory(servers: Servers) -> np.ndarray:
+    """Watched positions of 20 steps, with other target velocities in each world: steps x worlds x values."""
+    hinges = [answer.value for answer in servers.each(lambda calls, _: calls.simxGetObjectHandle("hinge"))]
+    servers.each(lambda calls, _: (calls.simxSynchronous(True), calls.simxStartSimulation()))
+    servers.watch(
+        lambda calls, place: [
+            calls.simxGetJointPosition(hinges[place]),
+            calls.simxGetObjectPosition(hinges[place], -1),
+        ]
+    )
+    rows: list[np.ndarray] = []
+    for step in range(20):
+
+        def push(calls: Any, place: int, step: int = step) -> None:
+            calls.simxSetJointTargetVelocity(hinges[place], 0.3 * (step % 5) + 0.1 * place)
+
+        rows.append(servers.step(push))
+    servers.each(lambda calls, _: calls.simxStopSimulation())
+    return np.array(rows)
+
+
+def test_worlds_in_threads_are_equal_to_servers_bit_for_bit(scene: Path) -> None:
+    with Worlds(scene, COUNT, threads=2) as worlds:
+        in_threads = trajectory(worlds)
+    with Worlds(scene, COUNT, threads=1) as worlds:
+        alone = trajectory(worlds)
+    with server(scene) as one, Client.many([one.port]) as servers:
+        over_network = trajectory(servers)
+    assert in_threads.shape == (20, COUNT, 4)
+    assert np.array_equal(in_threads, alone)
+    assert np.array_equal(in_threads[:, :1], over_network)
+    assert len(np.unique(in_threads[-1, :, 0])) == COUNT
+
+
+def test_a_world_that_refuses_a_call_leaves_the_others_unchanged(scene: Path) -> None:
+    with Worlds(scene, COUNT, threads=2) as worlds:
+        worlds.each(lambda calls, _: (calls.simxSynchronous(True), calls.simxStartSimulation()))
+        worlds.watch(lambda calls, _: [calls.simxGetJointPosition(1)])
+        with pytest.raises(CallsFailed, match="no object with handle -7") as failed:
+            worlds.step(lambda calls, place: calls.simxGetJointPosition(-7) if place == 1 else None)
+        (failure,) = failed.value.failures
+        assert failure.server == 1
+        assert np.isnan(worlds.observations).any(axis=1).tolist() == [False, True, False]
+        assert not worlds.lost
+        assert not np.isnan(worlds.step()).any()
+
+
+def test_the_end_of_the_block_ends_all_worlds_and_their_threads(scene: Path) -> None:
+    before = set(CLIENTS.all())
+    with Worlds(scene, COUNT) as worlds:
+        assert len(set(CLIENTS.all()) - before) == COUNT
+    assert set(CLIENTS.all()) == before
+    with pytest.raises(CallsFailed, match="went away"):
+        worlds.each(lambda calls, _: calls.simxGetObjects(1))
+    worlds.close()
+
+
+def test_a_world_draws_pictures(scene: Path) -> None:
+    with Worlds("ur5_rg2_kinect", 2, threads=2) as worlds:
+        cameras = worlds.each(lambda calls, _: calls.simxGetObjectHandle("kinect_rgb"))
+        pictures = worlds.each(lambda calls, place: calls.simxGetVisionSensorImage(cameras[place].value, 0))
+        first, second = (np.array(picture.value[1], np.uint8) for picture in pictures)
+    assert first.size
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("count", "settings", "says"),
+    [
+        (0, {}, "count must be 1..255, not 0"),
+        (256, {}, "count must be 1..255, not 256"),
+        (1, {"threads": 0}, "threads must be at least 1, not 0"),
+    ],
+)
+def test_impossible_numbers_are_refused(count: int, settings: dict[str, Any], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        Worlds("two_link_arm", count, **settings)
+
+
+def test_a_setting_that_cannot_be_used_leaves_no_world_behind() -> None:
+    before = CLIENTS.all()
+    with pytest.raises(ConnectionFailed, match="no_such_scene"):
+        Worlds("no_such_scene", 2)
+    assert CLIENTS.all() == before
+
+
+def test_a_batch_of_reads_is_of_one_instant_while_the_simulation_runs(scene: Path) -> None:
+    """The pacing thread makes no step within a batch."""
+    with Worlds(scene, 1, speed="max", start=True) as worlds:
+        worlds.each(lambda calls, _: calls.simxSetJointTargetVelocity(1, 1.0))
+        seen: set[float] = set()
+
+        def look() -> bool:
+            (row,) = worlds.each(lambda calls, _: [calls.simxGetJointPosition(1) for _ in range(20)])
+            assert len({answer.value for answer in row}) == 1
+            seen.add(row[0].value)
+            return len(seen) > 50
+
+        assert wait_until(look)
