@@ -32,6 +32,7 @@ MEASUREMENTS = {
     "parts": "bench.calls.parts",
     "stepping": "bench.calls.stepping",
     "embedded": "bench.calls.embedded",
+    "worlds": "bench.calls.worlds",
     "picture": "bench.images.picture",
     "sizes": "bench.images.sizes",
     "servers": "bench.load.servers",

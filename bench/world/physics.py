@@ -18,12 +18,12 @@ class Physics:
         self.simulation = open_world(Settings(time_step=time_step), stack)
         self.simulation.simulation.start()
         stack.callback(self.simulation.simulation.stop)
-        self._model = self.simulation.simulation.model
-        self._data = mujoco.MjData(self._model)
-        mujoco.mj_copyData(self._data, self._model, self.simulation.simulation.data)
-        self._substeps = self.simulation.simulation.substeps
+        self.model = self.simulation.simulation.model
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_copyData(self.data, self.model, self.simulation.simulation.data)
+        self.substeps = self.simulation.simulation.substeps
 
     def step(self) -> None:
         """The physics steps of one pass, and nothing else."""
-        for _ in range(self._substeps):
-            mujoco.mj_step(self._model, self._data)
+        for _ in range(self.substeps):
+            mujoco.mj_step(self.model, self.data)

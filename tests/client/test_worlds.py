@@ -121,4 +121,4 @@ def test_a_batch_of_reads_is_of_one_instant_while_the_simulation_runs(scene: Pat
             seen.add(row[0].value)
             return len(seen) > 50
 
-        assert wait_until(look)
+        assert wait_until(look, 30.0)

@@ -12,7 +12,18 @@ import cv2
 import pytest
 
 from bench import __main__ as bench
-from bench.calls import batch, blocking, embedded, one_host, original, parts, stepping, streaming, values
+from bench.calls import (
+    batch,
+    blocking,
+    embedded,
+    one_host,
+    original,
+    parts,
+    stepping,
+    streaming,
+    values,
+    worlds,
+)
 from bench.images import picture, rendering, sizes
 from bench.load import clients, scale, servers, startup, view
 from bench.measuring import baselines, plot, processes
@@ -247,6 +258,12 @@ def sweep_of(found: Findings, names: list[str]) -> None:
         curve for panel in drawn.panels for curve in (*panel.curves.values(), *panel.baselines.values())
     ]
     assert all(len(curve) == len(names) for curve in curves)
+
+
+def test_many_worlds_are_measured_beside_rollout() -> None:
+    found = worlds.measure(TINY)
+    assert {row.what for row in found.rows} >= {worlds.TOGETHER, worlds.ALONE, worlds.ROLLOUT}
+    assert [each.target is not None for each in found.ratios] == [True, True, False]
 
 
 def test_embedded_calls_are_measured_beside_bare_physics() -> None:
