@@ -1,4 +1,4 @@
-"""Many simulations in one process, stepped by threads, beside MuJoCo's own ``rollout``.
+"""Many simulations stepped together, beside MuJoCo's own ``rollout``.
 
 An environment step is that of the reach task: six targets, a simulation step, six joints and the ball in the camera's
 frame. ``rollout`` makes the same physics steps from the same states with constant controls, and returns the states.
@@ -26,13 +26,13 @@ from .batch import TASKS
 COUNT = 8
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
-ALONE = "a step of 8 worlds by 1 thread"
-TOGETHER = f"a step of 8 worlds by {CORES} threads"
+ALONE = "a step of 8 worlds in this process"
+TOGETHER = f"a step of 8 worlds in {CORES} processes"
 ROLLOUT_ALONE = "rollout of 8 worlds by 1 thread"
 ROLLOUT = f"rollout of 8 worlds by {CORES} threads"
 
 SPEED_UP = 1.7
-"""Times the steps per second of one thread that two threads are to make."""
+"""Times the steps per second of one process that two processes are to make."""
 
 SHARE = 0.7
 """Share of the steps per second of `ROLLOUT` that the worlds are to make."""
@@ -41,7 +41,7 @@ SHARE = 0.7
 def measure(effort: Effort) -> Findings:
     """The tutorial's scene, simulation steps of 50 ms."""
     taken = repeated(1, partial(_one_set, effort))
-    found = Findings("Many worlds in one process")
+    found = Findings("Many worlds")
     found.ratios = [
         Ratio(f"{TOGETHER} / {ROLLOUT}", ratio(taken[TOGETHER], taken[ROLLOUT]), target=1 / SHARE),
         Ratio(f"{TOGETHER} / {ALONE}", ratio(taken[TOGETHER], taken[ALONE]), target=1 / SPEED_UP),
@@ -50,7 +50,7 @@ def measure(effort: Effort) -> Findings:
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
     found.notes = [
         f"{COUNT / taken[TOGETHER].median:,.0f} environment steps per second. The third ratio is the speed-up that "
-        "this machine gives threads without Python."
+        "this machine gives to two threads of MuJoCo alone."
     ]
     return found
 
@@ -59,7 +59,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     physics = Physics(stack)
     cases: dict[str, Callable[[], object]] = {
         ROLLOUT_ALONE: stack.enter_context(_rollout(physics, 1)),
-        ALONE: stack.enter_context(_stepped(1)),
+        ALONE: stack.enter_context(_stepped(0)),
         TOGETHER: stack.enter_context(_stepped(CORES)),
         ROLLOUT: stack.enter_context(_rollout(physics, CORES)),
     }
@@ -67,9 +67,9 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
 
 
 @contextmanager
-def _stepped(threads: int) -> Generator[Callable[[], object]]:
+def _stepped(processes: int) -> Generator[Callable[[], object]]:
     task = TASKS[0]
-    with Worlds(task.scene, COUNT, threads=threads) as worlds:
+    with Worlds(task.scene, COUNT, processes=processes) as worlds:
         names = (*task.joints, task.seen_from, task.ball)
         handles = [
             [answer.value for answer in answers]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from simx_client.connection.answers import Answer
 from simx_client.connection.calls import Calls
-from simx_client.connection.exchange import Exchange, connection_of
+from simx_client.connection.exchange import Exchange, Party, connection_of
 from simx_client.connection.strict import Strict
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import CallsFailed, ConnectionFailed, Failure
@@ -49,12 +49,15 @@ class Servers(Strict):
             ValueError: one of the ids is not a client.
         """
         self.clients = tuple(clients)
+        self._drive([connection_of(client) for client in self.clients], timeout)
+
+    def _drive(self, connections: Sequence[Party], timeout: float) -> None:
         self.timeout = timeout
-        self._connections = [connection_of(client) for client in self.clients]
+        self._connections = connections
         self.lost: dict[int, Failure] = {}
         """Lost servers by index, with the reason."""
 
-        self._watched: list[list[Answer[Any]]] = [[] for _ in self.clients]
+        self._watched: list[list[Answer[Any]]] = [[] for _ in connections]
         self._observations: NDArray[np.float64] | None = None
 
     @classmethod
@@ -91,7 +94,7 @@ class Servers(Strict):
             simxFinish(client)
 
     def __len__(self) -> int:
-        return len(self.clients)
+        return len(self._connections)
 
     @property
     def observations(self) -> NDArray[np.float64]:

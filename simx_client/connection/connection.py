@@ -432,6 +432,11 @@ class Connection:
         return "connected" if self._connection_id != -1 else "not connected"
 
     @property
+    def why_gone(self) -> str:
+        """Return the reason for calls without an answer when the connection has ended."""
+        return "the server went away"
+
+    @property
     def last_header(self) -> Delivery | None:
         """Return the newest delivery processed so far; never waits."""
         return self._header

@@ -3,14 +3,34 @@ run at once."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol
 
 from simx_client.errors import Failure
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol.messages import Reply
 
 from .answers import Answer
 from .clients import CLIENTS
 from .connection import Connection
+
+
+class Party(Protocol):
+    """What an exchange needs of a connection; see `Connection` for the methods."""
+
+    where: str
+
+    @property
+    def connection_id(self) -> int: ...
+    @property
+    def condition(self) -> str: ...
+    @property
+    def why_gone(self) -> str: ...
+    def send_together(
+        self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]
+    ) -> Sequence[int]: ...
+    def receive_until(self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool) -> None: ...
+    def forget(self, call_ids: Iterable[int]) -> None: ...
 
 
 def connection_of(client: int) -> Connection:
@@ -28,11 +48,11 @@ def connection_of(client: int) -> Connection:
 class Exchange:
     """Calls to one server, sent together."""
 
-    def __init__(self, connection: Connection, answers: Sequence[Answer[Any]]) -> None:
+    def __init__(self, connection: Party, answers: Sequence[Answer[Any]]) -> None:
         """Prepare an exchange. The answers may be those of an earlier one."""
-        self._connection = connection
+        self.connection = connection
         self._answers = answers
-        self._ids: list[int] = []
+        self._ids: Sequence[int] = ()
         self._sent_on = -1
         """Number of the connection; another number means that the server was lost and has come back."""
 
@@ -40,8 +60,8 @@ class Exchange:
         """Send the calls; do not wait. If sending fails, ``finish`` stores the reason in the answers."""
         for answer in self._answers:
             answer.reply = None
-        self._sent_on = self._connection.connection_id
-        self._ids = self._connection.send_together(
+        self._sent_on = self.connection.connection_id
+        self._ids = self.connection.send_together(
             [(answer.shape, answer.arguments, answer.take) for answer in self._answers]
         )
 
@@ -54,11 +74,11 @@ class Exchange:
         """
         if self._ids:
             is_soon = all(answer.shape.command.answers_soon for answer in self._answers)
-            self._connection.receive_until(self._is_answered, deadline, is_soon=is_soon)
+            self.connection.receive_until(self._is_answered, deadline, is_soon=is_soon)
         if not self._is_answered():
-            now_on = self._connection.connection_id
+            now_on = self.connection.connection_id
             if now_on == -1 or now_on != self._sent_on:
-                reason = "the server went away"
+                reason = self.connection.why_gone
             elif not self._ids:
                 reason = "communication is paused; resume first with simxPauseCommunication(clientID, False)"
             else:
@@ -66,7 +86,7 @@ class Exchange:
             for answer in self._answers:
                 if answer.reply is None:
                     answer.give_up(reason)
-            self._connection.forget(self._ids)
+            self.connection.forget(self._ids)
 
     def _is_answered(self) -> bool:
         return all(answer.reply is not None for answer in self._answers)

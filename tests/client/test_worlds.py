@@ -1,13 +1,16 @@
-"""Many embedded simulations, stepped together by threads."""
+"""Many simulations stepped together, in worker processes and in this one."""
 
 from __future__ import annotations
 
+import os
+import signal
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from processes import PENDULUM, server, wait_until
+from processes import PENDULUM, read_line, running, server, spawn, wait_until
 
 from simx_client.client import Client, Servers, Worlds
 from simx_client.connection.clients import CLIENTS
@@ -44,21 +47,21 @@ def trajectory(servers: Servers) -> np.ndarray:
     return np.array(rows)
 
 
-def test_worlds_in_threads_are_equal_to_servers_bit_for_bit(scene: Path) -> None:
-    with Worlds(scene, COUNT, threads=2) as worlds:
-        in_threads = trajectory(worlds)
-    with Worlds(scene, COUNT, threads=1) as worlds:
+def test_worlds_in_processes_are_equal_to_servers_bit_for_bit(scene: Path) -> None:
+    with Worlds(scene, COUNT, processes=2) as worlds:
+        in_processes = trajectory(worlds)
+    with Worlds(scene, COUNT, processes=0) as worlds:
         alone = trajectory(worlds)
     with server(scene) as one, Client.many([one.port]) as servers:
         over_network = trajectory(servers)
-    assert in_threads.shape == (20, COUNT, 4)
-    assert np.array_equal(in_threads, alone)
-    assert np.array_equal(in_threads[:, :1], over_network)
-    assert len(np.unique(in_threads[-1, :, 0])) == COUNT
+    assert in_processes.shape == (20, COUNT, 4)
+    assert np.array_equal(in_processes, alone)
+    assert np.array_equal(in_processes[:, :1], over_network)
+    assert len(np.unique(in_processes[-1, :, 0])) == COUNT
 
 
 def test_a_world_that_refuses_a_call_leaves_the_others_unchanged(scene: Path) -> None:
-    with Worlds(scene, COUNT, threads=2) as worlds:
+    with Worlds(scene, COUNT, processes=2) as worlds:
         worlds.each(lambda calls, _: (calls.simxSynchronous(True), calls.simxStartSimulation()))
         worlds.watch(lambda calls, _: [calls.simxGetJointPosition(1)])
         with pytest.raises(CallsFailed, match="no object with handle -7") as failed:
@@ -70,18 +73,65 @@ def test_a_world_that_refuses_a_call_leaves_the_others_unchanged(scene: Path) ->
         assert not np.isnan(worlds.step()).any()
 
 
-def test_the_end_of_the_block_ends_all_worlds_and_their_threads(scene: Path) -> None:
-    before = set(CLIENTS.all())
-    with Worlds(scene, COUNT) as worlds:
-        assert len(set(CLIENTS.all()) - before) == COUNT
-    assert set(CLIENTS.all()) == before
-    with pytest.raises(CallsFailed, match="went away"):
+@pytest.mark.parametrize("processes", [0, 2])
+def test_the_end_of_the_block_ends_all_worlds(scene: Path, processes: int) -> None:
+    before = children()
+    with Worlds(scene, COUNT, processes=processes) as worlds:
+        assert len(worlds.clients) == (0 if processes else COUNT)
+        assert len(CLIENTS.all()) == len(worlds.clients)
+        assert len(children() - before) == processes
+    assert not CLIENTS.all()
+    assert children() == before
+    with pytest.raises(CallsFailed, match="it was closed" if processes else "the server went away"):
         worlds.each(lambda calls, _: calls.simxGetObjects(1))
     worlds.close()
 
 
+def test_worlds_whose_process_dies_are_lost_and_the_others_go_on(scene: Path) -> None:
+    before = children()
+    with Worlds(scene, COUNT, processes=2) as worlds:
+        worlds.each(lambda calls, _: (calls.simxSynchronous(True), calls.simxStartSimulation()))
+        worlds.watch(lambda calls, _: [calls.simxGetJointPosition(1)])
+        first = min(children() - before)
+        os.kill(first, signal.SIGKILL)
+        with pytest.raises(CallsFailed, match=r"its process \(pid \d+\) ended by SIGKILL"):
+            worlds.step()
+        assert list(worlds.lost) == [0, 2]
+        assert np.isnan(worlds.step()).any(axis=1).tolist() == [True, False, True]
+
+
+def test_processes_end_with_a_program_that_is_killed(scene: Path) -> None:
+    program = f"""
+import threading
+from simx_client.client import Worlds
+worlds = Worlds({str(scene)!r}, 2, processes=2)
+print("ready", flush=True)
+threading.Event().wait()
+"""
+    with running(spawn("-c", program)) as process:
+        assert read_line(process).strip() == "ready"
+        workers = children(process.pid)
+        assert len(workers) == 2
+        process.kill()
+        assert wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), 30.0)
+
+
+def children(parent: int | None = None) -> set[int]:
+    """Process ids of the worker processes of a process."""
+    found: set[int] = set()
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            status = (folder / "status").read_text()
+            if (
+                f"PPid:\t{parent or os.getpid()}\n" in status
+                and b"worlds.process" in (folder / "cmdline").read_bytes()
+            ):
+                found.add(int(folder.name))
+    return found
+
+
 def test_a_world_draws_pictures(scene: Path) -> None:
-    with Worlds("ur5_rg2_kinect", 2, threads=2) as worlds:
+    with Worlds("ur5_rg2_kinect", 2, processes=2) as worlds:
         cameras = worlds.each(lambda calls, _: calls.simxGetObjectHandle("kinect_rgb"))
         pictures = worlds.each(lambda calls, place: calls.simxGetVisionSensorImage(cameras[place].value, 0))
         first, second = (np.array(picture.value[1], np.uint8) for picture in pictures)
@@ -92,9 +142,9 @@ def test_a_world_draws_pictures(scene: Path) -> None:
 @pytest.mark.parametrize(
     ("count", "settings", "says"),
     [
-        (0, {}, "count must be 1..255, not 0"),
-        (256, {}, "count must be 1..255, not 256"),
-        (1, {"threads": 0}, "threads must be at least 1, not 0"),
+        (0, {}, "count must be 1..1000, not 0"),
+        (1001, {}, "count must be 1..1000, not 1001"),
+        (2, {"processes": 3}, "processes must be 0..2 for 2 worlds, not 3"),
     ],
 )
 def test_impossible_numbers_are_refused(count: int, settings: dict[str, Any], says: str) -> None:

@@ -1,0 +1,87 @@
+"""A process with some of the worlds of a program: ``python -m simx_client.client.worlds.process DESCRIPTOR``.
+
+It gets its settings, starts the simulations and executes calls until the program closes the connection or ends.
+"""
+
+from __future__ import annotations
+
+import logging
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from multiprocessing.connection import Connection as Pipe
+from typing import Any
+
+from simx_client.client.opening import open_embedded
+from simx_client.connection.answers import Answer
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_client.connection.exchange import Exchange
+from simx_client.errors import ConnectionFailed
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.messages import Reply
+
+from .worker import Order, Request
+
+
+class _Executor:
+    def __init__(self, connections: Sequence[Connection], timeout: float) -> None:
+        self._connections, self._timeout = connections, timeout
+        self._shapes: dict[str, Shape] = {}
+
+    def execute(self, request: Request) -> tuple[int, list[Reply | None]]:
+        place, calls = request
+        connection = self._connections[place]
+        answers: list[Answer[Any]] = [
+            Answer(self._shape(name), values, place, connection.where) for name, values in calls
+        ]
+        exchange = Exchange(connection, answers)
+        exchange.send()
+        exchange.finish(time.monotonic() + self._timeout, self._timeout)
+        return place, [answer.reply for answer in answers]
+
+    def _shape(self, name: str) -> Shape:
+        if name not in self._shapes:
+            self._shapes[name] = Shape(BY_NAME[name])
+        return self._shapes[name]
+
+
+def serve(pipe: Pipe) -> None:
+    """Start the simulations, answer None or the reason why they cannot start, then execute requests.
+
+    The number of requests of a turn comes first. Their replies are sent together after the last one, so the program
+    and this process never wait for each other's full buffers.
+    """
+    order = Order(*pipe.recv())
+    logging.basicConfig(level=order.log_level, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    with ExitStack() as stack:
+        connections: list[Connection] = []
+        try:
+            for _ in range(order.worlds):
+                connection, server = open_embedded(order.arguments, order.timeout)
+                stack.callback(server.close)
+                stack.callback(CLIENTS.discard, connection)
+                connections.append(connection)
+        except ConnectionFailed as error:
+            pipe.send(str(error))
+            return
+        pipe.send(None)
+        executor = _Executor(connections, order.timeout)
+        while True:
+            number: int = pipe.recv()
+            pipe.send([executor.execute(pipe.recv()) for _ in range(number)])
+
+
+def main() -> None:
+    """Serve the program at the other end of the socket whose descriptor is the argument."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program, which closes the connection
+    # The program closes the connection when it needs these worlds no longer, or ends.
+    with Pipe(int(sys.argv[1])) as pipe, suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        serve(pipe)
+
+
+if __name__ == "__main__":
+    main()
