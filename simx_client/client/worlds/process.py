@@ -15,10 +15,8 @@ from multiprocessing.connection import Connection as Pipe
 from typing import Any
 
 from simx_client.client.opening import open_embedded
-from simx_client.connection.answers import Answer
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.connection.exchange import Exchange
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.commands import BY_NAME
@@ -28,25 +26,31 @@ from .worker import Order, Request
 
 
 class _Executor:
+    """Executes requests."""
+
     def __init__(self, connections: Sequence[Connection], timeout: float) -> None:
         self._connections, self._timeout = connections, timeout
         self._shapes: dict[str, Shape] = {}
 
-    def execute(self, request: Request) -> tuple[int, list[Reply | None]]:
+    def execute(self, request: Request) -> tuple[int, list[tuple[Any, ...]]]:
+        """Execute the calls for one world; return the world and the fields of the replies."""
         place, calls = request
         connection = self._connections[place]
-        answers: list[Answer[Any]] = [
-            Answer(self._shape(name), values, place, connection.where) for name, values in calls
-        ]
-        exchange = Exchange(connection, answers)
-        exchange.send()
-        exchange.finish(time.monotonic() + self._timeout, self._timeout)
-        return place, [answer.reply for answer in answers]
+        replies: list[Reply] = []
+        call_ids = connection.send_together(
+            [(self._shape(name), values, replies.append) for name, values in calls]
+        )
+        if len(replies) < len(calls):  # recorded calls are messages, also within a process
+            deadline = time.monotonic() + self._timeout
+            connection.receive_until(lambda: len(replies) == len(calls), deadline, is_soon=False)
+            connection.forget(call_ids)
+        return place, [tuple(reply) for reply in replies]
 
     def _shape(self, name: str) -> Shape:
-        if name not in self._shapes:
-            self._shapes[name] = Shape(BY_NAME[name])
-        return self._shapes[name]
+        shape = self._shapes.get(name)
+        if shape is None:
+            shape = self._shapes[name] = Shape(BY_NAME[name])
+        return shape
 
 
 def serve(pipe: Pipe) -> None:

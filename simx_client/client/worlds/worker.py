@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy.marshalling import Shape
-from simx_client.protocol.messages import Reply
+from simx_client.protocol.messages import Reply, of_fields
 
 STARTS_WITHIN = 120.0
 """Time-out in seconds for the start of the simulations of one process."""
@@ -43,8 +43,8 @@ class Order(NamedTuple):
 Request = tuple[int, list[tuple[str, list[Any]]]]
 """Index of a world in its process; names of commands with their marshalled arguments."""
 
-Replies = list[tuple[int, list[Reply | None]]]
-"""For each request the world and its replies; None where none came within the time-out."""
+Replies = list[tuple[int, list[tuple[Any, ...]]]]
+"""For each request the world and the fields of its replies; fewer after a time-out."""
 
 
 class Worker:
@@ -98,9 +98,8 @@ class Worker:
         replies: Replies | None = self._receive(deadline)
         takers, self._takers = self._takers, {}
         for place, answers in replies or ():
-            for take, reply in zip(takers[place], answers, strict=True):
-                if reply is not None:
-                    take(reply)
+            for take, fields in zip(takers[place], answers, strict=False):
+                take(of_fields(Reply, fields))
 
     def close(self) -> None:
         """End the simulations and the process. Idempotent."""
