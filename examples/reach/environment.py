@@ -1,4 +1,4 @@
-"""The tutorial's reach task as a Gymnasium vector environment: one simulator each, all stepped together.
+"""The tutorial's reach task as a Gymnasium vector environment: one simulation each, all stepped together.
 
 The hand camera is to come over the ball `Target`, so that the ball is in the middle of its picture, HEIGHT in front
 of it. Where the ball lies is drawn anew for each episode.
@@ -6,7 +6,6 @@ of it. Where the ball lies is drawn anew for each episode.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
@@ -15,7 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from simx_client.client import Answer, Calls, Client
+from simx_client.client import Answer, Calls, Servers
 
 Floats = NDArray[np.float32]
 
@@ -51,29 +50,27 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
     """Observation: six joint angles (rad), then the ball in the camera's frame (m; z is ahead).
 
     Action: six numbers from -1 to 1, by which the joints' targets move, times INCREMENT. Reward: minus the distance
-    in metres. An episode always has EPISODE passes; then all simulators begin anew, within the same step.
+    in metres. An episode always has EPISODE passes; then all simulations begin anew, within the same step.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012 - Gymnasium's form
 
-    def __init__(self, ports: Sequence[int], *, timeout: float = 10.0) -> None:
-        """Connect to simulators of the tutorial's scene.
+    def __init__(self, servers: Servers) -> None:
+        """Use simulations of the tutorial's scene; they are closed with the environment.
 
         Args:
-            ports: of the simulators on this host, one for each environment.
-            timeout: seconds that a pass of all of them may take.
+            servers: ``Worlds("ur5_rg2_kinect", 8)``, or ``Client.many(ports)`` for servers that run already.
 
         Raises:
-            ConnectionFailed: there is none on one of the ports.
-            CallsFailed: it has another scene.
+            CallsFailed: one of them has another scene.
         """
-        self.num_envs = len(ports)
+        self.servers = servers
+        self.num_envs = len(servers)
         bounds = np.full(9, np.inf, dtype=np.float32)
         self.single_observation_space = gymnasium.spaces.Box(-bounds, bounds)
         self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (6,), dtype=np.float32)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.servers = Client.many(ports, timeout=timeout)
         try:
             self._handles = [
                 [answer.value for answer in answers]
@@ -103,7 +100,7 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
         ended with, and the observations are the first of the next one.
 
         Raises:
-            CallsFailed: a simulator has gone, or refused something.
+            CallsFailed: a simulation has gone, or refused something.
         """
         moved = self._targets + INCREMENT * np.clip(actions, -1.0, 1.0)
         self._targets = np.clip(moved, START - REACH, START + REACH)
@@ -119,7 +116,7 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
         return observations, -far, none, none | is_over, infos
 
     def close_extras(self, **_: Any) -> None:
-        """What Gymnasium's ``close`` calls: leave the simulators, stopped."""
+        """What Gymnasium's ``close`` calls: close the simulations, stopped."""
         try:
             self.servers.each(lambda calls, _: calls.simxStopSimulation(), check=False)
         finally:
@@ -134,7 +131,7 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
         answers = self.servers.each(self._prepare)
         return np.array([np.hstack([answer.value for answer in row]) for row in answers], dtype=np.float32)
 
-    # --- what is called on each simulator --------------------------------------------------------
+    # --- what is called on each simulation --------------------------------------------------------
 
     def _prepare(self, calls: Calls, place: int) -> list[Answer[Any]]:
         *joints, _, ball = self._handles[place]

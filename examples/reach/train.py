@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 from curve import draw
-from simulators import simulators
+
+from simx_client.client import Worlds
 
 try:
     import torch
@@ -32,6 +33,7 @@ except ModuleNotFoundError as missing:
 
 logger = logging.getLogger("reach")
 
+SCENE = "ur5_rg2_kinect"
 PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "reach_reward.png"
 PROGRESS_EVERY_S = 10.0
 
@@ -87,7 +89,7 @@ def learner(environment: VecMonitor, seed: int, *, warm_up: int = 2_000) -> DDPG
 
 
 def evaluate(model: DDPG, environment: ReachEnv, seed: int) -> np.ndarray:
-    """Metres between ball and goal at the end of an episode without noise, for each simulator."""
+    """Metres between ball and goal at the end of an episode without noise, for each simulation."""
     observations, _ = environment.reset(seed=seed)
     for _ in range(EPISODE):
         actions, _ = model.predict(observations, deterministic=True)
@@ -96,21 +98,20 @@ def evaluate(model: DDPG, environment: ReachEnv, seed: int) -> np.ndarray:
 
 
 def train(count: int, steps: int, seed: int, picture: Path | None) -> tuple[float, float]:
-    """Learn with so many simulators; returns the median distance at an episode's end before and after, metres."""
-    with simulators(count) as ports:
-        environment = ReachEnv(ports)
-        wrapped = VecMonitor(Adapter(environment))
-        try:
-            model, episodes = learner(wrapped, seed, warm_up=min(2_000, steps // 4)), Episodes()
-            before = float(np.median(evaluate(model, environment, seed + 1)))
-            began = time.monotonic()
-            model.learn(steps, callback=episodes)
-            rate = steps / (time.monotonic() - began)
-            after = float(np.median([evaluate(model, environment, seed + 1 + turn) for turn in range(3)]))
-        finally:
-            wrapped.close()
+    """Learn with so many simulations; returns the median distance at an episode's end before and after, metres."""
+    environment = ReachEnv(Worlds(SCENE, count))
+    wrapped = VecMonitor(Adapter(environment))
+    try:
+        model, episodes = learner(wrapped, seed, warm_up=min(2_000, steps // 4)), Episodes()
+        before = float(np.median(evaluate(model, environment, seed + 1)))
+        began = time.monotonic()
+        model.learn(steps, callback=episodes)
+        rate = steps / (time.monotonic() - began)
+        after = float(np.median([evaluate(model, environment, seed + 1 + turn) for turn in range(3)]))
+    finally:
+        wrapped.close()
     logger.info(
-        "%d steps of %d simulators, %.0f a second with learning; an episode ended %.0f mm from the goal before, "
+        "%d steps of %d simulations, %.0f a second with learning; an episode ended %.0f mm from the goal before, "
         "%.0f mm after",
         steps,
         count,
@@ -123,7 +124,7 @@ def train(count: int, steps: int, seed: int, picture: Path | None) -> tuple[floa
             picture,
             episodes.steps,
             episodes.returns,
-            f"DDPG, reach task, {count} simulators: return of an episode",
+            f"DDPG, reach task, {count} simulations: return of an episode",
         )
         logger.info("the curve is in %s", picture)
     return before, after
@@ -131,7 +132,7 @@ def train(count: int, steps: int, seed: int, picture: Path | None) -> tuple[floa
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="DDPG learns to bring the hand camera over the ball.")
-    parser.add_argument("--count", type=int, default=8, metavar="N", help="simulators (8)")
+    parser.add_argument("--count", type=int, default=8, metavar="N", help="simulations (8)")
     parser.add_argument(
         "--steps", type=int, default=48_000, help="environment steps, of all together (48000)"
     )
@@ -140,7 +141,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     logging.getLogger("simx_client").setLevel(logging.WARNING)
-    # As an exception, so that the simulators end with it.
+    # As an exception, so that the simulations end with it.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     train(chosen.count, chosen.steps, chosen.seed, chosen.picture)
     return 0

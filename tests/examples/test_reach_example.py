@@ -17,16 +17,11 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import simx_client as v
+from simx_client.client import Worlds
 
 FOLDER = Path(__file__).parents[2] / "examples" / "reach"
-COUNT = 2
+SCENE, COUNT = "ur5_rg2_kinect", 2
 example = partial(import_from, FOLDER)
-
-
-@pytest.fixture(scope="module")
-def ports() -> Iterator[list[int]]:
-    with pytest.MonkeyPatch.context() as patch, example("simulators", patch).simulators(COUNT) as ports:
-        yield ports
 
 
 @pytest.fixture
@@ -35,8 +30,8 @@ def module(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 @pytest.fixture
-def environment(module: Any, ports: list[int]) -> Iterator[Any]:
-    environment = module.ReachEnv(ports)
+def environment(module: Any) -> Iterator[Any]:
+    environment = module.ReachEnv(Worlds(SCENE, COUNT, processes=0))
     yield environment
     environment.close()
     assert v.simxGetConnectionId(0) == -1
@@ -71,9 +66,9 @@ class Alone(gymnasium.Env[Any, Any]):
 @pytest.mark.filterwarnings("ignore:.*Box observation space (minimum|maximum) value is:UserWarning")
 @pytest.mark.filterwarnings("ignore:.*environment is not registered:UserWarning")
 @pytest.mark.filterwarnings("ignore:.*not use a reset with seed:UserWarning")
-def test_one_environment_passes_gymnasiums_checker(module: Any, ports: list[int]) -> None:
+def test_one_environment_passes_gymnasiums_checker(module: Any) -> None:
     """Equal seeds and actions give equal observations, among other things."""
-    alone = Alone(module.ReachEnv(ports[:1]))
+    alone = Alone(module.ReachEnv(Worlds(SCENE, 1)))
     try:
         check_env(alone, skip_render_check=True, skip_close_check=True)
     finally:
