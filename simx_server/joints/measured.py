@@ -56,4 +56,6 @@ class Measured:
         return change / self._sim.time_step
 
     def _positions(self) -> tuple[np.ndarray, np.ndarray]:
-        return self._sim.data.qpos.copy(), self._sim.data.ten_length.copy()
+        data = self._sim.data
+        lengths = data.ten_length
+        return data.qpos.copy(), lengths.copy() if lengths.size else lengths

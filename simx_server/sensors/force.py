@@ -50,6 +50,9 @@ class _Record:
     """The measurements of one sensor in the last simulation steps: (6,) force and torque each."""
 
     samples: deque[NDArray[np.float64]]
+    note: Annotation
+    """The sensor's annotation of which the next field is known; another annotation is another object."""
+    has_threshold: bool
     violations: int = 0
 
 
@@ -60,8 +63,8 @@ class ForceSensors(Part):
         self._sim = sim
         self._records: dict[int, _Record] = {}
         self._broken: set[int] = set()
-        self._places: dict[int, NDArray[np.intp]] = {}
-        """Where force and torque of each sensor are in MuJoCo's `sensordata`: (6,)."""
+        self._places: dict[int, slice | NDArray[np.intp]] = {}
+        """Where force and torque of each sensor are in MuJoCo's `sensordata`: six numbers."""
         self.overloaded: dict[int, ForceReading] = {}
         """The sensors whose scripts are to be called in this simulation step, and what they measure."""
 
@@ -142,23 +145,24 @@ class ForceSensors(Part):
 
     def sense(self) -> None:
         self.overloaded.clear()
-        handles = self._sim.scene.of_kind(ObjectKind.FORCE_SENSOR)
+        sim = self._sim
+        handles = sim.scene.of_kind(ObjectKind.FORCE_SENSOR)
         if not handles:
             return
-        if not self._sim.dynamics_enabled:
+        if not sim.dynamics_enabled:
             self._records.clear()
             return
-        values = self._sim.joints.mean_sensed
+        values, objects, records, places = sim.joints.mean_sensed, sim.scene.objects, self._records, self._places
         failing: list[int] = []
         for handle in handles:
-            item = self._sim.scene.objects[handle]
-            note, count = _note(item), _samples(item)
-            record = self._records.get(handle)
-            if record is None or record.samples.maxlen != count:
-                known = record.samples if record else ()
-                record = self._records[handle] = _Record(deque(known, maxlen=count))
-            record.samples.append(-values[self._places_of(item)])
-            if not ("max_force" in note or "max_torque" in note) or not self._is_overloaded(item, record):
+            item = objects[handle]
+            note = _note(item)
+            record = records.get(handle)
+            if record is None or record.note is not note:
+                record = self._renew(item, record)
+            place = places.get(handle)
+            record.samples.append(-values[self._find(item) if place is None else place])
+            if not record.has_threshold or not self._is_overloaded(item, record):
                 continue
             reading = self.read(handle)
             if note.get("overload", "break") == "break":
@@ -166,15 +170,29 @@ class ForceSensors(Part):
             elif reading is not None:
                 self.overloaded[handle] = reading
         for handle in failing:
-            logger.info("force sensor '%s' breaks under its load", self._sim.scene.get(handle).name)
+            logger.info("force sensor '%s' breaks under its load", sim.scene.get(handle).name)
             self.break_apart(handle)
 
-    def _places_of(self, item: SceneObject) -> NDArray[np.intp]:
-        places = self._places.get(item.handle)
-        if places is None:
-            first = self._sim.model.sensor_adr[list(item.sensors)]
-            places = self._places[item.handle] = (first[:, np.newaxis] + np.arange(3)).ravel()
-        return places
+    def _renew(self, item: SceneObject, record: _Record | None) -> _Record:
+        """Return the record of a sensor that has none, or whose annotation has changed."""
+        note, count = _note(item), _samples(item)
+        has_threshold = "max_force" in note or "max_torque" in note
+        if record is None:
+            record = _Record(deque(maxlen=count), note, has_threshold)
+        else:
+            record.note, record.has_threshold = note, has_threshold
+            if record.samples.maxlen != count:
+                record = _Record(deque(record.samples, maxlen=count), note, has_threshold)
+        self._records[item.handle] = record
+        return record
+
+    def _find(self, item: SceneObject) -> slice | NDArray[np.intp]:
+        """Find where the values of a sensor are."""
+        force, torque = self._sim.model.sensor_adr[list(item.sensors)].tolist()
+        place = self._places[item.handle] = (
+            slice(force, force + 6) if torque == force + 3 else np.r_[force : force + 3, torque : torque + 3]
+        )
+        return place
 
     def _is_overloaded(self, item: SceneObject, record: _Record) -> bool:
         """Count the simulation steps in which a threshold is reached; return whether the sensor breaks."""
@@ -195,8 +213,11 @@ class ForceSensors(Part):
         self.overloaded.clear()
 
 
+_NOTHING: Annotation = {}
+
+
 def _note(item: SceneObject) -> Annotation:
-    return item.annotations.get("force", {})
+    return item.annotations.get("force", _NOTHING)
 
 
 def _samples(item: SceneObject) -> int:

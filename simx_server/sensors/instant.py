@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from simx_client.protocol import constants as c
 
+from ..scene.geometry.pose_copies import PoseCopies, Poses
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import ObjectKind, Scene
 from .proximity.bundles import Bundles
@@ -58,14 +59,36 @@ class Surroundings:
 class Instant:
     """Poses of all geoms and sites, and positions of all bodies, at one moment; never changed after it was made."""
 
-    def __init__(self, data: mujoco.MjData, surroundings: Surroundings) -> None:
-        """Copy the poses of `data`, which has fresh kinematics."""
+    def __init__(self, poses: Poses, surroundings: Surroundings) -> None:
         self.surroundings = surroundings
         self.scene, self.model = surroundings.scene, surroundings.model
-        self.geom_xpos, self.geom_xmat = data.geom_xpos.copy(), data.geom_xmat.copy()
-        self.xpos = data.xpos.copy()
-        self.site_xpos, self.site_xmat = data.site_xpos.copy(), data.site_xmat.copy()
+        self._poses = poses
         self._detectable: dict[str | None, NDArray[np.bool_]] = {}
+
+    @cached_property
+    def geom_xpos(self) -> NDArray[np.float64]:
+        """Return (ngeom, 3) world positions of the geoms."""
+        return self._poses.array("geom_xpos")
+
+    @cached_property
+    def geom_xmat(self) -> NDArray[np.float64]:
+        """Return (ngeom, 9) their rotation matrices."""
+        return self._poses.array("geom_xmat")
+
+    @cached_property
+    def xpos(self) -> NDArray[np.float64]:
+        """Return (nbody, 3) world positions of the bodies."""
+        return self._poses.array("xpos")
+
+    @cached_property
+    def site_xpos(self) -> NDArray[np.float64]:
+        """Return (nsite, 3) world positions of the sites."""
+        return self._poses.array("site_xpos")
+
+    @cached_property
+    def site_xmat(self) -> NDArray[np.float64]:
+        """Return (nsite, 9) their rotation matrices."""
+        return self._poses.array("site_xmat")
 
     @property
     def data(self) -> mujoco.MjData:
@@ -146,6 +169,7 @@ class Instants:
         self._sim = sim
         self._show_points = show_points
         self._surroundings: Surroundings | None = None
+        self._copies: PoseCopies | None = None
 
     def now(self, *, with_points: bool = True) -> Instant:
         """Return the present state. Not `with_points`: point clouds and octrees may be as they were."""
@@ -160,4 +184,7 @@ class Instants:
         known = self._surroundings
         if known is None or known.scene is not sim.scene or known.model is not sim.model:
             known = self._surroundings = Surroundings(sim.scene, sim.model)
-        return Instant(data, known)
+        copies = self._copies
+        if copies is None or copies.data is not data:
+            copies = self._copies = PoseCopies(data)
+        return Instant(copies.take(), known)

@@ -301,6 +301,10 @@ class Simulation:
         self._moved()
         self.refresh()
 
+    def measure_joints(self) -> None:
+        """Measure the velocities of joints at the end of the physics of a simulation step."""
+        self.joints.measure()
+
     def count_step(self) -> None:
         """Advance the time after a complete simulation step."""
         self.step_count += 1

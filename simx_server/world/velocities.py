@@ -10,6 +10,7 @@ import numpy as np
 from simx_server.scene.geometry import poses
 from simx_server.scene.geometry.frames import euler_from_quat
 from simx_server.scene.geometry.placing import body_pose, carrier_body, object_pose
+from simx_server.scene.geometry.pose_copies import POSES, PoseCopies, Poses
 from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
 from simx_server.scene.objects import SceneObject
 
@@ -19,28 +20,14 @@ if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
 
-_ARRAYS = {
-    "body": ("xpos", "xquat"),
-    "site": ("site_xpos", "site_xmat"),
-    "camera": ("cam_xpos", "cam_xmat"),
-    "light": ("light_xpos", "light_xdir"),
-    "geom": ("geom_xpos", "geom_xmat"),
-}
-"""For each element the names of its world position and rotation in `MjData`."""
-
-Memory = dict[str, tuple[np.ndarray, np.ndarray]]
-
 
 class Velocities(Part):
     """Keeps poses from one simulation step to the next. Poses set between two steps count as motion."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
-        self._before: Memory
-        self._after: Memory
-        self._sources: list[tuple[str, np.ndarray, np.ndarray]]
-        """World positions and rotations in MuJoCo's data, of the elements that the model has."""
-        self.restart()
+        self._copies = PoseCopies(sim.data)
+        self._before = self._after = self._copies.take()
 
     def scene_changed(self) -> None:
         self.restart()
@@ -59,30 +46,22 @@ class Velocities(Part):
 
     def restart(self) -> None:
         """Reset all velocities to 0: a run starts or ends, or there is another model. The kinematics must be fresh."""
-        self._before, self._after = self._copy(), self._copy()
-        data = self._sim.data
-        self._sources = [
-            (element, getattr(data, place), getattr(data, turn))
-            for element, (place, turn) in _ARRAYS.items()
-            if len(self._after[element][0])
-        ]
+        self._copies = PoseCopies(self._sim.data)
+        self._before = self._after = self._copies.take()
 
     def remember(self) -> None:
         """Store the poses at the end of a simulation step. The kinematics must be fresh."""
-        self._before, self._after = self._after, self._before
-        for element, places, turns in self._sources:
-            kept_places, kept_turns = self._after[element]
-            kept_places[:] = places
-            kept_turns[:] = turns
+        self._before, self._after = self._after, self._copies.take()
 
     def _carry(self, twins: Twins) -> None:
         """Carry velocities over to an edited model, for elements that stayed (by name)."""
         before, after = self._before, self._after
         self.restart()
-        for element in _ARRAYS:
+        self._before = self._copies.take()  # a separate copy, since both are written
+        for element in POSES:
             old, new = twins.pairs("cam" if element == "camera" else element)
             for target, source in ((self._before, before), (self._after, after)):
-                for kept, known in zip(target[element], source[element], strict=True):
+                for kept, known in zip(target.of(element), source.of(element), strict=True):
                     kept[new] = known[old]
 
     def measure(self, handle: int) -> tuple[list[float], list[float], list[float]]:
@@ -99,7 +78,7 @@ class Velocities(Part):
         return list(linear), euler, list(scale(poses.rotation_vector(turn), rate))
 
     def _poses(self, item: SceneObject) -> tuple[Pose, Pose]:
-        if item.element in _ARRAYS:
+        if item.element in POSES:
             return _pose(self._before, item.element, item.id), _pose(self._after, item.element, item.id)
         # A joint or a tendon's frame is measured by the body it is fixed to.
         self._sim.refresh()
@@ -109,16 +88,9 @@ class Velocities(Part):
             _pose(self._after, "body", body), local
         )
 
-    def _copy(self) -> Memory:
-        data = self._sim.data
-        return {
-            element: (getattr(data, place).copy(), getattr(data, turn).copy())
-            for element, (place, turn) in _ARRAYS.items()
-        }
 
-
-def _pose(memory: Memory, element: str, index: int) -> Pose:
-    places, turns = memory[element]
+def _pose(memory: Poses, element: str, index: int) -> Pose:
+    places, turns = memory.of(element)
     position: poses.Vector = tuple(places[index].tolist())  # type: ignore[assignment]
     if element == "body":
         return position, tuple(turns[index].tolist())  # type: ignore[return-value]

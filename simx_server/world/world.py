@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from simx_server.kinematics import IkGroups
@@ -43,7 +43,10 @@ from .applied_forces import AppliedForces
 from .simulation import Simulation, SimulationState
 from .velocities import Velocities
 
-Stage = tuple[str, Callable[["World"], object]]
+Action = Callable[[], object]
+
+Stage = tuple[str, Callable[["World"], Action]]
+"""A name, and a function that returns what a world does in this stage."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,28 +89,34 @@ class World:
     parameters: Parameters
 
     STEP: ClassVar[tuple[Stage, ...]] = (
-        ("scripts' actuation", lambda world: world.scripts.actuate()),
-        ("paths", lambda world: world.paths.move(world.simulation.time_step)),
-        ("inverse kinematics", lambda world: world.ik_groups.handle_automatic()),
-        ("first velocities of placed shapes", lambda world: world.object_settings.launch_placed()),
-        ("surfaces that move", lambda world: world.simulation.surfaces.prepare()),
-        ("physics with joint controllers", lambda world: world.simulation.run_physics()),
-        ("moved surfaces arrive", lambda world: world.simulation.surfaces.finish()),
-        ("applied forces end", lambda world: world.applied_forces.clear()),
-        ("velocities of objects", lambda world: world.velocities.remember()),
-        ("velocities of joints", lambda world: world.simulation.joints.measure()),
-        ("meshes of changed point clouds", lambda world: world.clouds.show()),
-        ("textures that scripts wrote", lambda world: world.textures.show()),
-        ("collisions and distances", lambda world: world.meters.sense()),
-        ("proximity sensors", lambda world: world.proximity.sense()),
-        ("force sensors", lambda world: world.force.sense()),
-        ("vision sensors", lambda world: world.vision.sense_all()),
-        ("images that scripts judge", lambda world: world.scripts.judge_images()),
-        ("scripts' sensing", lambda world: world.scripts.sense()),
-        ("graphs", lambda world: world.graphs.record_all()),
-        ("time", lambda world: world.simulation.count_step()),
+        ("scripts' actuation", lambda world: world.scripts.actuate),
+        ("paths", lambda world: world.paths.move),
+        ("inverse kinematics", lambda world: world.ik_groups.handle_automatic),
+        ("first velocities of placed shapes", lambda world: world.object_settings.launch_placed),
+        ("surfaces that move", lambda world: world.simulation.surfaces.prepare),
+        ("physics with joint controllers", lambda world: world.simulation.run_physics),
+        ("moved surfaces arrive", lambda world: world.simulation.surfaces.finish),
+        ("applied forces end", lambda world: world.applied_forces.clear),
+        ("velocities of objects", lambda world: world.velocities.remember),
+        ("velocities of joints", lambda world: world.simulation.measure_joints),
+        ("meshes of changed point clouds", lambda world: world.clouds.show),
+        ("textures that scripts wrote", lambda world: world.textures.show),
+        ("collisions and distances", lambda world: world.meters.sense),
+        ("proximity sensors", lambda world: world.proximity.sense),
+        ("force sensors", lambda world: world.force.sense),
+        ("vision sensors", lambda world: world.vision.sense_all),
+        ("images that scripts judge", lambda world: world.scripts.judge_images),
+        ("scripts' sensing", lambda world: world.scripts.sense),
+        ("graphs", lambda world: world.graphs.record_all),
+        ("time", lambda world: world.simulation.count_step),
     )
     """The stages of a simulation step, in the order of V-REP's main script. Other images are rendered on request."""
+
+    _step: tuple[Action, ...] = field(init=False, repr=False)
+    """The stages of this world: a small step spends much of its time on reaching them."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_step", tuple(stage(self) for _, stage in self.STEP))
 
     @property
     def limits(self) -> Limits:
@@ -117,10 +126,11 @@ class World:
     def step(self) -> None:
         """Make one simulation step if the simulation runs. When physics cannot continue, the run is stopped."""
         simulation = self.simulation
-        for _, stage in self.STEP:
-            if simulation.state is not SimulationState.RUNNING:
+        running = SimulationState.RUNNING
+        for stage in self._step:
+            if simulation.state is not running:
                 return
-            stage(self)
+            stage()
         simulation.settle()
 
     def idle(self) -> None:

@@ -143,10 +143,11 @@ class Paths(Part):
         local = compose(inverse(get_pose(self._sim, handle)), ((x, y, z), (1.0, 0.0, 0.0, 0.0)))
         return self.get(handle).curve.nearest(local[0])
 
-    def move(self, seconds: float) -> None:
-        """Move the positions of all paths that are not explicit, as V-REP's main script does."""
-        if self.is_enabled:
-            for handle in self.handles():
+    def move(self) -> None:
+        """Move the positions of all paths that are not explicit by a simulation step, as V-REP's main script does."""
+        if self.is_enabled and (handles := self.handles()):
+            seconds = self._sim.time_step
+            for handle in handles:
                 if not self.get(handle).is_explicit:
                     self.handle(handle, seconds)
 

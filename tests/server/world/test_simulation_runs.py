@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -172,25 +173,26 @@ def test_life_of_a_run_is_told_to_parts_in_order() -> None:
 def test_the_stages_of_a_step_are_made_in_order_and_none_after_a_stop(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    world = arm()
     made: list[str] = []
     names = [name for name, _ in World.STEP]
-    stages = tuple((name, lambda _, name=name: made.append(name)) for name in names)
+    stages = tuple((name, lambda _, name=name: partial(made.append, name)) for name in names)
     monkeypatch.setattr(World, "STEP", stages)
-    run(world, 1)
+    run(arm(), 1)
     assert made == names
     middle = len(names) // 2
-    stopping = (names[middle], lambda world: world.simulation.stop())
+    stopping = (names[middle], lambda world: world.simulation.stop)
     monkeypatch.setattr(World, "STEP", (*stages[:middle], stopping, *stages[middle + 1 :]))
     made.clear()
-    world.step()
+    run(arm(), 1)
     assert made == names[:middle]
 
 
 def test_a_run_that_is_stopped_before_its_physics_makes_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, *others = World.STEP
+    stopping = (first[0], lambda world: world.simulation.stop)
+    monkeypatch.setattr(World, "STEP", (stopping, *others))
     world = arm()
     sim = world.simulation
-    monkeypatch.setattr(world.scripts, "actuate", sim.stop)
     run(world, 1)
     assert sim.state is SimulationState.STOPPED
     assert sim.time == 0
