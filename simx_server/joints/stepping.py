@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import chain
 
 import mujoco
 import numpy as np
 
-from simx_server.joints.dependency import Followers
 from simx_server.joints.kinematic import Kinematic
+from simx_server.joints.position_control import Control, PositionControl, carries
 from simx_server.joints.scripted import Ask, ScriptedJoints
 from simx_server.joints.servo import Entry, Rule, commanded_velocity
-from simx_server.joints.state import VREP_DYNAMICS_STEP, Binding, JointState
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
@@ -29,10 +27,6 @@ Within = Callable[[mujoco.MjModel, mujoco.MjData], object]
 
 Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
 """Divides the physics steps of a simulation step, and checks the progress in between: see `watch.Watch`."""
-
-
-Control = Callable[[int, int], object]
-"""Called at each physics step: its index in the simulation step (from 0), and their number."""
 
 
 class Stepper:
@@ -53,50 +47,7 @@ class Stepper:
         self._scripted = ScriptedJoints(model, entries, asked or {})
         self._model = model
         self._data = data
-        loops = [e for e in entries if e[2] in (Rule.POSITION, Rule.HOLD)]
-        # Tendons last: their positions come from another array.
-        loops.sort(key=lambda e: e[0].element == "tendon")
-        self._index = {binding.handle: i for i, (binding, _, _) in enumerate(loops)}
-        count = len(loops)
-        self._joints = sum(binding.element == "joint" for binding, _, _ in loops)
-        self._qpos = np.array([b.qpos for b, _, _ in loops if b.element == "joint"], dtype=np.intp)
-        self._tendons = np.array([b.id for b, _, _ in loops if b.element == "tendon"], dtype=np.intp)
-        self._offset = np.array([s.offset for b, s, _ in loops if b.element == "tendon"])
-        self._ctrl = np.array([b.ctrl for b, _, _ in loops], dtype=np.intp)
-        self._gear = np.array([b.gear for b, _, _ in loops])
-        self._plain_gear = bool(np.all(self._gear == 1.0))
-        self._target = np.array([_goal(s, r) for _, s, r in loops])
-        self._limit = np.array([s.upper_velocity for _, s, _ in loops])
-        self._least = -self._limit
-        # Correcting the error within less than one physics step would overshoot, whatever V-REP's step is.
-        step = model.opt.timestep
-        gains = [
-            min((s.p if r == Rule.POSITION or s.p else 0.1) / VREP_DYNAMICS_STEP, 1 / step)
-            for _, s, r in loops
-        ]
-        self._gain = np.array(gains)
-        self._cyclic = np.array([i for i, (_, s, _) in enumerate(loops) if s.cyclic], dtype=np.intp)
-        rigid = [(i, b) for i, (b, s, _) in enumerate(loops) if _carries(b, s)]
-        self._rigid = np.array([i for i, _ in rigid], dtype=np.intp)
-        self._rigid_dof = np.array([b.dof for _, b in rigid], dtype=np.intp)
-        self._rigid_share = np.array([1 / b.kv for _, b in rigid])
-        self._load = _view(data.qfrc_bias, self._rigid_dof)
-        self._carried = np.zeros(len(rigid))
-        self._integral = np.array([s.i * step / VREP_DYNAMICS_STEP for _, s, _ in loops])
-        self._derivative = np.array([s.d / step / VREP_DYNAMICS_STEP for _, s, _ in loops])
-        self._pid = bool(np.any(self._integral) or np.any(self._derivative))
-        self._sum = np.zeros(count)
-        self._last = np.full(count, np.nan)
-        self._error = np.zeros(count)
-        self._positions = None if self._tendons.size else _view(data.qpos, self._qpos)
-        """View of the joint positions, if they are adjacent in MuJoCo's array."""
-
-        commands = _view(data.ctrl, self._ctrl)
-        self._are_scattered = commands is None
-        self._command = np.zeros(count) if commands is None else commands
-        self._rigid_command = _view(self._command, self._rigid)
-        self._led = Followers(model, entries, Rule.POSITION)
-        self._led_index = np.array([self._index[handle] for handle in self._led.handles], dtype=np.intp)
+        self._position = PositionControl(model, data, entries)
         self._springs = _CyclicSprings(entries)
         self._carrying = _Carrying(entries)
         self._kinematic = Kinematic(model, data, entries)
@@ -116,8 +67,8 @@ class Stepper:
         if call is not None:
             before.append(lambda index, count: call(index, count, False))
             after.append(lambda index, count: call(index, count, True))
-        if self._index:
-            before.append(self._control)
+        if self._position:
+            before.append(self._position.control())
         if self._carrying:
             before.append(lambda _index, _count: self._carrying.control(data))
         if self._scripted:
@@ -129,7 +80,7 @@ class Stepper:
     @property
     def is_constant(self) -> bool:
         """Return whether no controller has to run between the physics steps of a simulation step."""
-        return not (self._index or self._springs or self._carrying or self._kinematic or self._accompany)
+        return not (self._position or self._springs or self._carrying or self._kinematic or self._accompany)
 
     @property
     def mean_force(self) -> np.ndarray:
@@ -143,11 +94,7 @@ class Stepper:
 
     def retarget(self, handle: int, value: float) -> bool:
         """Give a running position controller or spring a new target; return False when the joint has none here."""
-        index = self._index.get(handle)
-        if index is None:
-            return self._springs.retarget(handle, value)
-        self._target[index] = value
-        return True
+        return self._position.retarget(handle, value) or self._springs.retarget(handle, value)
 
     def step(self, count: int, *, average_force: bool, within: Within | None = None) -> None:
         """Make `count` physics steps. Without `average_force` and controllers, forces are those of the last one.
@@ -169,15 +116,16 @@ class Stepper:
         total.fill(0.0)
         if has_cells:
             sensed.fill(0.0)
-        for index in chain.from_iterable(self._pieces(data, count)):
-            for control in before:
-                control(index, count)
-            step(model, data)
-            accumulate(total, force, out=total)
-            if has_cells:
-                accumulate(sensed, sensor_values, out=sensed)
-            for follow in after:
-                follow(index, count)
+        for piece in self._pieces(data, count):
+            for index in piece:
+                for control in before:
+                    control(index, count)
+                step(model, data)
+                accumulate(total, force, total)
+                if has_cells:
+                    accumulate(sensed, sensor_values, sensed)
+                for follow in after:
+                    follow(index, count)
         if count > 1:
             total /= count
             if has_cells:
@@ -185,48 +133,9 @@ class Stepper:
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
-        for handle, index in self._index.items():
-            source = earlier._index.get(handle)
-            if source is not None:
-                self._sum[index] = earlier._sum[source]
-                self._last[index] = earlier._last[source]
+        self._position.adopt(earlier._position)
         if earlier._force.shape == self._force.shape:
             self._force[:] = earlier._force
-
-    def _control(self, _index: int, _count: int) -> None:
-        data, error, command = self._data, self._error, self._command
-        if self._led_index.size:
-            self._target[self._led_index] = self._led.wanted(data)
-        positions = self._positions
-        if positions is None:
-            positions = error
-            data.qpos.take(self._qpos, out=error[: self._joints], mode="clip")
-            error[self._joints :] = data.ten_length[self._tendons] + self._offset
-        np.subtract(self._target, positions, out=error)
-        if self._cyclic.size:
-            error[self._cyclic] = np.remainder(error[self._cyclic] + math.pi, 2 * math.pi) - math.pi
-        np.multiply(error, self._gain, out=command)
-        if self._pid:
-            self._sum += error * self._integral
-            change = np.where(np.isnan(self._last), 0.0, error - self._last)
-            command += self._sum + change * self._derivative
-            self._last[:] = error
-        np.minimum(command, self._limit, out=command)
-        np.maximum(command, self._least, out=command)
-        if self._rigid.size:
-            self._carry(command)
-        if not self._plain_gear:
-            np.multiply(command, self._gear, out=command)
-        if self._are_scattered:
-            data.ctrl[self._ctrl] = command
-
-    def _carry(self, command: np.ndarray) -> None:
-        """Add to the commands of rigid motors what carries their load."""
-        if self._load is None or self._rigid_command is None:
-            command[self._rigid] += self._data.qfrc_bias[self._rigid_dof] * self._rigid_share
-            return
-        np.multiply(self._load, self._rigid_share, out=self._carried)
-        np.add(self._rigid_command, self._carried, out=self._rigid_command)
 
 
 def _halved(within: Within) -> Callable[[mujoco.MjModel, mujoco.MjData], None]:
@@ -236,13 +145,6 @@ def _halved(within: Within) -> Callable[[mujoco.MjModel, mujoco.MjData], None]:
         mujoco.mj_step2(model, data)
 
     return step
-
-
-def _view(values: np.ndarray, indices: np.ndarray) -> np.ndarray | None:
-    """Return a view of these items; None if they are not adjacent in this order."""
-    if not indices.size or np.any(np.diff(indices) != 1):
-        return None
-    return values[indices[0] : indices[-1] + 1]
 
 
 class _CyclicSprings:
@@ -279,7 +181,7 @@ class _Carrying:
     """
 
     def __init__(self, entries: Sequence[Entry]) -> None:
-        chosen = [(b, s) for b, s, r in entries if r == Rule.VELOCITY and _carries(b, s)]
+        chosen = [(b, s) for b, s, r in entries if r == Rule.VELOCITY and carries(b, s)]
         self._dof = np.array([b.dof for b, _ in chosen], dtype=np.intp)
         self._ctrl = np.array([b.ctrl for b, _ in chosen], dtype=np.intp)
         self._target = np.array([commanded_velocity(b, s) * b.gear for b, s in chosen])
@@ -290,11 +192,3 @@ class _Carrying:
 
     def control(self, data: mujoco.MjData) -> None:
         data.ctrl[self._ctrl] = self._target + data.qfrc_bias[self._dof] * self._share
-
-
-def _carries(binding: Binding, state: JointState) -> bool:
-    return state.rigid and binding.dof >= 0 and binding.kv > 0
-
-
-def _goal(state: JointState, rule: Rule) -> float:
-    return state.held if rule == Rule.HOLD else state.target_position

@@ -97,24 +97,26 @@ class Watch:
             self._read_next = began + READ_EVERY
         worked, longest = self._thread_time, self._sim.limits.step_seconds
         done = 0
-        while done < count:
-            if point is not None:
-                most = RECORDED_AT_ONCE
-            else:
-                most = min(MOST_AT_ONCE, max(FIRST_AT_ONCE, done), int(GLANCE / self._cost))
-            size = max(1, min(most, count - done))
+        while True:
+            size = count - done
+            if size > 1:
+                if point is not None:
+                    most = RECORDED_AT_ONCE
+                else:
+                    most = min(MOST_AT_ONCE, max(FIRST_AT_ONCE, done), int(GLANCE / self._cost))
+                size = max(1, min(most, size))
             yield range(done, done + size)
             done += size
             if bad.tobytes() != _NONE:
                 raise StepFailed(DIVERGED)
             now = time.perf_counter()
-            self._cost = max(1e-9, (now - before) / size)
+            self._cost = cost = (now - before) / size or 1e-9
             before = now
             # A process that was suspended for a while has not worked during that time.
-            if self._cost > longest and (seconds := (time.thread_time() - worked) / done) > longest:
+            if cost > longest and (seconds := (time.thread_time() - worked) / done) > longest:
                 raise StepFailed(_too_slow(seconds, self._sim))
             if done == count:
-                break
+                return
             if now - began > SERVES_AFTER:
                 self._look_around(now - began, done, count)
             if point is not None:

@@ -149,7 +149,17 @@ class Lives:
             return None
         if not self._may_run(script) or not script.has(function):
             return None
-        return self._attempt(script, lambda interpreter: interpreter.call(function, *arguments))
+        interpreter = script.interpreter
+        assert interpreter is not None
+        self._active += 1
+        try:
+            return interpreter.call(function, *arguments)
+        except ScriptError as problem:
+            failure = str(problem)
+        finally:
+            self._leave()
+        self.fail(script, failure)
+        return None
 
     def resume(self, script: Script) -> None:
         if script.has_thread and script.enabled and self._may_run(script):
@@ -190,10 +200,14 @@ class Lives:
         try:
             return action(interpreter)
         finally:
-            self._active -= 1
-            self._sim.interruptions.script_point()
-            if not self._active:
-                self._end_retired()
+            self._leave()
+
+    def _leave(self) -> None:
+        """Note that a call into a script has returned."""
+        self._active -= 1
+        self._sim.interruptions.script_point()
+        if self._retired and not self._active:
+            self._end_retired()
 
     def retire(self, script: Script) -> None:
         """End a script for good, with its cleanup; within a call into a script, when that has returned."""

@@ -118,9 +118,11 @@ class Phases:
         return self.call_all(function, ScriptKind.CHILD, *values)
 
     def call_all(self, function: str, kind: ScriptKind | None = None, *values: Any) -> int:
-        return sum(
-            self._lives.call(script, function, *values) is not None for script in self._scripts.all(kind)
-        )
+        called = 0
+        for script in self._scripts.all(kind):
+            if self._lives.call(script, function, *values) is not None:
+                called += 1
+        return called
 
     def start(self) -> None:
         simulated = [one for one in self._simulated() if one.starts_enabled]
@@ -136,10 +138,9 @@ class Phases:
         self._lives.call(script, "sysCall_init")
 
     def _call_scheduled(self) -> None:
-        now = time.monotonic()
         for script in self._scripts.all():
             if script.scheduled:
-                self._lives.call_scheduled(script, now)
+                self._lives.call_scheduled(script, time.monotonic())
 
     def _phase(self, function: str) -> None:
         main = self._scripts.of(-1, ScriptKind.MAIN)

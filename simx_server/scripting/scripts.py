@@ -216,8 +216,10 @@ class Scripts(Part):
         """Return an object's first script of this kind, or the one of a script object; for a main script the owner is
         -1.
         """
-        of_kind = [one for one in self._scripts if one.kind == kind]
-        return next((one for one in of_kind if owner in (one.owner, one.home)), None)
+        for one in self._scripts:
+            if one.kind == kind and owner in (one.owner, one.home):
+                return one
+        return None
 
     def all(self, kind: ScriptKind | None = None) -> list[Script]:
         """Return the scripts (of a kind) in the order in which they are called."""

@@ -43,12 +43,15 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 
-def _is_finite(values: np.ndarray) -> bool:
-    """Return whether all numbers of a vector are finite.
+def _are_finite(data: mujoco.MjData) -> bool:
+    """Return whether all positions and velocities are finite.
 
-    The square of its length is finite, except for numbers beyond 1e154, and takes a quarter of the time.
+    The square of a vector's length is finite, except for numbers beyond 1e154, and takes a quarter of the time.
     """
-    return math.isfinite(np.vdot(values, values)) or bool(np.isfinite(values).all())
+    positions, velocities = data.qpos, data.qvel
+    return math.isfinite(positions.dot(positions) + velocities.dot(velocities)) or bool(
+        np.isfinite(positions).all() and np.isfinite(velocities).all()
+    )
 
 
 DEFAULT_TIME_STEP = 0.05
@@ -327,10 +330,13 @@ class Simulation:
         with physics_warnings.OnceAKind():
             if self.sleepers.are_to_wake:
                 self.refresh()
-            with self.sleepers.watched_awake():
+            if self.sleepers.must_stay_awake:
+                with self.sleepers.kept_awake():
+                    self.joints.step(self.substeps)
+            else:
                 self.joints.step(self.substeps)
         # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
-        if not (_is_finite(self.data.qpos) and _is_finite(self.data.qvel)):
+        if not _are_finite(self.data):
             raise StepFailed(DIVERGED)
 
     def _check_room(self) -> None:
@@ -406,16 +412,23 @@ class Simulation:
         """Update everything that follows from positions, if stale. No time passes."""
         if not self._stale:
             return
-        model, data = self.model, self.data
-        with self.sleepers.woken_if_due():
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
-            mujoco.mj_camlight(model, data)
-            if model.nflex:
-                mujoco.mj_flex(model, data)
-            if model.ntendon:
-                mujoco.mj_tendon(model, data)
+        if self.sleepers.are_to_wake:
+            with self.sleepers.woken():
+                self._update()
+        else:
+            self._update()
         self._stale = False
+
+    def _update(self) -> None:
+        """Compute everything that follows from positions."""
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_camlight(model, data)
+        if model.nflex:
+            mujoco.mj_flex(model, data)
+        if model.ntendon:
+            mujoco.mj_tendon(model, data)
 
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Continue with an edited scene whose state was carried over (see `scene/editing.py`)."""

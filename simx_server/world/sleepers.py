@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Generator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-_NOTHING = nullcontext()
 _LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
 
@@ -78,20 +77,21 @@ class Sleepers:
         """Wake everything with the next kinematics; bodies may fall asleep again."""
         self.are_to_wake = True
 
-    def woken_if_due(self) -> AbstractContextManager[None]:
-        """Switch sleep off around MuJoCo's kinematics if something is due to wake: this wakes everything."""
-        if not self.are_to_wake:
-            return _NOTHING
+    def woken(self) -> AbstractContextManager[None]:
+        """Switch sleep off around MuJoCo's kinematics, which wakes everything that was due to wake."""
         self.are_to_wake = False
         return _sleepless(self._sim.model)
 
-    def watched_awake(self) -> AbstractContextManager[None]:
-        """Keep everything awake in the physics steps of a simulation step while scripts are called in between, or
+    @property
+    def must_stay_awake(self) -> bool:
+        """Return whether nothing may sleep in the physics of this simulation step: scripts are called in between, or
         surfaces move.
         """
-        if self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts:
-            return _sleepless(self._sim.model)
-        return _NOTHING
+        return self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts
+
+    def kept_awake(self) -> AbstractContextManager[None]:
+        """Switch sleep off within the block."""
+        return _sleepless(self._sim.model)
 
     def data_with_all_contacts(self) -> mujoco.MjData:
         """Return data with all contacts: the simulation's, or a copy in which nothing sleeps."""

@@ -12,7 +12,7 @@ import itertools
 import logging
 import re
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from functools import lru_cache
 from numbers import Integral, Real
 from pathlib import Path
@@ -105,6 +105,10 @@ _TURN_TIME = 0.2e-6
 """Seconds that an iteration of a loop counts as towards `Switching.seconds`; a short one takes half of that."""
 
 
+_MOST_NAMES = 1000
+"""Maximum number of names of functions that are kept as text."""
+
+
 class LuaInterpreter:
     """The state of one running script; see `interpreter.Interpreter`."""
 
@@ -118,6 +122,9 @@ class LuaInterpreter:
         self._serve_next = 0.0
         self._end_by = 0.0
         self._waiting: dict[int, Waiting] = {}
+        self._names: dict[bytes, str] = {}
+        """Names of functions that the script has called."""
+
         self._tokens = itertools.count(1)
         lupa = load_lupa()
         self._lua_type = lupa.lua_type
@@ -276,23 +283,27 @@ class LuaInterpreter:
 
         Lua's ``pcall`` would pass an exception to the script as an object, and the log would not show it.
         """
-        function = _text(name)
-
-        def act() -> tuple[Any, ...]:
+        function = self._names.get(name) or _text(name)
+        try:
             results = self._api.invoke(function, [self._from_lua(value) for value in arguments])
-            if isinstance(results, Generator):
+            if len(self._names) < _MOST_NAMES:
+                self._names[name] = function
+            if results.__class__ is not tuple:
                 if not level:
                     raise CommandError(NOT_IN_A_THREAD)
                 token = next(self._tokens)
-                self._waiting[token] = results
+                self._waiting[token] = cast("Waiting", results)
                 return self._advance(token)
             is_over = level > 0 and self._api.switching.gives_way(_CALL_TIME)
             return (b"switch" if is_over and level == 1 else True, *map(self._to_lua, results))
-
-        return self._answer(function, act)
+        except BaseException as problem:
+            return self._refusal(function, problem)
 
     def _proceed(self, token: int) -> tuple[Any, ...]:
-        return self._answer("sim", lambda: self._advance(token))
+        try:
+            return self._advance(token)
+        except BaseException as problem:
+            return self._refusal("sim", problem)
 
     def _advance(self, token: int) -> tuple[Any, ...]:
         try:
@@ -305,17 +316,15 @@ class LuaInterpreter:
             raise
         return b"wait", token
 
-    def _answer(self, function: str, act: Callable[[], tuple[Any, ...]]) -> tuple[Any, ...]:
-        try:
-            return act()
-        except CommandError as problem:
+    def _refusal(self, function: str, problem: BaseException) -> tuple[Any, ...]:
+        """Return the status and the text for a script whose call has failed."""
+        if isinstance(problem, CommandError):
             return False, refusal(function, problem).encode("utf-8", "surrogateescape")
-        except Exception:
-            logger.exception("%s failed inside script %s", function, self.name)
+        if isinstance(problem, Exception):
+            logger.error("%s failed inside script %s", function, self.name, exc_info=problem)
             return False, f"{function}: failed inside the server; its log says why".encode()
-        except BaseException as interruption:  # as in `_sealed`
-            self._raised = interruption
-            return _FAILED
+        self._raised = problem  # as in `_sealed`
+        return _FAILED
 
     def _to_lua(self, value: Plain | Integral | Real | bytearray | memoryview) -> Any:
         """Convert a value so that lupa passes a value of Lua: other values would reach the script as Python objects."""

@@ -124,7 +124,8 @@ local function close(thread)
 end
 
 local function begin()
-    interval, last_strike, last_look, armed = FIRST, clock(), clock(), true
+    local now = clock()
+    interval, last_strike, last_look, armed = FIRST, now, now, true
 end
 
 local function arm() set(struck and 1 or interval) end

@@ -196,7 +196,7 @@ class VisionSensors(SensorSettings, Part):
         """Start the sensing phase of a simulation step: render the sensors whose filters remember earlier images."""
         self._are_sensed = True
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
-            chain = self.settings(handle).chain
+            chain = (self._settings.get(handle) or self.settings(handle)).chain
             if chain is not None and chain.remembers:
                 self.sense(handle)
 

@@ -1,0 +1,215 @@
+"""V-REP's position controllers of one model, in arrays: they command the velocity servos before each physics step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import mujoco
+import numpy as np
+
+from simx_server.joints.dependency import Followers
+from simx_server.joints.servo import Entry, Rule
+from simx_server.joints.state import VREP_DYNAMICS_STEP, Binding, JointState
+
+Control = Callable[[int, int], object]
+"""Called at each physics step: its index in the simulation step (from 0), and their number."""
+
+
+class PositionControl:
+    """The position controllers and those that hold a joint where it stopped. No allocations for plain ones."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:
+        loops = [e for e in entries if e[2] in (Rule.POSITION, Rule.HOLD)]
+        # Tendons last: their positions come from another array.
+        loops.sort(key=lambda e: e[0].element == "tendon")
+        self._data = data
+        self._index = {binding.handle: i for i, (binding, _, _) in enumerate(loops)}
+        self._target = np.array([_goal(s, r) for _, s, r in loops])
+        # Correcting the error within less than one physics step would overshoot, whatever V-REP's step is.
+        step = model.opt.timestep
+        gains = [
+            min((s.p if r == Rule.POSITION or s.p else 0.1) / VREP_DYNAMICS_STEP, 1 / step)
+            for _, s, r in loops
+        ]
+        self._gain = np.array(gains)
+        self._limit = np.array([s.upper_velocity for _, s, _ in loops])
+        self._integral = np.array([s.i * step / VREP_DYNAMICS_STEP for _, s, _ in loops])
+        self._derivative = np.array([s.d / step / VREP_DYNAMICS_STEP for _, s, _ in loops])
+        self._sum = np.zeros(len(loops))
+        self._last = np.full(len(loops), np.nan)
+        self._error = np.zeros(len(loops))
+        ctrl = np.array([b.ctrl for b, _, _ in loops], dtype=np.intp)
+        commands = _view(data.ctrl, ctrl)
+        self._command = np.zeros(len(loops)) if commands is None else commands
+        self._positions, self._gather = self._measuring(loops)
+        self._before_gain, self._after_gain, self._after_limit = (
+            self._before_gains(model, entries, loops),
+            self._pid() if np.any(self._integral) or np.any(self._derivative) else None,
+            self._after_limits(loops, None if commands is not None else ctrl),
+        )
+
+    def __bool__(self) -> bool:
+        return bool(self._index)
+
+    def retarget(self, handle: int, value: float) -> bool:
+        """Set the target of a joint; return False if it has no controller here."""
+        index = self._index.get(handle)
+        if index is None:
+            return False
+        self._target[index] = value
+        return True
+
+    def adopt(self, earlier: PositionControl) -> None:
+        """Take over the memory (integral, last error) of the controllers that these replace."""
+        for handle, index in self._index.items():
+            source = earlier._index.get(handle)
+            if source is not None:
+                self._sum[index] = earlier._sum[source]
+                self._last[index] = earlier._last[source]
+
+    def control(self) -> Control:
+        """Return the function that commands all servos: without a condition or a look-up for what no joint has."""
+        target, error, command, positions = self._target, self._error, self._command, self._positions
+        gain, limit, least = self._gain, self._limit, -self._limit
+        gather, prepare, add_terms, complete = (
+            self._gather,
+            self._before_gain,
+            self._after_gain,
+            self._after_limit,
+        )
+        subtract, multiply, minimum, maximum = np.subtract, np.multiply, np.minimum, np.maximum
+
+        def run(_index: int, _count: int) -> None:
+            if gather is not None:
+                gather()
+            if prepare is None:
+                subtract(target, positions, error)
+            else:
+                prepare()
+            multiply(error, gain, command)
+            if add_terms is not None:
+                add_terms()
+            minimum(command, limit, out=command)
+            maximum(command, least, out=command)
+            if complete is not None:
+                complete()
+
+        return run
+
+    def _measuring(self, loops: Sequence[Entry]) -> tuple[np.ndarray, Callable[[], None] | None]:
+        """Return the positions, and what brings them up to date; None if they are a view of MuJoCo's array."""
+        data, places = self._data, [b.qpos for b, _, _ in loops if b.element == "joint"]
+        qpos = np.array(places, dtype=np.intp)
+        tendons = np.array([b.id for b, _, _ in loops if b.element == "tendon"], dtype=np.intp)
+        adjacent = None if tendons.size else _view(data.qpos, qpos)
+        if adjacent is not None:
+            return adjacent, None
+        positions = np.zeros(len(loops))
+        of_joints, of_tendons = positions[: len(places)], positions[len(places) :]
+        offset = np.array([s.offset for b, s, _ in loops if b.element == "tendon"])
+
+        def gather() -> None:
+            data.qpos.take(qpos, out=of_joints, mode="clip")
+            if tendons.size:
+                np.add(data.ten_length[tendons], offset, of_tendons)
+
+        return positions, gather
+
+    def _before_gains(
+        self, model: mujoco.MjModel, entries: Sequence[Entry], loops: Sequence[Entry]
+    ) -> Callable[[], None] | None:
+        """Return what computes the errors of joints that follow others, or that turn the short way round."""
+        data, target, error, positions = self._data, self._target, self._error, self._positions
+        led = Followers(model, entries, Rule.POSITION)
+        led_index = np.array([self._index[handle] for handle in led.handles], dtype=np.intp)
+        cyclic = np.array([i for i, (_, s, _) in enumerate(loops) if s.cyclic], dtype=np.intp)
+        if not led and not cyclic.size:
+            return None
+
+        def prepare() -> None:
+            if led:
+                target[led_index] = led.wanted(data)
+            np.subtract(target, positions, error)
+            if cyclic.size:
+                error[cyclic] = np.remainder(error[cyclic] + math.pi, 2 * math.pi) - math.pi
+
+        return prepare
+
+    def _pid(self) -> Callable[[], None]:
+        """Return what adds the integral and the derivative term to the commands."""
+        error, command, memory, last = self._error, self._command, self._sum, self._last
+        integral, derivative = self._integral, self._derivative
+
+        def add_terms() -> None:
+            np.add(memory, error * integral, memory)
+            change = np.where(np.isnan(last), 0.0, error - last)
+            np.add(command, memory + change * derivative, command)
+            last[:] = error
+
+        return add_terms
+
+    def _after_limits(self, loops: Sequence[Entry], ctrl: np.ndarray | None) -> Callable[[], object] | None:
+        """Return what makes controls of the limited commands.
+
+        Args:
+            loops: the controllers.
+            ctrl: places of the controls, if the commands are not a view of them.
+        """
+        steps: list[Callable[[], object]] = []
+        data, command = self._data, self._command
+        rigid = [(i, b) for i, (b, s, _) in enumerate(loops) if carries(b, s)]
+        if rigid:
+            steps.append(self._carrying(rigid))
+        gear = np.array([b.gear for b, _, _ in loops])
+        if not np.all(gear == 1.0):
+            steps.append(lambda: np.multiply(command, gear, command))
+        if ctrl is not None:
+            steps.append(lambda: data.ctrl.__setitem__(ctrl, command))
+        if len(steps) < 2:
+            return steps[0] if steps else None
+
+        def complete() -> None:
+            for step in steps:
+                step()
+
+        return complete
+
+    def _carrying(self, rigid: Sequence[tuple[int, Binding]]) -> Callable[[], None]:
+        """Return what adds to the commands of rigid motors what carries their load."""
+        command, bias = self._command, self._data.qfrc_bias
+        index = np.array([i for i, _ in rigid], dtype=np.intp)
+        dof = np.array([b.dof for _, b in rigid], dtype=np.intp)
+        share = np.array([1 / b.kv for _, b in rigid])
+        loads, commands = _view(bias, dof), _view(command, index)
+        carried = np.zeros(len(rigid))
+        multiply, add = np.multiply, np.add
+        if loads is None or commands is None:
+
+            def carry_scattered() -> None:
+                command[index] += bias[dof] * share
+
+            return carry_scattered
+        some_loads, some_commands = loads, commands
+
+        def carry() -> None:
+            multiply(some_loads, share, carried)
+            add(some_commands, carried, some_commands)
+
+        return carry
+
+
+def carries(binding: Binding, state: JointState) -> bool:
+    """Return whether a motor carries its load beside keeping its velocity."""
+    return state.rigid and binding.dof >= 0 and binding.kv > 0
+
+
+def _goal(state: JointState, rule: Rule) -> float:
+    return state.held if rule == Rule.HOLD else state.target_position
+
+
+def _view(values: np.ndarray, indices: np.ndarray) -> np.ndarray | None:
+    """Return a view of these items; None if they are not adjacent in this order."""
+    if not indices.size or np.any(np.diff(indices) != 1):
+        return None
+    return values[indices[0] : indices[-1] + 1]
