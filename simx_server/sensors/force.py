@@ -152,7 +152,12 @@ class ForceSensors(Part):
         if not sim.dynamics_enabled:
             self._records.clear()
             return
-        values, objects, records, places = sim.joints.mean_sensed, sim.scene.objects, self._records, self._places
+        values, objects, records, places = (
+            sim.joints.mean_sensed,
+            sim.scene.objects,
+            self._records,
+            self._places,
+        )
         failing: list[int] = []
         for handle in handles:
             item = objects[handle]

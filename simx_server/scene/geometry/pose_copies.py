@@ -55,7 +55,9 @@ class PoseCopies:
             begin = min(starts.values())
             end = max(starts[name] + array.nbytes for name, array in arrays.items())
             of_arrays = sum(array.nbytes for array in arrays.values())
-            if end - begin <= _MOST_WASTE * of_arrays and all((one - begin) % 8 == 0 for one in starts.values()):
+            if end - begin <= _MOST_WASTE * of_arrays and all(
+                (one - begin) % 8 == 0 for one in starts.values()
+            ):
                 for name, array in self._arrays.items():
                     self._places[name] = (starts.get(name, begin) - begin) // 8, array.shape
                 first = next(array for name, array in arrays.items() if starts[name] == begin)

@@ -8,12 +8,23 @@
 local world, own, where, look, is_entrance = ...
 local getinfo, running, error, pcall, xpcall, type, select, tonumber, next, pairs, rawget, setmetatable =
     debug.getinfo, coroutine.running, error, pcall, xpcall, type, select, tonumber, next, pairs, rawget, setmetatable
+local getupvalue = debug.getupvalue
 local format, concat, find, gsub, tointeger = string.format, table.concat, string.find, string.gsub, math.tointeger
 
 -- A long stack shows its innermost and outermost functions; an even longer one only the innermost ones.
 local FIRST, LAST, DEEPEST = 10, 11, 200
 
--- Names of the functions that a script gets, found on first use.
+-- The full name of a function of the API: the upvalue of what the sandbox's `bind` returns.
+local function bound_name(action)
+    if getinfo(action, "S").source ~= "=sandbox" then return nil end
+    for i = 1, 255 do
+        local key, value = getupvalue(action, i)
+        if not key then return nil end
+        if key == "bound_name" then return value end
+    end
+end
+
+-- Names of the functions of Lua's library that a script gets, found on first use.
 local names
 local function name_of(action)
     if not names then
@@ -31,7 +42,7 @@ local function name_of(action)
             end
         end
     end
-    return names[action]
+    return names[action] or bound_name(action)
 end
 
 local function is_own(frame) return frame.what ~= "C" and frame.source ~= "=sandbox" end

@@ -7,18 +7,14 @@ list or dict becomes a table.
 
 from __future__ import annotations
 
-import importlib
 import itertools
 import logging
 import re
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Sized
 from numbers import Integral, Real
-from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
-from simx_client.protocol.cli.installing import package_line
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import (
     ENDING_LIMIT,
@@ -29,7 +25,6 @@ from simx_server.scripting.interpreter import (
     PATIENCE,
     TIME_LIMIT,
     Api,
-    Constant,
     Plain,
     ScriptError,
     Waiting,
@@ -39,6 +34,7 @@ from simx_server.scripting.interpreter import (
 )
 from simx_server.scripting.modules import own_modules
 
+from .prepared import chunks, load_lupa, names, new_runtime
 from .sources import too_much
 from .turns import with_turns
 
@@ -46,24 +42,6 @@ logger = logging.getLogger(__name__)
 
 _PLUGIN = re.compile(r"attempt to index a nil value \(global '(sim[A-Z]\w*)'\)$")
 _OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\)")
-
-
-def load_lupa() -> Any:
-    """Return the lupa module for Lua 5.4.
-
-    Raises:
-        ScriptError: it is not installed; the text contains the command that installs it.
-    """
-    try:
-        return importlib.import_module("lupa.lua54")
-    except ImportError as problem:
-        raise ScriptError(
-            f"Lua scripts need the package lupa, which is not installed: {package_line('lupa')}"
-        ) from problem
-
-
-_CHUNKS = {file.stem: file.read_bytes() for file in Path(__file__).parent.glob("*.lua")}
-"""The Lua files in this folder: ``sandbox`` is called first, and calls the others."""
 
 
 class LuaFunction:
@@ -131,17 +109,9 @@ class LuaInterpreter:
         self._memory_error: type[Exception] = lupa.LuaMemoryError
         self._raised: BaseException | None = None
         self._face: Any
-        self._runtime: Any = lupa.LuaRuntime(
-            encoding=None,
-            unpack_returned_tuples=True,
-            register_eval=False,
-            register_builtins=False,
-            attribute_filter=_deny,
-            max_memory=MEMORY_LIMIT,
-        )
-        known = _encoded(_Same(api.namespaces()))
-        load = self._runtime.globals()[b"load"]
-        guard = load(_CHUNKS["sandbox"], b"=sandbox", b"t")
+        self._runtime: Any = new_runtime(MEMORY_LIMIT)
+        load, compiled = self._runtime.globals()[b"load"], chunks()
+        guard = load(compiled[b"sandbox"], b"=sandbox", b"b")
         face = guard(
             self._sealed(self._late, True),
             self._invoke,
@@ -152,9 +122,9 @@ class LuaInterpreter:
             self._sealed(self._is_tired, False),
             self._sealed(_refuse, b"failed inside the server; its log says why"),
             MAX_DEPTH,
-            self._table_of(known),
+            load(names(api.namespaces()), b"=sandbox", b"b"),
             self._to_lua(dict(OLD_SPACES)),
-            self._to_lua(_CHUNKS),
+            self._runtime.table_from(compiled),
         )
         # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
         self._face = dict(face.items())
@@ -358,15 +328,6 @@ class LuaInterpreter:
             return bytes(value)
         raise TypeError(f"a {type(value).__name__} cannot enter a script")
 
-    def _table_of(self, encoded: Mapping[bytes, Any]) -> Any:
-        """Return a table of encoded names; much faster than `_to_lua` for the thousands of names of the API."""
-        return self._runtime.table_from(
-            {
-                key: self._table_of(cast("dict[bytes, Any]", item)) if isinstance(item, dict) else item
-                for key, item in encoded.items()
-            }
-        )
-
     def _from_lua(self, value: Any) -> Any:
         if type(value) in _SIMPLE:
             return value
@@ -412,35 +373,6 @@ class LuaInterpreter:
         if plugin:
             problem = f"{problem}: {no_such_plugin(plugin[1], self._api.namespaces())}"
         return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
-
-
-class _Same:
-    """A mapping as a key of a cache: equal only to itself."""
-
-    def __init__(self, names: Mapping[str, Mapping[str, Constant | None]]) -> None:
-        self.names = names
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and self.names is other.names
-
-    def __hash__(self) -> int:
-        return id(self.names)
-
-
-@lru_cache(maxsize=2)
-def _encoded(known: _Same) -> dict[bytes, Any]:
-    """Return the names and constants of all namespaces with encoded texts; a function is False."""
-
-    def encode(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {encode(key): encode(item) for key, item in cast("Mapping[Any, Any]", value).items()}
-        return value.encode() if isinstance(value, str) else False if value is None else value
-
-    return encode(known.names)
-
-
-def _deny(_object: object, name: Any, _is_setting: bool) -> Any:
-    raise AttributeError(f"scripts cannot reach {_text(name)}")
 
 
 def _key(key: bytes | int) -> str | int:

@@ -21,8 +21,8 @@
 -- result of a function of the API is its status: true, false (an error), `switch` (done, but switch to others
 -- first) or `wait` (call again after the next resumption).
 
-local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, old_spaces,
-    texts = ...
+local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, namespaces, old_spaces,
+    parts = ...
 
 -- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
@@ -37,7 +37,7 @@ local getinfo, upvaluename, join = debug.getinfo, debug.getupvalue, debug.upvalu
 
 local depth, level, report, enter = 0, 0, nil, nil
 
-local function part(name) return load(texts[name], "=sandbox", "t") end
+local function part(name) return load(parts[name], "=sandbox", "b") end
 
 local watching = part("watch")(late)
 local where, look = watching.where, watching.look
@@ -79,9 +79,9 @@ local function finish(status, ...)
     error(where() .. (...), 0)
 end
 
-local function bind(name)
+local function bind(bound_name)
     return function(...)
-        return finish(invoke(isyieldable() and level or 0, name, plain_all(...)))
+        return finish(invoke(isyieldable() and level or 0, bound_name, plain_all(...)))
     end
 end
 
@@ -195,11 +195,7 @@ part("library")(world, where, look, compile)
 part("patterns")(world, look)
 
 local loaded = {}
-for space, names in pairs(known) do
-    local members = {}
-    for name, constant in pairs(names) do
-        if constant == false then members[name] = bind(space .. "." .. name) else members[name] = constant end
-    end
+for space, members in next, namespaces(bind) do
     world[space] = setmetatable(members, {
         __index = function(_, name) return finish(invoke(0, space .. "." .. tostring(name))) end,
         __metatable = false,
@@ -272,8 +268,11 @@ if world.sim and rawget(world.sim, "include") then
     end
 end
 
+-- Functions of the API are known by their upvalue, see name_of; these two are written above.
+own.sim = world.sim and { invertMatrix = rawget(world.sim, "invertMatrix"), include = rawget(world.sim, "include") }
 for name, value in next, world do
-    if type(value) == "table" and value ~= world then
+    if loaded[name] then                                            -- a namespace of the API
+    elseif type(value) == "table" and value ~= world then
         own[name] = {}
         for key, member in next, value do own[name][key] = member end
     elseif type(value) == "function" then

@@ -14,6 +14,7 @@ from echo_api import EchoApi
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import Constant, ScriptError, Waiting
 from simx_server.scripting.lua import interpreter as lua
+from simx_server.scripting.lua import prepared
 from simx_server.scripting.lua.interpreter import LuaInterpreter
 
 pytest.importorskip("lupa")
@@ -367,7 +368,7 @@ def test_missing_lupa_is_said_with_the_line_that_installs_it(
     def missing(_name: str) -> None:
         raise ImportError
 
-    monkeypatch.setattr(lua.importlib, "import_module", missing)
+    monkeypatch.setattr(prepared.importlib, "import_module", missing)
     with caplog.at_level(logging.ERROR), pytest.raises(ScriptError, match="install 'lupa>="):
         script("")
 
