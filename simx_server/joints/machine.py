@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -14,7 +14,7 @@ from simx_server.joints.dependency import Followers, write_equality
 from simx_server.joints.measured import Measured
 from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
-from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
+from simx_server.joints.state import Binding, JointMode, JointState, bind, copied, initial_state
 from simx_server.joints.stepping import Accompany, Stepper, Within
 from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
@@ -122,7 +122,7 @@ class Machine:
         """Return a copy of all settings, for `recall`."""
         return Settings(
             dict(self._bindings),
-            {handle: replace(state) for handle, state in self._states.items()},
+            {handle: copied(state) for handle, state in self._states.items()},
             self._weights,
         )
 
@@ -130,7 +130,7 @@ class Machine:
         """Restore saved settings; model and data were restored already."""
         self._bindings = dict(settings.bindings)
         self._weights = settings.weights
-        self._states = {handle: replace(state) for handle, state in settings.states.items()}
+        self._states = {handle: copied(state) for handle, state in settings.states.items()}
         self._write_weights(always=True)
         self.forget_run()
 
@@ -142,7 +142,7 @@ class Machine:
         """
         for original, copy in copies.items():
             if original in self._states and copy in self._states:
-                state = self._states[copy] = replace(self._states[original])
+                state = self._states[copy] = copied(self._states[original])
                 state.master = copies.get(state.master, state.master)
                 self._apply(copy)
 

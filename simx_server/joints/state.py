@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
+from operator import attrgetter
 
 import mujoco
 import numpy as np
@@ -232,6 +233,14 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
     )
     binding.force_limit = _force_limit(binding, model)
     return binding
+
+
+_FIELDS = attrgetter(*(each.name for each in fields(JointState)))
+
+
+def copied(state: JointState) -> JointState:
+    """Return a copy of the settings; `dataclasses.replace` takes ten times as long."""
+    return JointState(*_FIELDS(state))
 
 
 def initial_state(

@@ -46,7 +46,8 @@ class Velocities(Part):
 
     def restart(self) -> None:
         """Reset all velocities to 0: a run starts or ends, or there is another model. The kinematics must be fresh."""
-        self._copies = PoseCopies(self._sim.data)
+        if self._copies.data is not self._sim.data:
+            self._copies = PoseCopies(self._sim.data)
         self._before = self._after = self._copies.take()
 
     def remember(self) -> None:
