@@ -37,10 +37,9 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.sensors.vision.warm_up import WarmUp, warm_up
+from simx_server.sensors.vision.warm_up import WarmUp
 from simx_server.viewer.launching import listen, missing, page
 from simx_server.world.building import build_world
-from simx_server.world.interruptions import nothing
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 from simx_server.world.world import World
@@ -54,9 +53,6 @@ SWITCH_INTERVAL = 0.001
 """Seconds after which a thread that computes in Python releases the interpreter. With Python's own 0.005, a message of
 one client needs that long to get past the physics thread while others keep it busy; shorter times cost too much.
 """
-
-READY_ANYWAY = 10.0
-"""Seconds that the ready line waits for images; after that the log says what hangs."""
 
 
 def open_world(
@@ -247,20 +243,20 @@ def run_server(
     """Serve one simulation until it is requested to end. Returns the process's exit code.
 
     Args:
-        say_ready: called when clients can reach the server, and images can be made: calls are answered a little
-            earlier.
+        say_ready: called when clients can reach the server.
         page_listener: the socket of the web viewer; None for no viewer.
-        is_one_of_many: save memory: the renderer of a scene with cameras is not made before the first image, which then
-            comes half a second later.
+        is_one_of_many: save memory: the renderer of a scene with cameras is not made when a client joins but for the
+            first image, which then comes half a second later.
     """
     simulation = world.simulation
-    warm = None if is_one_of_many else warm_up(world)
     loop = make_loop(world, settings)
     raise_limit()
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
     if not is_one_of_many:
-        simulation.attach(WarmUp(world))
+        warm_up = WarmUp(world)
+        simulation.attach(warm_up)
+        loop.joined.append(warm_up.client_joined)
     if settings.quit_after_stop:
         simulation.attach(_QuitAfterStop(loop))
     with ExitStack() as beside:
@@ -282,9 +278,6 @@ def run_server(
             # Loaded objects stay: without this, a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
-            if warm is not None:
-                warm.add_done_callback(lambda _: loop.post(nothing))
-                loop.run(time.monotonic() + READY_ANYWAY, until=warm.done)
             if settings.start and simulation.state is SimulationState.STOPPED:
                 if recorder is not None:
                     recorder.started()

@@ -136,6 +136,9 @@ class ServerLoop(Part):
         self.idlers: list[Idler] = []
         """Want to be called now and then while the simulation is stopped or paused, beside the scene's scripts."""
 
+        self.joined: list[Callable[[], object]] = []
+        """Called when a client has joined."""
+
         self.watches: list[Callable[[], object]] = []
         """Called about once per second, or more often: time-outs of work on other threads."""
 
@@ -307,14 +310,11 @@ class ServerLoop(Part):
 
     # --- the loop --------------------------------------------------------------------------------
 
-    def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
-        """Serve until ``end``, a time on the monotonic clock, or a condition.
-
-        Each post, and each second, checks the condition again.
-        """
+    def run(self, deadline: float | None = None) -> None:
+        """Serve until ``end``, or a time on the monotonic clock."""
         next_look = 0.0
         with self._busy.open():
-            while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
+            while not self._is_ending and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
                 self.turn(max_wait=max(0.0, min(1.0, left)))
                 if (now := time.monotonic()) >= next_look:
@@ -577,6 +577,8 @@ class ServerLoop(Part):
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
+        for told in self.joined:
+            told()
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
         if is_starting and is_stopped and not session.may_only_read:

@@ -1,6 +1,7 @@
-"""Prepare images in advance: when a scene with vision sensors is loaded, or gets its first one.
+"""Prepare images in advance: when the first client joins, and when a scene with vision sensors is loaded or gets its
+first one.
 
-Only then, since OpenGL costs memory and a few tenths of a second of a core. Later changes of a scene need only its
+Only then, since OpenGL costs 80 MB and a few tenths of a second of a core. Later changes of a scene need only its
 own meshes and textures again, so a script's step-by-step edits are not drawn each time.
 """
 
@@ -32,14 +33,24 @@ def warm_up(world: World) -> Future[None] | None:
 
 
 class WarmUp(Part):
-    """Warms up for every scene that is loaded, and when a scene gets its first vision sensor."""
+    """Warms up when the first client joins; then for every scene that is loaded, and for a scene's first vision
+    sensor.
+    """
 
     def __init__(self, world: World) -> None:
         self._world = world
+        self._had_client = False
+
+    def client_joined(self) -> None:
+        """Warm up for the first client of this server."""
+        if not self._had_client:
+            self._had_client = True
+            warm_up(self._world)
 
     def scene_loaded(self) -> None:
-        warm_up(self._world)
+        if self._had_client:
+            warm_up(self._world)
 
     def model_changed(self, twins: Twins | None) -> None:
-        if not self._world.rendering.is_begun:
+        if self._had_client and not self._world.rendering.is_begun:
             warm_up(self._world)
