@@ -56,8 +56,8 @@ class _Executor:
 def serve(pipe: Pipe) -> None:
     """Start the simulations, answer None or the reason why they cannot start, then execute requests.
 
-    The number of requests of a turn comes first. Their replies are sent together after the last one, so the program
-    and this process never wait for each other's full buffers.
+    One message has the requests of a turn, another one their replies, so the program and this process never wait for
+    each other's full buffers.
     """
     order = Order(*pipe.recv())
     logging.basicConfig(level=order.log_level, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
@@ -75,8 +75,7 @@ def serve(pipe: Pipe) -> None:
         pipe.send(None)
         executor = _Executor(connections, order.timeout)
         while True:
-            number: int = pipe.recv()
-            pipe.send([executor.execute(pipe.recv()) for _ in range(number)])
+            pipe.send([executor.execute(request) for request in pipe.recv()])
 
 
 def main() -> None:

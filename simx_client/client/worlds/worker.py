@@ -67,6 +67,7 @@ class Worker:
             )
         self._pipe = Pipe(ours.detach())
         self._takers: dict[int, list[Taker]] = {}
+        self._requests: list[Request] = []
         self.problem = ""
         """Why it does not answer any more."""
 
@@ -82,14 +83,16 @@ class Worker:
         if self.problem or answer is not None:
             raise ConnectionFailed(str(answer) if answer is not None else self.problem)
 
-    def announce(self, number: int) -> None:
-        """Announce that the calls for this number of worlds follow."""
-        self._send(number)
-
-    def post(self, place: int, calls: list[tuple[Shape, list[Any], Taker]]) -> None:
-        """Send the calls for one world. The process executes them while others are sent."""
+    def add(self, place: int, calls: list[tuple[Shape, list[Any], Taker]]) -> None:
+        """Add the calls for one world to the next message."""
         self._takers[place] = [take for _, _, take in calls]
-        self._send((place, [(shape.command.name, values) for shape, values, _ in calls]))
+        self._requests.append((place, [(shape.command.name, values) for shape, values, _ in calls]))
+
+    def post(self) -> None:
+        """Send the calls for all worlds."""
+        requests, self._requests = self._requests, []
+        if requests:
+            self._send(requests)
 
     def collect(self, deadline: float) -> None:
         """Receive the replies for all worlds and pass each to its taker."""
@@ -170,9 +173,9 @@ class WorldConnection:
         return self.worker.problem
 
     def send_together(self, calls: Iterable[tuple[Shape, list[Any], Taker]]) -> Sequence[int]:
-        """Send calls; `Worker.announce` has announced them. Return an id for each, none if the process has ended."""
+        """Prepare calls; `Worker.post` sends them. Return an id for each, none if the process has ended."""
         calls = list(calls)
-        self.worker.post(self._place, calls)
+        self.worker.add(self._place, calls)
         return () if self.worker.problem else range(len(calls))
 
     def receive_until(self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool) -> None:

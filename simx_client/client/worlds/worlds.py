@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import weakref
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 
@@ -96,7 +95,6 @@ class Worlds(Servers):
             stack.callback(self._workers[-1].close)
         for worker in self._workers:
             worker.wait_until_ready()
-        # In turn, so that all processes start early.
         return [
             WorldConnection(self._workers[place % processes], place // processes, f"world {place} of {where}")
             for place in range(count)
@@ -107,13 +105,9 @@ class Worlds(Servers):
         self._end()
 
     def _send(self, exchanges: Iterable[Exchange]) -> None:
-        exchanges = list(exchanges)
-        numbers = Counter(
-            each.connection.worker for each in exchanges if isinstance(each.connection, WorldConnection)
-        )
-        for worker, number in numbers.items():
-            worker.announce(number)
         super()._send(exchanges)
+        for worker in self._workers:
+            worker.post()
 
 
 def _cores() -> int:
