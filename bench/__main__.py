@@ -43,6 +43,7 @@ MEASUREMENTS = {
     "view": "bench.load.view",
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",
+    "growth": "bench.world.growth",
     "edits": "bench.world.edits",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",

@@ -87,6 +87,9 @@ class Findings:
     """What one measurement brought."""
 
     title: str
+    topic: str = "Other"
+    """Under what its aims stand in the summary."""
+
     ratios: list[Ratio] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
