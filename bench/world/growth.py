@@ -81,8 +81,8 @@ def measure(effort: Effort) -> Findings:
             taken = {count: _one_size(effort, kind, count, Path(folder)) for count in COUNTS}
         _tell(found, kind, taken)
     found.notes.append(
-        f"Times are in ms. {LOAD} and {START} are the least of their rounds. Edits are left out where MuJoCo alone needs "
-        "seconds for each."
+        f"Times are in ms. {LOAD} and {START} are the least of their rounds. Edits are left out where MuJoCo alone "
+        "needs seconds for each."
     )
     return found
 

@@ -46,6 +46,12 @@ def get_pose(sim: LiveScene, handle: int, relative_to: int = WORLD) -> Pose:
 
 def get_position(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
     """Return the position [x, y, z] in metres."""
+    if relative_to == WORLD:  # what most streams ask for
+        item = sim.scene.objects.get(handle)
+        if item is not None and item.element == "body" and item.id:
+            sim.refresh()
+            position: list[float] = sim.data.xpos[item.id].tolist()
+            return position
     return list(get_pose(sim, handle, relative_to)[0])
 
 
