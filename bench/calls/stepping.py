@@ -31,7 +31,7 @@ STEPPING_QUERY = "bare Zenoh query, answered after the same mj_step calls"
 def measure(effort: Effort) -> Findings:
     """The tutorial's scene, as it is after the start."""
     taken = repeated(effort.sets, partial(_one_set, effort))
-    found = Findings("Stepped mode")
+    found = Findings("Stepped mode", topic="Simulation step")
     beyond = difference(taken[LOOP], taken[PASS])
     beyond_steps = difference(taken[STEPPING_QUERY], taken[STEPS])
     found.ratios = [

@@ -26,9 +26,11 @@ from bench.measuring.measure import Effort, Rounds, difference, ratio, side_by_s
 from bench.measuring.report import Findings, Grid, Panel, Plot, Ratio
 from bench.measuring.resources import private_mb
 
+from bench.load.startup import SETTLES_S
+
 from .boxes import CAMERA, MODEL, boxes
 
-COUNTS = (10, 1000)
+COUNTS = (10, 100, 1000, 5000)
 STATIC, FREE = "static", "free"
 STREAMED = 1000
 """At most this number of positions is streamed."""
@@ -168,6 +170,7 @@ def _one_size(effort: Effort, kind: str, count: int, folder: Path) -> dict[str, 
         server = stack.enter_context(processes.server(str(path), "--workspace", str(folder)))
         client = stack.enter_context(connected(server.port))
         vrep.simxGetPingTime(client)
+        time.sleep(SETTLES_S)
         taken[MEMORY] = _single(private_mb(server.process_id))
         taken |= _reads(effort, stack, client, path, count)
         taken |= _runs(effort, stack, client, path, count)

@@ -62,7 +62,7 @@ def orientations(columns: tuple[Columns, Columns]) -> Columns:
     """Return the columns alpha, beta, gamma of the Euler angles in radians."""
     quat: Any = columns[1]
     with np.errstate(all="ignore"):
-        rows: Any = poses.matrix(quat)
+        rows: tuple[Columns, ...] = poses.matrix(quat)  # pyright: ignore[reportAssignmentType]
     # As max(-1, min(1, sine)) does it, also for a number that is not one.
     sine = np.where(rows[0][2] < 1.0, rows[0][2], 1.0)
     sine = np.where(sine > -1.0, sine, -1.0)
