@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import logging
+import os
 import signal
 import sys
 import time
@@ -126,6 +127,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for noisy in ("simx_client", "simx_server"):
         logging.getLogger(noisy).setLevel(logging.WARNING)
     signal.signal(signal.SIGTERM, _leave)
+    # Compiling the sources at each start would be measured instead of the start.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     if chosen.real_time and not go_real_time():
         logger.error("SCHED_RR is not permitted; run as root, or without --real-time")
         return 1

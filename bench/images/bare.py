@@ -1,4 +1,6 @@
-"""MuJoCo's own renderer with its defaults, in a process of its own: ``python -m bench.images.bare SCENE CAMERA``.
+"""MuJoCo's own renderer with its defaults, in a separate process.
+
+``python -m bench.images.bare FILE CAMERA JOINT=ANGLE ...`` is that process.
 
 For each line with a width and a height it draws one image to a NumPy array and prints a line. The simulation's own
 OpenGL cannot be used for that in one process: MuJoCo chooses its back end when it is imported.
@@ -9,7 +11,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 
 from bench.measuring.processes import ROOT
@@ -32,10 +34,17 @@ class BareRenderer:
 
 
 @contextmanager
-def bare_renderer(path: str, camera: str) -> Generator[BareRenderer | None]:
-    """Yield a renderer of a scene's file; None where OpenGL is missing."""
+def bare_renderer(
+    path: str, camera: str, joints: Mapping[str, float] | None = None
+) -> Generator[BareRenderer | None]:
+    """Yield a renderer of a scene's file; None where OpenGL is missing.
+
+    Args:
+        joints: positions in radians by name, of joints that are not at zero.
+    """
     backend = os.environ.get("MUJOCO_GL") or "egl"
     command = [sys.executable, "-m", "bench.images.bare", path, camera]
+    command += [f"{name}={angle}" for name, angle in (joints or {}).items()]
     with subprocess.Popen(
         command,
         cwd=ROOT,
@@ -56,13 +65,12 @@ def main() -> None:
     """Draw until standard input ends."""
     import mujoco
 
-    path, camera = sys.argv[1:]
+    path, camera, *pose = sys.argv[1:]
     model = mujoco.MjModel.from_xml_path(path)
     model.vis.global_.offwidth, model.vis.global_.offheight = 1280, 960
     data = mujoco.MjData(model)
-    if pose := os.environ.get("BENCH_POSE"):
-        for joint, angle in (pair.split("=") for pair in pose.split()):
-            data.joint(joint).qpos[0] = float(angle)
+    for joint, angle in (pair.split("=") for pair in pose):
+        data.joint(joint).qpos[0] = float(angle)
     mujoco.mj_forward(model, data)
     renderers: dict[tuple[int, int], mujoco.Renderer] = {}
     renderers[64, 64] = mujoco.Renderer(model, 64, 64)  # fails without OpenGL

@@ -192,6 +192,7 @@ class Progress:
     def step(self, detail: str = "") -> None:
         """One of the steps is done."""
         self._done += 1
+        self._steps = max(self._steps, self._done)  # a disturbed turn is repeated
         if time.monotonic() - self._last >= PROGRESS_EVERY:
             self._last = time.monotonic()
             logger.info("%s: %d of %d (%s)", self._what, self._done, self._steps, detail)

@@ -21,12 +21,11 @@ import mujoco
 import simx_client as vrep
 from bench.calls.client import check, connected, handle_of
 from bench.images.bare import bare_renderer
+from bench.load.startup import SETTLES_S
 from bench.measuring import processes
 from bench.measuring.measure import Effort, Rounds, difference, ratio, side_by_side, timed
 from bench.measuring.report import Findings, Grid, Panel, Plot, Ratio
 from bench.measuring.resources import private_mb
-
-from bench.load.startup import SETTLES_S
 
 from .boxes import CAMERA, MODEL, boxes
 
