@@ -133,7 +133,7 @@ def _values(effort: Effort, speed: str, stack: ExitStack) -> dict[str, Rounds]:
     handle = handle_of(client, JOINTS[0])
     stack.enter_context(running(client))
     _arm(client, handle)
-    pass_ms, span = _pass_ms(client), effort.seconds(1.5)
+    pass_ms, span = _pass_ms(client), effort.seconds(0.6)
     return in_turn(
         f"streaming, values at speed {speed}",
         {AGE: lambda: _ages(client, handle, span), COUNTS: lambda: _counts(client, handle, span, pass_ms)},

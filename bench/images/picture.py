@@ -89,8 +89,8 @@ def measure(effort: Effort) -> Findings:
 
     taken: dict[str, Rounds] = {}
     for cases in (_transport, partial(_rendering, has_bare=choose_backend().name != RAYCAST), _lists):
-        taken |= repeated(effort.sets, partial(take, cases))
-    taken |= repeated(effort.sets, partial(_asking, effort))
+        taken |= repeated((effort.sets + 1) // 2, partial(take, cases))
+    taken |= repeated((effort.sets + 1) // 2, partial(_asking, effort))
     found = _tell(taken)
     rendering.measure_into(found, effort)
     return found
