@@ -53,7 +53,11 @@ def measure(effort: Effort) -> Findings:
         if zmq := taken.get(f"{ZMQ}, {state}"):
             found.ratios += [
                 Ratio(f"read on one host / {ZMQ}, {state}", ratio(local, zmq), target=TARGET),
-                Ratio(f"the same, 99th percentiles, {state}", ratio_p99(local, zmq), target=TARGET),
+                Ratio(
+                    f"read on one host / {ZMQ}, 99th percentiles, {state}",
+                    ratio_p99(local, zmq),
+                    target=TARGET,
+                ),
             ]
         found.ratios.append(Ratio(f"read on one host / read over Zenoh, {state}", ratio(local, zenoh)))
         figures = {
