@@ -176,4 +176,7 @@ def get_object_group_data(
             "or the handle of a collection"
         )
     data = _DATA.get(data_type)
-    return handles, *(data(world, handles) if data is not None else ([], [], []))
+    if data is None:
+        return handles, [], [], []
+    ints, floats, strings = data(world, handles)
+    return handles, ints, floats, strings
