@@ -33,6 +33,7 @@ from .boxes import CAMERA, MODEL, boxes
 
 COUNTS = (10, 100, 1000, 5000)
 STATIC, FREE = "static", "free"
+KINDS = (STATIC, FREE)
 STREAMED = 1000
 """At most this number of positions is streamed."""
 
@@ -81,7 +82,7 @@ _BARE = (
 def measure(effort: Effort) -> Findings:
     """Every number of bodies, static and free."""
     found = Findings("Cost against bodies", topic="Growth")
-    for kind in (STATIC, FREE):
+    for kind in KINDS:
         with tempfile.TemporaryDirectory() as folder:
             taken = {count: _one_size(effort, kind, count, Path(folder)) for count in COUNTS}
         _tell(found, kind, taken)
