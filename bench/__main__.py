@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import logging
+import os
 import signal
 import sys
 import time
@@ -19,7 +20,8 @@ from .calls.client import CallFailed
 from .measuring.machine import Watch, description
 from .measuring.measure import FULL, QUICK
 from .measuring.processes import NotReady
-from .measuring.report import PLOTS, Findings, Plot, compose
+from .measuring.report import DETAILS, PLOTS, Findings, bars_of, compose, details
+from .measuring.scheduling import DISTURBANCE, go_real_time, scheduling
 
 logger = logging.getLogger("bench")
 
@@ -28,8 +30,7 @@ MEASUREMENTS = {
     "one_host": "bench.calls.one_host",
     "streaming": "bench.calls.streaming",
     "clients": "bench.load.clients",
-    "values": "bench.calls.values",
-    "parts": "bench.calls.parts",
+    "step": "bench.world.step",
     "stepping": "bench.calls.stepping",
     "embedded": "bench.calls.embedded",
     "worlds": "bench.calls.worlds",
@@ -43,6 +44,7 @@ MEASUREMENTS = {
     "view": "bench.load.view",
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",
+    "growth": "bench.world.growth",
     "edits": "bench.world.edits",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",
@@ -56,13 +58,18 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = Parser(
         "python -m bench",
         description="Measure what a call, a pass and a picture cost here, each beside its baseline.",
-        epilog="A full run also writes bench/REPORT.md and bench/plots/; a shorter one only prints, "
+        epilog="A full run also writes bench/REPORT.md, bench/DETAILS.md and bench/plots/; a shorter one only prints, "
         "unless --report is given.",
     )
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help=f"some of {', '.join(MEASUREMENTS)}; all by default"
     )
     parser.add_argument("--quick", action="store_true", help="fewer and shorter rounds: rough figures")
+    parser.add_argument(
+        "--real-time",
+        action="store_true",
+        help="run with SCHED_RR, ahead of other programs, where the system permits it; others get little time",
+    )
     parser.add_argument("--report", type=Path, metavar="FILE", help="write the report there")
     parsed = parser.parse_args(arguments)
     for name in parsed.names:
@@ -77,9 +84,14 @@ def _leave(number: int, frame: FrameType | None) -> None:
     raise SystemExit(128 + number)
 
 
-def run(names: Sequence[str], *, quick: bool = False) -> tuple[str, list[Findings]]:
-    """Run measurements by name; returns the report and what it is made of."""
+REPEATS_S = 90.0
+"""Seconds that repetitions of disturbed turns may take in a full run."""
+
+
+def run(names: Sequence[str], *, quick: bool = False) -> tuple[list[str], list[Findings]]:
+    """Run measurements by name; return the conditions of the run and what was found."""
     effort, watch = (QUICK if quick else FULL), Watch()
+    DISTURBANCE.begin(REPEATS_S * effort.factor)
     findings: list[Findings] = []
     took: dict[str, float] = {}
     for place, name in enumerate(names, 1):
@@ -92,14 +104,20 @@ def run(names: Sequence[str], *, quick: bool = False) -> tuple[str, list[Finding
         watch.look()
     parts = ", ".join(f"{name} {seconds:.0f}" for name, seconds in took.items())
     run_time = f"{'a quick' if quick else 'a full'} run of {sum(took.values()):.0f} s ({parts})"
-    return compose(findings, conditions=[*description(), *watch.lines(), run_time]), findings
+    conditions = [*description(), *scheduling(), *watch.lines(), *DISTURBANCE.lines(), run_time]
+    return conditions, findings
 
 
-def _draw(folder: Path, plots: Sequence[Plot]) -> None:
-    from .measuring.plot import draw  # afterwards: OpenCV would make the process fatter than a script's
+def _draw(folder: Path, findings: Sequence[Findings]) -> None:
+    # Afterwards: OpenCV would make the process larger than a script's.
+    from .measuring.drawing_bars import draw_bars
+    from .measuring.plot import draw
 
-    for plot in plots:
-        draw(folder, plot)
+    for found in findings:
+        for plot in found.plots:
+            draw(folder, plot)
+    if (bars := bars_of(findings)) is not None:
+        draw_bars(folder, bars)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -109,19 +127,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for noisy in ("simx_client", "simx_server"):
         logging.getLogger(noisy).setLevel(logging.WARNING)
     signal.signal(signal.SIGTERM, _leave)
+    # Compiling the sources at each start would be measured instead of the start.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    if chosen.real_time and not go_real_time():
+        logger.error("SCHED_RR is not permitted; run as root, or without --real-time")
+        return 1
     is_whole = not chosen.names and not chosen.quick
     try:
-        report, findings = run(chosen.names or MEASUREMENTS, quick=chosen.quick)
+        conditions, findings = run(chosen.names or list(MEASUREMENTS), quick=chosen.quick)
     except (CallFailed, NotReady) as error:
         logger.error("%s", error)
         return 1
     except KeyboardInterrupt:
         return 130
-    sys.stdout.write(report)
+    report = compose(findings, conditions=conditions)
+    more = details(findings, conditions=conditions)
+    sys.stdout.write(report if is_whole else f"{report}\n{more}")
     if target := chosen.report or (REPORT if is_whole else None):
         target.write_text(report, encoding="utf-8")
-        _draw(target.parent / PLOTS, [plot for found in findings for plot in found.plots])
-        logger.info("written to %s", target)
+        target.with_name(DETAILS).write_text(more, encoding="utf-8")
+        _draw(target.parent / PLOTS, findings)
+        logger.info("written to %s and %s", target, DETAILS)
     return 0
 
 

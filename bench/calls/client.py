@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import simx_client as vrep
 from bench.measuring import processes
+from simx_client.transport.local import VARIABLE
 
 JOINTS = tuple(f"UR5_joint{number}" for number in range(1, 7))
 CAMERA = "kinect_rgb"
@@ -38,6 +40,16 @@ def simulator(*arguments: str) -> Iterator[int]:
     with processes.server(*arguments) as server, connected(server.port) as client:
         settle(client)
         yield client
+
+
+@contextmanager
+def over_zenoh() -> Iterator[None]:
+    """Have clients that connect within the block use Zenoh alone, as between hosts."""
+    os.environ[VARIABLE] = "0"
+    try:
+        yield
+    finally:
+        del os.environ[VARIABLE]
 
 
 def settle(client: int) -> None:

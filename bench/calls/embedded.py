@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 
 import simx_client as vrep
 from bench.measuring.measure import Effort, Rounds, ratio, repeated, side_by_side
-from bench.measuring.report import Findings, Ratio, Row
+from bench.measuring.report import Findings, Ratio, Rival, Row
 from bench.world.physics import Physics
 from simx_client.client import Client
 
 from .client import JOINTS, check, handle_of
+from .pybullet_arm import direct, is_installed, shared_memory
 
 READ, SET = "embedded: blocking read", "embedded: blocking set"
 RESET = "embedded: stop and start"
-PYBULLET = "PyBullet DIRECT: read of a joint"
+PYBULLET, PYBULLET_LOOP = "PyBullet DIRECT: read of a joint", "PyBullet DIRECT: stepped loop of 4.2 ms"
+SHARED_LOOP = "PyBullet shared memory: stepped loop of 4.2 ms"
 STEPS_S = (0.05, 0.001)
 """Simulation steps in seconds."""
 
@@ -28,11 +28,14 @@ SHARES = {0.05: 0.75, 0.001: 0.25}
 READS = 3.0
 """Reads of PyBullet that an embedded read may cost."""
 
+RESETS = 2.5
+"""Times the bare mj_step of 50 ms that a reset may take: 1 ms where these take 0.4 ms."""
+
 
 def measure(effort: Effort) -> Findings:
     """The tutorial's scene in this process."""
-    taken = repeated(1, partial(_one_set, effort))
-    found = Findings("Embedded simulations")
+    taken = repeated(max(1, effort.sets // 3), partial(_one_set, effort))
+    found = Findings("Embedded simulations", topic="Embedded simulations")
     for seconds, share in SHARES.items():
         found.ratios.append(
             Ratio(
@@ -41,13 +44,26 @@ def measure(effort: Effort) -> Findings:
                 target=1 / share,
             )
         )
+    found.ratios.append(
+        Ratio(f"{RESET} / {_bare_of(0.05)}", ratio(taken[RESET], taken[_bare_of(0.05)]), target=RESETS)
+    )
+    loops = {"simx, embedded, 1 ms": taken[_loop_of(0.001)], "MuJoCo alone, 1 ms": taken[_bare_of(0.001)]}
     if PYBULLET in taken:
         found.ratios.append(Ratio(f"{READ} / {PYBULLET}", ratio(taken[READ], taken[PYBULLET]), target=READS))
+        loops |= {
+            "PyBullet DIRECT, 4.2 ms": taken[PYBULLET_LOOP],
+            "PyBullet shared memory, 4.2 ms": taken[SHARED_LOOP],
+        }
+    else:
+        found.notes.append("PyBullet is not installed here (pip install pybullet), so its aim is missing.")
+    found.rivals.append(
+        Rival("stepped loop, one physics step, us", {name: each.median * 1e6 for name, each in loops.items()})
+    )
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
-    found.notes = [
+    found.notes.append(
         "The loop: 6 streamed reads, 6 oneshot targets, a trigger. The reset starts the gripper's Lua script anew; "
-        "making its state takes most of that time."
-    ]
+        "making its state takes most of that time. PyBullet's arm has no gripper, camera, sensor or script."
+    )
     return found
 
 
@@ -66,14 +82,18 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
         cases[_loop_of(seconds)] = partial(_loop, client, handles)
         cases[_bare_of(seconds)] = Physics(stack, seconds).step
     stopped, handles = _world(stack, 0.05, is_running=False)
-    read = partial(vrep.simxGetJointPosition, stopped, handles[0], vrep.simx_opmode_blocking)
-    change = partial(vrep.simxSetJointTargetPosition, stopped, handles[0], 0.0, vrep.simx_opmode_blocking)
-    cases[READ] = read
-    cases[SET] = change
+    cases[READ] = partial(vrep.simxGetJointPosition, stopped, handles[0], vrep.simx_opmode_blocking)
+    cases[SET] = partial(vrep.simxSetJointTargetPosition, stopped, handles[0], 0.0, vrep.simx_opmode_blocking)
     cases[RESET] = partial(_reset, stopped)
-    if importlib.util.find_spec("pybullet") is not None:
-        cases[PYBULLET] = _pybullet(stack)
-    return side_by_side("embedded", cases, rounds=effort.rounds, calls=effort.count(300))
+    if is_installed():
+        arm = direct(stack)
+        cases[PYBULLET], cases[PYBULLET_LOOP] = arm.read, arm.loop
+    rounds, calls = 2 * effort.rounds, effort.count(200)
+    taken = side_by_side("embedded", cases, rounds=rounds, calls=calls)
+    if is_installed():  # alone, since its server never sleeps
+        shared = {SHARED_LOOP: shared_memory(stack).loop}
+        taken |= side_by_side("embedded", shared, rounds=rounds, calls=calls)
+    return taken
 
 
 def _world(stack: ExitStack, seconds: float, *, is_running: bool = True) -> tuple[int, list[int]]:
@@ -100,12 +120,3 @@ def _reset(client: int) -> None:
     check(vrep.simxStopSimulation(client, vrep.simx_opmode_blocking))
     check(vrep.simxSynchronous(client, True))
     check(vrep.simxStartSimulation(client, vrep.simx_opmode_blocking))
-
-
-def _pybullet(stack: ExitStack) -> Callable[[], object]:
-    """Return a read of a joint of PyBullet's KUKA arm, in this process."""
-    bullet, data = importlib.import_module("pybullet"), importlib.import_module("pybullet_data")
-    world = bullet.connect(bullet.DIRECT)
-    stack.callback(bullet.disconnect, world)
-    robot = bullet.loadURDF(f"{data.getDataPath()}/kuka_iiwa/model.urdf", physicsClientId=world)
-    return partial(bullet.getJointState, robot, 1, physicsClientId=world)

@@ -1,28 +1,32 @@
-"""Client and server on one host: a read by the local way and over Zenoh, beside the official ZeroMQ client.
+"""Client and server on one host beside the rivals: the official ZeroMQ client, PyBullet, bare sockets, bare Zenoh.
 
-The ZeroMQ client calls an empty server, which answers at once. It is measured on idle cores, beside other programs
-that take all cores, and with all three processes on one core.
+The ZeroMQ client calls an empty server, which answers at once. Reads are measured on idle cores, beside other programs
+that take all cores, and with all processes on one core. Rivals that are not installed are left out.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Generator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from typing import Any
 
 import simx_client as vrep
-from bench.measuring import processes
+from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, ratio, ratio_p99, repeated, side_by_side
-from bench.measuring.report import Findings, Ratio, Row
+from bench.measuring.report import Findings, Ratio, Rival, Row
 from bench.measuring.resources import context_switches, on_one_core
-from simx_client.transport.local import VARIABLE
+from bench.measuring.scheduling import cores
+from simx_client.client import Client
 
-from .client import JOINTS, check, connected, handle_of, settle
+from .blocking import message_sizes
+from .client import JOINTS, check, connected, handle_of, over_zenoh, settle
+from .pybullet_arm import direct, is_installed, shared_memory
 
 TARGET = 0.9
 """Times the call of the ZeroMQ client at an empty server, median and 99th percentile."""
@@ -33,24 +37,33 @@ MOST_SWITCHES = 4.0
 PAUSE = 0.002
 """Seconds between calls that find both processes asleep."""
 
-LOCAL, ZENOH = "simxGetJointPosition, blocking, local way", "the same over Zenoh"
-ZMQ = "sim.getJointPosition of the ZeroMQ client at an empty server"
+EMBEDDED, LOCAL, ZENOH = "simx, embedded", "simx, one host", "simx, over Zenoh"
+ZMQ, DIRECT, SHARED = "ZeroMQ client, empty server", "PyBullet DIRECT", "PyBullet shared memory"
+TCP, QUERY = "bare TCP echo", "bare Zenoh query"
+CASES = (EMBEDDED, LOCAL, ZENOH, ZMQ, DIRECT, SHARED, TCP, QUERY)
 IDLE, BUSY, ONE_CORE = "idle", "all cores busy", "all on one core"
 
 
 def measure(effort: Effort) -> Findings:
     """Reads in three states of the machine."""
-    found = Findings("Client and server on one host")
-    taken = repeated(effort.sets, partial(_one_set, effort))
+    found = Findings("Client and server on one host", topic="Calls")
+    taken = repeated(max(1, effort.sets * 2 // 3), partial(_one_set, effort))
     for state in (IDLE, BUSY, ONE_CORE):
-        local, zenoh, zmq = (taken[f"{case}, {state}"] for case in (LOCAL, ZENOH, ZMQ))
-        found.ratios += [
-            Ratio(
-                f"local read / ZeroMQ client at an empty server, {state}", ratio(local, zmq), target=TARGET
-            ),
-            Ratio(f"the same, 99th percentiles, {state}", ratio_p99(local, zmq), target=TARGET),
-            Ratio(f"local read / read over Zenoh, {state}", ratio(local, zenoh)),
-        ]
+        local, zenoh = (taken[f"{case}, {state}"] for case in (LOCAL, ZENOH))
+        if zmq := taken.get(f"{ZMQ}, {state}"):
+            found.ratios += [
+                Ratio(f"read on one host / {ZMQ}, {state}", ratio(local, zmq), target=TARGET),
+                Ratio(
+                    f"read on one host / {ZMQ}, 99th percentiles, {state}",
+                    ratio_p99(local, zmq),
+                    target=TARGET,
+                ),
+            ]
+        found.ratios.append(Ratio(f"read on one host / read over Zenoh, {state}", ratio(local, zenoh)))
+        figures = {
+            case: taken[f"{case}, {state}"].median * 1e6 for case in CASES if f"{case}, {state}" in taken
+        }
+        found.rivals.append(Rival(f"blocking read, us, {state}", figures))
     for case in (LOCAL, ZENOH):
         switches = taken.pop(f"switches, {case}").median
         bound = MOST_SWITCHES if case is LOCAL else None
@@ -60,41 +73,75 @@ def measure(effort: Effort) -> Findings:
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
     found.notes = [
         f"Context switches are counted for reads {PAUSE * 1000:g} ms apart, so that both processes sleep in between; "
-        "reads in a row need fewer. Busy means as many endless loops as cores, on equal terms."
+        "reads in a row need fewer. Busy means as many endless loops as cores, on equal terms.",
+        *_missing(),
     ]
     return found
 
 
-def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
-    from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+def _missing() -> list[str]:
+    """Return a note for each rival that is not installed."""
+    notes: list[str] = []
+    if not _has_zmq_client():
+        notes.append(
+            "The official ZeroMQ client is not installed here (pip install coppeliasim-zmqremoteapi-client), so its "
+            "aims are missing."
+        )
+    if not is_installed():
+        notes.append("PyBullet is not installed here (pip install pybullet), so its figures are missing.")
+    return notes
 
+
+def _has_zmq_client() -> bool:
+    return importlib.util.find_spec("coppeliasim_zmqremoteapi_client") is not None
+
+
+def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     server = stack.enter_context(processes.server())
     local = stack.enter_context(connected(server.port))
-    with _without_local_way():
+    with over_zenoh():
         zenoh = stack.enter_context(connected(server.port, "localhost"))
     settle(local)
     joint = handle_of(local, JOINTS[0])
-    stub = stack.enter_context(processes.server(command=(sys.executable, "-m", "bench.zmq.stub")))
-    sim: Any = RemoteAPIClient(port=stub.port).getObject("sim")
+    embedded = stack.enter_context(Client.embedded("ur5_rg2_kinect")).id
+    request = baselines.request_of(*message_sizes(joint))
+    tcp = stack.enter_context(processes.baseline(baselines.TCP))
+    query = stack.enter_context(processes.baseline(baselines.QUERY))
+    ends = [os.getpid(), server.process_id, tcp.process_id, query.process_id]
+    echo = stack.enter_context(closing(baselines.Tcp(tcp.port)))
+    asked = stack.enter_context(closing(baselines.Query(query.port)))
     cases: dict[str, Callable[[], Any]] = {
+        EMBEDDED: partial(_read, embedded, handle_of(embedded, JOINTS[0])),
         LOCAL: partial(_read, local, joint),
         ZENOH: partial(_read, zenoh, joint),
-        ZMQ: lambda: sim.getObjectPosition(joint, -1),
+        TCP: partial(echo.exchange, request),
+        QUERY: partial(asked.exchange, request),
     }
+    if _has_zmq_client():
+        from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+
+        stub = stack.enter_context(processes.server(command=(sys.executable, "-m", "bench.zmq.stub")))
+        sim: Any = RemoteAPIClient(port=stub.port).getObject("sim")
+        cases[ZMQ] = lambda: sim.getObjectPosition(joint, -1)
+        ends.append(stub.process_id)
+    if is_installed():
+        cases[DIRECT] = direct(stack).read
 
     def take(state: str) -> dict[str, Rounds]:
-        taken = side_by_side(f"one host, {state}", cases, rounds=effort.rounds, calls=effort.count(1000))
+        taken = side_by_side(f"one host, {state}", cases, rounds=effort.rounds, calls=effort.count(500))
         return {f"{what}, {state}": rounds for what, rounds in taken.items()}
 
     taken = take(IDLE)
-    ends = (os.getpid(), server.process_id)
     for case in (LOCAL, ZENOH):
-        switches = _switches(cases[case], effort.count(200), ends)
+        switches = _switches(cases[case], effort.count(200), (os.getpid(), server.process_id))
         taken[f"switches, {case}"] = Rounds(((switches,),))
     with _endless_loops():
         taken |= take(BUSY)
-    with on_one_core(*ends, stub.process_id):
+    with on_one_core(*ends):
         taken |= take(ONE_CORE)
+    if is_installed():  # alone, since its server never sleeps
+        shared = {f"{SHARED}, {IDLE}": shared_memory(stack).read}
+        taken |= side_by_side("one host", shared, rounds=effort.rounds, calls=effort.count(500))
     return taken
 
 
@@ -116,20 +163,10 @@ def _switches(case: Callable[[], object], calls: int, ends: tuple[int, int]) -> 
 
 
 @contextmanager
-def _without_local_way() -> Generator[None]:
-    """Have clients that connect within the block use Zenoh alone."""
-    os.environ[VARIABLE] = "0"
-    try:
-        yield
-    finally:
-        del os.environ[VARIABLE]
-
-
-@contextmanager
 def _endless_loops() -> Generator[None]:
     """Keep all cores busy within the block."""
     with ExitStack() as stack:
-        for _ in range(os.cpu_count() or 1):
+        for _ in range(cores()):
             loop = subprocess.Popen([sys.executable, "-c", "while True: pass"])
             stack.callback(loop.wait)
             stack.callback(loop.kill)

@@ -93,7 +93,7 @@ class Cycle:
 
 def measure(effort: Effort) -> Findings:
     """Round trips by the original's protocol."""
-    found = Findings("Original clients")
+    found = Findings("Original clients", topic="Calls")
     taken = repeated(effort.sets, partial(_one_set, effort))
     found.ratios = [
         Ratio(f"{PACED} / {LIMIT}", ratio(taken[PACED], taken[LIMIT]), target=TARGET),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from contextlib import ExitStack, closing
 from functools import partial
+from unittest.mock import patch
 
 import simx_client as vrep
 from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from bench.world.physics import Physics
+from simx_client.transport.local import LocalLink
 
 from .blocking import message_sizes
 from .client import JOINTS, check, handle_of, running, simulator
@@ -23,6 +25,7 @@ TARGET = 1.4
 SHARE_OF_RATE = 0.6
 """Of the rate of the same physics in process, the loop must keep so much."""
 
+MESSAGES = "messages to the client for a turn of the control loop, streams included"
 PASS = "a pass of the server's simulation in process"
 QUERY = "bare Zenoh query"
 STEPPING_QUERY = "bare Zenoh query, answered after the same mj_step calls"
@@ -31,7 +34,8 @@ STEPPING_QUERY = "bare Zenoh query, answered after the same mj_step calls"
 def measure(effort: Effort) -> Findings:
     """The tutorial's scene, as it is after the start."""
     taken = repeated(effort.sets, partial(_one_set, effort))
-    found = Findings("Stepped mode")
+    messages = taken.pop(MESSAGES).median
+    found = Findings("Stepped mode", topic="Simulation step")
     beyond = difference(taken[LOOP], taken[PASS])
     beyond_steps = difference(taken[STEPPING_QUERY], taken[STEPS])
     found.ratios = [
@@ -44,6 +48,7 @@ def measure(effort: Effort) -> Findings:
             target=1 / SHARE_OF_RATE,
         ),
         Ratio("control loop beyond the pass / bare Zenoh query", ratio(beyond, taken[QUERY]), target=TARGET),
+        Ratio(MESSAGES, messages, unit="", target=1.0),
         Ratio(f"control loop / {STEPPING_QUERY}", ratio(taken[LOOP], taken[STEPPING_QUERY])),
         Ratio(f"{STEPPING_QUERY} / these calls alone", ratio(taken[STEPPING_QUERY], taken[STEPS])),
         Ratio(f"the same, beyond these calls / {QUERY}", ratio(beyond_steps, taken[QUERY])),
@@ -74,7 +79,8 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     stack.enter_context(running(client, stepped=True))
     for handle in handles:
         vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_streaming)
-    return side_by_side(
+    counted = _messages(client, handles, effort.count(50))
+    taken = side_by_side(
         "stepping",
         {
             TRIGGER: lambda: check(vrep.simxSynchronousTrigger(client)),
@@ -87,6 +93,24 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
         rounds=effort.rounds,
         calls=effort.count(60),
     )
+    return taken | {MESSAGES: Rounds(((counted,),))}
+
+
+def _messages(client: int, handles: list[int], turns: int) -> float:
+    """Return the messages by the local way that a turn brings to the client; streams come in shared memory."""
+    count, receive = 0, LocalLink.receive
+
+    def counting(self: LocalLink, timeout: float, *, is_soon: bool = False) -> bytes | None:
+        nonlocal count
+        payload = receive(self, timeout, is_soon=is_soon)
+        count += payload is not None
+        return payload
+
+    _loop(client, handles)
+    with patch.object(LocalLink, "receive", counting):
+        for _ in range(turns):
+            _loop(client, handles)
+    return count / turns
 
 
 def _loop(client: int, handles: list[int]) -> None:

@@ -35,7 +35,7 @@ CASES = (RENDER, FRESH, LIST, ARRAY, QUERY)
 def measure(effort: Effort) -> Findings:
     """The hand camera of the tutorial's scene, looking at the ball, in every size."""
     taken = repeated(max(1, effort.sets // 3), partial(_one_set, effort))
-    found = Findings("Cost against picture size")
+    found = Findings("Cost against image size", topic="Images")
     found.grids.append(
         Grid(
             ("pixels", *(f"{case}, ms" for case in CASES)),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from contextlib import ExitStack
 from functools import partial
@@ -12,6 +11,7 @@ from bench.calls.client import check, connected
 from bench.measuring.measure import Effort, Rounds, repeated, timed
 from bench.measuring.report import Findings, Grid, Panel, Plot
 from bench.measuring.resources import memory_mb
+from bench.measuring.scheduling import cores
 from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 
@@ -29,7 +29,7 @@ def measure(effort: Effort) -> Findings:
     """The tutorial's scene, as fast as it goes."""
     sets = max(1, effort.sets // 3)
     taken = {count: repeated(sets, partial(_one_set, effort, count)) for count in COUNTS}
-    found = Findings("Cost against servers")
+    found = Findings("Cost against servers", topic="Many clients and servers")
 
     def curve(name: str) -> list[tuple[float, float]]:
         return [(count, taken[count][name].median) for count in COUNTS]
@@ -91,7 +91,7 @@ def _one_set(effort: Effort, count: int, stack: ExitStack) -> dict[str, Rounds]:
     )
     figures = {
         PASSES: passed / float(check(step)[1]) / took,
-        IN_PROCESS: in_process * min(count, _cores()),
+        IN_PROCESS: in_process * min(count, cores()),
         MEMORY: memory_mb([many.parent, *many.process_ids]),
     }
     return {name: Rounds(((value,),)) for name, value in figures.items()}
@@ -111,7 +111,3 @@ def simulated(client: int) -> float:
     """Seconds so far."""
     check(vrep.simxGetPingTime(client))
     return vrep.simxGetLastCmdTime(client) / 1000
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

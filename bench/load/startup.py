@@ -1,4 +1,4 @@
-"""How long until something can be done: the server's start, the client's import, the connection."""
+"""Start and memory: the server's start, the client's import, the connection, and what an idle server holds."""
 
 from __future__ import annotations
 
@@ -9,18 +9,31 @@ from contextlib import ExitStack
 import simx_client as vrep
 from bench.calls.client import JOINTS, check, connected, handle_of
 from bench.measuring import processes
-from bench.measuring.measure import Effort, in_turn, ratio
+from bench.measuring.measure import Effort, difference, in_turn, ratio
 from bench.measuring.report import Findings, Ratio, Row
+from bench.measuring.resources import memory_mb
 
 SERVER = "server, from spawning it to its ready line"
 LIBRARIES = "Python that imports mujoco, numpy and zenoh"
-CLIENT = "import simx_client"
+CLIENT = "Python that imports simx_client"
 ZENOH = "import zenoh"
 CONNECT = "simxStart, in a process that had a connection before"
 PYTHON = "Python that does nothing"
 WORST = "slowest blocking read in the first second after the ready line"
 
 FIRST_S = 1.0
+
+START_MOST = 1.35
+"""Times the import of its libraries: 0.35 s where these take 0.26 s."""
+
+IMPORT_MOST = 4.0
+"""Times the start of Python: 60 ms where that takes 15 ms."""
+
+IMPORT_MB, SERVER_MB = 12.0, 100.0
+"""Private memory that an import adds, and proportional memory of a server of the tutorial's scene."""
+
+SETTLES_S = 1.0
+"""Seconds after which a server has given back what its start left unused."""
 
 _TIMED_IMPORT = "import time; began = time.perf_counter(); import {}; print(time.perf_counter() - began)"
 
@@ -33,7 +46,7 @@ def measure(effort: Effort) -> Findings:
             SERVER: _server_start,
             LIBRARIES: lambda: _whole_process("import mujoco, numpy, zenoh"),
             PYTHON: lambda: _whole_process("pass"),
-            CLIENT: lambda: processes.figure_of(_TIMED_IMPORT.format("simx_client")),
+            CLIENT: lambda: _whole_process("import simx_client"),
             ZENOH: lambda: processes.figure_of(_TIMED_IMPORT.format("zenoh")),
             CONNECT: lambda: _connect(port),
             WORST: _worst_at_first,
@@ -43,10 +56,38 @@ def measure(effort: Effort) -> Findings:
             {name: lambda case=case: (case(),) for name, case in cases.items()},
             effort.count(7),
         )
-    found = Findings("Start-up")
+    found = Findings("Start-up", topic="Start and memory")
     found.rows = [Row.of(what, rounds, "ms") for what, rounds in taken.items()]
-    found.ratios = [Ratio("server start / importing its libraries", ratio(taken[SERVER], taken[LIBRARIES]))]
+    own = difference(taken[CLIENT], taken[PYTHON])
+    found.ratios = [
+        Ratio(
+            "server start / importing its libraries",
+            ratio(taken[SERVER], taken[LIBRARIES]),
+            target=START_MOST,
+        ),
+        Ratio("import simx_client / starting Python", ratio(own, taken[PYTHON]), target=IMPORT_MOST),
+        Ratio("memory of import simx_client", _memory_of_import(), "MB", IMPORT_MB),
+        Ratio("memory of an idle server", _memory_of_server(), "MB", SERVER_MB),
+    ]
     return found
+
+
+def _memory_of_import() -> float:
+    """Return the private memory in MB that the import adds to Python."""
+    code = (
+        "import os, sys; sys.path.insert(0, os.getcwd())\n{}\n"
+        "from bench.measuring.resources import private_mb; print(private_mb(os.getpid()))"
+    )
+    with_it, without = (processes.figure_of(code.format(line)) for line in ("import simx_client", "pass"))
+    return with_it - without
+
+
+def _memory_of_server() -> float:
+    with processes.server() as server:
+        with connected(server.port) as client:
+            check(vrep.simxGetPingTime(client))
+        time.sleep(SETTLES_S)
+        return memory_mb([server.process_id])
 
 
 def _server_start() -> float:

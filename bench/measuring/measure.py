@@ -10,6 +10,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 
+from .scheduling import DISTURBANCE, MOST_SHARE
+
 logger = logging.getLogger(__name__)
 
 PROGRESS_EVERY = 2.0
@@ -112,18 +114,32 @@ def in_turn(
 ) -> dict[str, Rounds]:
     """Let all cases measure in turn, A B C, C B A, A B C, ...: a steady drift cancels out.
 
+    A turn that other programs disturb is repeated, and the quietest turns are kept.
+
     Args:
         what: for the progress line.
         cases: name to something that measures one round and returns its values.
     """
-    taken: dict[str, list[tuple[float, ...]]] = {name: [] for name in cases}
     order, progress = list(cases), Progress(what, rounds * len(cases))
-    for _ in range(rounds):
+    turns: list[tuple[float, dict[str, tuple[float, ...]]]] = []
+    wanted = rounds
+    while len(turns) < wanted:
+        before, began = DISTURBANCE.sample(), time.perf_counter()
+        turn: dict[str, tuple[float, ...]] = {}
         for name in order:
-            taken[name].append(cases[name]())
+            turn[name] = cases[name]()
             progress.step(name)
         order.reverse()
-    return {name: Rounds(tuple(values)) for name, values in taken.items()}
+        share = DISTURBANCE.share(before)
+        turns.append((share, turn))
+        if share > MOST_SHARE and wanted < 2 * rounds and DISTURBANCE.may_repeat(time.perf_counter() - began):
+            wanted += 1
+    quiet = sorted(range(len(turns)), key=lambda place: turns[place][0])[:rounds]
+    kept = [turns[place] for place in sorted(quiet)]
+    DISTURBANCE.turns += rounds
+    DISTURBANCE.repeated += len(turns) - rounds
+    DISTURBANCE.disturbed += sum(share > MOST_SHARE for share, _ in kept)
+    return {name: Rounds(tuple(turn[name] for _, turn in kept)) for name in cases}
 
 
 def side_by_side(
@@ -176,6 +192,7 @@ class Progress:
     def step(self, detail: str = "") -> None:
         """One of the steps is done."""
         self._done += 1
+        self._steps = max(self._steps, self._done)  # a disturbed turn is repeated
         if time.monotonic() - self._last >= PROGRESS_EVERY:
             self._last = time.monotonic()
             logger.info("%s: %d of %d (%s)", self._what, self._done, self._steps, detail)

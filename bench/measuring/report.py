@@ -1,4 +1,4 @@
-"""What was found, and the page that says it: what should be kept first, then a section for each measurement."""
+"""What was found, and the two pages that say it: a summary of one page, and a section for each measurement."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from .bars import Bar, Bars
 from .measure import Rounds
 
 PLOTS = "plots"
 """The folder beside the page with its pictures."""
+
+DETAILS = "DETAILS.md"
+"""The second page."""
 
 Curve = Sequence[tuple[float, float]]
 """Points (x, y), both above zero, by rising x."""
@@ -26,10 +30,16 @@ class Ratio:
     """At most so much; None when it is only told."""
 
     @property
+    def is_kept(self) -> bool:
+        """Return whether the value is at most the target."""
+        return self.target is not None and self.value <= self.target
+
+    @property
     def verdict(self) -> str:
+        """Return the word for the table."""
         if self.target is None:
             return ""
-        return "yes" if self.value <= self.target else "**no**"
+        return "yes" if self.is_kept else "**no**"
 
 
 @dataclass(frozen=True)
@@ -82,16 +92,34 @@ class Plot:
     panels: Sequence[Panel]
 
 
+@dataclass(frozen=True)
+class Rival:
+    """One line of the summary's table of rivals: a task, and what it takes each of those who can do it."""
+
+    task: str
+    """With its unit."""
+
+    figures: Mapping[str, float]
+    """By the name of the rival; names that begin with `OURS` are this project's."""
+
+
+OURS = "simx"
+
+
 @dataclass
 class Findings:
     """What one measurement brought."""
 
     title: str
+    topic: str = "Other"
+    """Under what its aims stand in the summary."""
+
     ratios: list[Ratio] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     grids: list[Grid] = field(default_factory=list)
     plots: list[Plot] = field(default_factory=list)
+    rivals: list[Rival] = field(default_factory=list[Rival])
 
 
 def number(value: float) -> str:
@@ -119,38 +147,93 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def compose(findings: Sequence[Findings], *, conditions: Sequence[str]) -> str:
-    """The page.
+    """Return the summary: what was kept by topic, the rivals, all aims by topic, the conditions.
 
     Args:
         conditions: what is said of the machine and the run, a line each.
     """
-    lines = ["# What simx costs", "", *(f"- {condition}" for condition in conditions), ""]
+    aims: dict[str, list[Ratio]] = {}
+    for found in findings:
+        aims.setdefault(found.topic, []).extend(each for each in found.ratios if each.target is not None)
+    aims = {topic: each for topic, each in aims.items() if each}
+    lines = [
+        "# What simx costs",
+        "",
+        "Aims are ratios to a baseline of the same run, so they hold on any machine.",
+    ]
+    lines += [f"Figures and what is not an aim: [{DETAILS}]({DETAILS}).", ""]
+    lines += _rivals([rival for found in findings for rival in found.rivals])
+    if aims:
+        lines += ["", "## Aims", "", *_kept(aims)]
+        for topic, each in aims.items():
+            rows = [
+                (aim.what, _with_unit(aim.value, aim), _with_unit(aim.target, aim), aim.verdict)
+                for aim in each
+            ]
+            lines += ["", f"### {topic}", "", *table(("what", "found", "at most", "kept"), rows)]
+    lines += ["", "## Conditions", "", *(f"- {condition}" for condition in conditions)]
+    return "\n".join(lines) + "\n"
+
+
+def details(findings: Sequence[Findings], *, conditions: Sequence[str]) -> str:
+    """Return the page with all figures, a section for each measurement."""
+    lines = ["# What simx costs, in detail", "", "The [report](REPORT.md) has the aims.", ""]
+    lines += [*(f"- {condition}" for condition in conditions), ""]
     lines += [
         "Each figure was taken beside its baseline in the same minutes, in short rounds by turns. A figure is the",
         "median of the rounds' medians (p99: of their 99th percentiles), a ratio the median of the rounds' ratios.",
         "Ratios hold on other machines too; figures do not.",
         "",
         "Sections: " + ", ".join(f"[{found.title}](#{_anchor(found.title)})" for found in findings),
-        "",
-        *_aims([ratio for found in findings for ratio in found.ratios if ratio.target is not None]),
     ]
     for found in findings:
         lines += _section(found)
     return "\n".join(lines) + "\n"
 
 
-def _aims(aims: Sequence[Ratio]) -> list[str]:
-    if not aims:
-        return []
-    kept = sum(aim.verdict == "yes" for aim in aims)
-    rows = [(aim.what, _with_unit(aim.value, aim), _with_unit(aim.target, aim), aim.verdict) for aim in aims]
-    return [
-        "## Aims",
-        "",
-        f"{kept} of {len(aims)} are kept.",
-        "",
-        *table(("what", "found", "at most", "kept"), rows),
+def _kept(aims: Mapping[str, Sequence[Ratio]]) -> list[str]:
+    every = [aim for each in aims.values() for aim in each]
+    rows = [
+        (topic, f"{sum(aim.is_kept for aim in each)} of {len(each)}", _worst(each))
+        for topic, each in aims.items()
     ]
+    return [
+        f"{sum(aim.is_kept for aim in every)} of {len(every)} are kept.",
+        "",
+        *table(("topic", "kept", "furthest from its aim, as a share of what is allowed"), rows),
+    ]
+
+
+def _worst(aims: Sequence[Ratio]) -> str:
+    worst = max(aims, key=lambda aim: aim.value / (aim.target or 1.0))
+    return f"{worst.what}: {number(worst.value / (worst.target or 1.0))}"
+
+
+def _rivals(rivals: Sequence[Rival]) -> list[str]:
+    if not rivals:
+        return []
+    names = list(dict.fromkeys(name for rival in rivals for name in rival.figures))
+    rows = [
+        (name, *(number(rival.figures[name]) if name in rival.figures else "" for rival in rivals))
+        for name in names
+    ]
+    return [
+        "## Rivals",
+        "",
+        f"![rivals]({PLOTS}/rivals.png)",
+        "",
+        *table(("", *(rival.task for rival in rivals)), rows),
+    ]
+
+
+def bars_of(findings: Sequence[Findings]) -> Bars | None:
+    """Return the plot of the rivals; None if they were not measured."""
+    groups = [
+        (rival.task, [Bar(name, value, name.startswith(OURS)) for name, value in rival.figures.items()])
+        for found in findings
+        for rival in found.rivals
+    ]
+    return Bars("rivals", groups) if groups else None
 
 
 def _section(found: Findings) -> list[str]:

@@ -13,15 +13,23 @@ from simx_server.app.settings import Settings
 class Physics:
     """The scene as it is after the start."""
 
-    def __init__(self, stack: ExitStack, time_step: float | None = None) -> None:
+    def __init__(
+        self, stack: ExitStack, time_step: float | None = None, scene: str = "ur5_rg2_kinect"
+    ) -> None:
         """Load it, with a simulation step of this many seconds; gone when the stack is closed."""
-        self.simulation = open_world(Settings(time_step=time_step), stack)
+        self.simulation = open_world(Settings(scene=scene, time_step=time_step), stack)
         self.simulation.simulation.start()
         stack.callback(self.simulation.simulation.stop)
         self.model = self.simulation.simulation.model
         self.data = mujoco.MjData(self.model)
         mujoco.mj_copyData(self.data, self.model, self.simulation.simulation.data)
         self.substeps = self.simulation.simulation.substeps
+
+    @staticmethod
+    def count(scene: str, time_step: float) -> int:
+        """Return the physics steps of a simulation step of this many seconds."""
+        with ExitStack() as stack:
+            return open_world(Settings(scene=scene, time_step=time_step), stack).simulation.substeps
 
     def step(self) -> None:
         """The physics steps of one pass, and nothing else."""

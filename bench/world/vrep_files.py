@@ -23,8 +23,11 @@ SCENE = 5_000_000
 
 DECODE = "decoding a V-REP file of 16 MB, uncompressed, processor time"
 OPEN = "opening a V-REP scene of 5 MB, from its bytes to the compiled model, processor time"
-DECODE_TARGET_S = 1.5
-OPEN_TARGET_S = 2.0
+DECODE_MOST = 45.0
+"""Times zlib's decompression of the same bytes: 1.5 s where that takes 33 ms."""
+
+OPEN_MOST = 12.0
+"""Times MuJoCo's compilation of the same meshes: 2 s where that takes 0.16 s."""
 MEMORY_TARGET = 5.0
 
 _DECODE = """
@@ -54,8 +57,11 @@ import json, sys, time
 from pathlib import Path
 from simx_server.scene.formats.loader import load_scene
 began = time.process_time()
-load_scene(Path(sys.argv[1]))
-print(json.dumps([time.process_time() - began]))
+scene, _ = load_scene(Path(sys.argv[1]))
+took, spec = time.process_time() - began, scene.spec.copy()
+began = time.process_time()
+spec.compile()
+print(json.dumps([took, time.process_time() - began]))
 """
 
 
@@ -74,15 +80,22 @@ def measure(effort: Effort) -> Findings:
             plain.append(took / inflated)
             return (took,)
 
-        cases = {DECODE: decode, OPEN: lambda: (_figures(_OPEN, scene)[0],)}
-        taken: dict[str, Rounds] = in_turn("V-REP files", cases, effort.count(5))
-    found = Findings("V-REP's own files")
+        def open_it() -> tuple[float, ...]:
+            took, alone = _figures(_OPEN, scene)
+            compiled.append(took / alone)
+            return (took,)
+
+        compiled: list[float] = []
+        cases = {DECODE: decode, OPEN: open_it}
+        taken: dict[str, Rounds] = in_turn("V-REP files", cases, effort.count(3, 1))
+    found = Findings("V-REP's own files", topic="Start and memory")
     found.rows = [Row.of(what, rounds, "ms") for what, rounds in taken.items()]
     found.ratios = [
-        Ratio(DECODE, taken[DECODE].median, "s", DECODE_TARGET_S),
-        Ratio("the same / zlib's decompression of the same bytes", statistics.median(plain)),
+        Ratio(
+            f"{DECODE} / zlib's decompression of the same bytes", statistics.median(plain), target=DECODE_MOST
+        ),
         Ratio("memory of decoding it beyond the result / size of the file", max(memory), "x", MEMORY_TARGET),
-        Ratio(OPEN, taken[OPEN].median, "s", OPEN_TARGET_S),
+        Ratio(f"{OPEN} / MuJoCo's compilation of it", statistics.median(compiled), target=OPEN_MOST),
     ]
     return found
 

@@ -25,6 +25,7 @@ class Shape:
         "_arguments",
         "_coercions",
         "_fresh",
+        "_fresh_one",
         "_identifying",
         "_is_scalar",
         "_results",
@@ -47,6 +48,9 @@ class Shape:
         self._identifying = _picked(command.key_positions)
         self._results = tuple(result.kind for result in command.results)
         self._fresh = tuple(result.kind.fresh for result in command.results)
+        self._fresh_one = self._fresh[0] if len(self._fresh) == 1 else None
+        """How the only result is copied for the caller."""
+
         self._is_scalar = self._fresh == (None,)
         """The result is one value that cannot be changed in place."""
 
@@ -104,6 +108,8 @@ class Shape:
         """Return the result made of a reply. Lists are new each time: scripts change them in place."""
         if self._is_scalar:
             return 0, values[0]
+        if self._fresh_one is not None:
+            return 0, self._fresh_one(values[0])
         if not self._results:
             return 0
         if self.command.gives_image:

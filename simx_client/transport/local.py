@@ -109,6 +109,7 @@ class LocalLink:
         """Descriptors whose frames are not complete yet."""
 
         self._frames = Frames()
+        self._frames.count = 1  # the one that brought the memory of the values: the server has counted it
         self._deliveries: deque[bytes] = deque()
         self._readable = select.poll()
         self._readable.register(connected, select.POLLIN)

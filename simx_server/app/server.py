@@ -284,6 +284,7 @@ def run_server(
                 simulation.start()
             if not loop.is_ending:
                 say_ready(gateway, world)
+            heap.give_back()  # loading a large scene leaves half of its memory unused
             if page_listener is not None:
                 pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
             loop.run(None if settings.duration is None else time.monotonic() + settings.duration)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import mujoco
 
 from simx_server.scene.formats.annotations import Annotation, Annotations, SceneError
+from simx_server.scene.spec_elements import leaves_of
 from simx_server.scene.tree import INTERNAL
 
 EQUALITY = INTERNAL + "dependency:"
@@ -26,8 +27,8 @@ def add_dependencies(spec: mujoco.MjSpec, annotations: Annotations) -> None:
 
     Raises SceneError.
     """
-    kinds = {joint.name: joint.type for joint in spec.joints}
     notes = {name: by_kind["joint"] for name, by_kind in annotations.objects.items() if "joint" in by_kind}
+    kinds = {joint.name: joint.type for joint in leaves_of(spec, "joints")} if notes else {}
     for name, note in notes.items():
         _check(name, note, kinds, notes)
         if note.get("mode") == "dependent" and kinds.get(name) in _SINGLE:

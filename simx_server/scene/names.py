@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.nearest import nearest
@@ -90,12 +90,27 @@ def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
 
 def path_of(scene: Scene, handle: int) -> str:
     """Return the full path of an object; an index is added where siblings share the alias."""
-    parts: list[str] = []
-    while handle != -1:
-        above = scene.objects[handle].parent
-        parts.append(path_parts(scene, above)[handle])
-        handle = above
-    return "/" + "/".join(reversed(parts))
+    return paths_of(scene, [handle])[0]
+
+
+def paths_of(scene: Scene, handles: Iterable[int]) -> list[str]:
+    """Return the full paths of objects, as `path_of`; the children of an object are counted once for all of them."""
+    parts: dict[int, dict[int, str]] = {}
+    paths = {-1: ""}
+    found: list[str] = []
+    for handle in handles:
+        way: list[int] = []
+        while handle not in paths:
+            way.append(handle)
+            handle = scene.objects[handle].parent
+        path = paths[handle]
+        for each in reversed(way):
+            above = scene.objects[each].parent
+            if above not in parts:
+                parts[above] = path_parts(scene, above)
+            path = paths[each] = f"{path}/{parts[above][each]}"
+        found.append(path or "/")
+    return found
 
 
 def indexed_path(scene: Scene, handle: int, models: int | None) -> str:

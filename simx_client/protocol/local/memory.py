@@ -116,12 +116,13 @@ class MemoryReader:
     @property
     def sent(self) -> int:
         """Return how many frames have been sent."""
-        return int(_SENT.unpack_from(self._memory, _SENT_AT)[0])
+        count: int = _SENT.unpack_from(self._memory, _SENT_AT)[0]
+        return count
 
     @property
     def has_ended(self) -> bool:
         """Return whether the writing process has closed the connection."""
-        return self.sent == _ENDED
+        return bool(_SENT.unpack_from(self._memory, _SENT_AT)[0] == _ENDED)
 
 
 def _in_order(lock: threading.Lock) -> None:

@@ -11,8 +11,16 @@ from simx_server.handlers.joints import get_joint_force, get_joint_position
 from simx_server.handlers.registry import handler
 from simx_server.handlers.sensors import read_force_sensor, read_proximity_sensor
 from simx_server.scene.geometry import frames
-from simx_server.scene.names import path_of
-from simx_server.scene.objects import ObjectKind
+from simx_server.scene.geometry.many_poses import (
+    Columns,
+    flat,
+    get_poses,
+    orientations,
+    positions,
+    quaternions,
+)
+from simx_server.scene.names import paths_of
+from simx_server.scene.objects import ObjectKind, SceneObject
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -30,19 +38,47 @@ _CYCLIC_RANGE = -1.0
 _HYBRID = 65536
 
 
-def _pose(relative_to: int, *parts: Callable[[Simulation, int, int], list[float]]) -> Callable[..., Row]:
-    def row(world: World, handle: int) -> Row:
-        return [], [value for part in parts for value in part(world.simulation, handle, relative_to)], []
-
-    return row
+Data = tuple[list[int], list[float], list[str]]
+"""The flat lists of all objects."""
 
 
-def _velocity(*parts: int) -> Callable[..., Row]:
+def _each(row: Callable[[World, int], Row]) -> Callable[[World, list[int]], Data]:
+    """Return a function that joins the data of one object after another."""
+
+    def data(world: World, handles: list[int]) -> Data:
+        ints: list[int] = []
+        floats: list[float] = []
+        strings: list[str] = []
+        for handle in handles:
+            more_ints, more_floats, more_strings = row(world, handle)
+            ints += more_ints
+            floats += more_floats
+            strings += more_strings
+        return ints, floats, strings
+
+    return data
+
+
+def _pose(
+    relative_to: int, *parts: Callable[[tuple[Columns, Columns]], Columns]
+) -> Callable[[World, list[int]], Data]:
+    def data(world: World, handles: list[int]) -> Data:
+        found = get_poses(world.simulation, handles, relative_to)
+        return [], flat([column for part in parts for column in part(found)]), []
+
+    return data
+
+
+def _velocity(*parts: int) -> Callable[[World, list[int]], Data]:
     def row(world: World, handle: int) -> Row:
         measured = world.velocities.measure(handle)
         return [], [value for part in parts for value in measured[part]], []
 
-    return row
+    return _each(row)
+
+
+def _objects(world: World, handles: list[int]) -> list[SceneObject]:
+    return list(map(world.simulation.scene.get, handles))
 
 
 def _is(sim: Simulation, handle: int, kind: ObjectKind) -> bool:
@@ -88,34 +124,34 @@ def _joint_properties(world: World, handle: int) -> Row:
     return [kind, mode], [least, _CYCLIC_RANGE if cyclic else extent], []
 
 
-_ROWS: Mapping[int, Callable[[World, int], Row]] = MappingProxyType(
+_DATA: Mapping[int, Callable[[World, list[int]], Data]] = MappingProxyType(
     {
-        0: lambda world, handle: ([], [], [world.simulation.scene.get(handle).name]),
-        1: lambda world, handle: ([int(world.simulation.scene.get(handle).kind)], [], []),
-        2: lambda world, handle: ([world.simulation.scene.get(handle).parent], [], []),
-        3: _pose(_WORLD, frames.get_position),
-        4: _pose(_PARENT, frames.get_position),
-        5: _pose(_WORLD, frames.get_orientation),
-        6: _pose(_PARENT, frames.get_orientation),
-        7: _pose(_WORLD, frames.get_quaternion),
-        8: _pose(_PARENT, frames.get_quaternion),
-        9: _pose(_WORLD, frames.get_position, frames.get_orientation),
-        10: _pose(_PARENT, frames.get_position, frames.get_orientation),
+        0: lambda world, handles: ([], [], [item.name for item in _objects(world, handles)]),
+        1: lambda world, handles: ([int(item.kind) for item in _objects(world, handles)], [], []),
+        2: lambda world, handles: ([item.parent for item in _objects(world, handles)], [], []),
+        3: _pose(_WORLD, positions),
+        4: _pose(_PARENT, positions),
+        5: _pose(_WORLD, orientations),
+        6: _pose(_PARENT, orientations),
+        7: _pose(_WORLD, quaternions),
+        8: _pose(_PARENT, quaternions),
+        9: _pose(_WORLD, positions, orientations),
+        10: _pose(_PARENT, positions, orientations),
         # The original returned Euler angles and one undefined number where its manual says quaternion.
-        11: _pose(_WORLD, frames.get_position, frames.get_quaternion),
-        12: _pose(_PARENT, frames.get_position, frames.get_quaternion),
-        13: _proximity,
-        14: _force,
-        15: _joint_state,
-        16: _joint_properties,
+        11: _pose(_WORLD, positions, quaternions),
+        12: _pose(_PARENT, positions, quaternions),
+        13: _each(_proximity),
+        14: _each(_force),
+        15: _each(_joint_state),
+        16: _each(_joint_properties),
         17: _velocity(0),
         18: _velocity(1),
         19: _velocity(0, 1),
-        20: lambda world, handle: ([], [], [world.simulation.scene.get(handle).alias]),
-        21: lambda world, handle: ([], [], [path_of(world.simulation.scene, handle)]),
+        20: lambda world, handles: ([], [], [item.alias for item in _objects(world, handles)]),
+        21: lambda world, handles: ([], [], paths_of(world.simulation.scene, handles)),
     }
 )
-"""Function that returns the data of one object, by dataType; the stride is constant over all objects."""
+"""Function that returns the data of objects, by dataType; the stride is constant over all objects."""
 
 
 @handler("simxGetObjectGroupData")
@@ -139,14 +175,8 @@ def get_object_group_data(
             f"{object_type} is no object type; give a sim_object_*_type value, {ALL_OBJECTS} for all objects, "
             "or the handle of a collection"
         )
-    ints: list[int] = []
-    floats: list[float] = []
-    strings: list[str] = []
-    row = _ROWS.get(data_type)
-    if row is not None:
-        for handle in handles:
-            more_ints, more_floats, more_strings = row(world, handle)
-            ints += more_ints
-            floats += more_floats
-            strings += more_strings
+    data = _DATA.get(data_type)
+    if data is None:
+        return handles, [], [], []
+    ints, floats, strings = data(world, handles)
     return handles, ints, floats, strings

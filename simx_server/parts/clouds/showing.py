@@ -15,6 +15,7 @@ from simx_server.scene import properties
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.unused_assets import delete_unused
 from simx_server.scene.geometry.point_forms import point_form
+from simx_server.scene.spec_elements import leaves_of
 from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def show(sim: LiveScene, wanted: Mapping[int, Shown]) -> None:
         return
 
     # New names, so that a new geom does not take over the frame of an old one.
-    taken = {geom.name for geom in scene.spec.geoms}
+    taken = {geom.name for geom in leaves_of(scene.spec, "geoms")}
     names = (name for number in count() if (name := f"{_STEM}{number}") not in taken)
 
     def surgery(spec: mujoco.MjSpec) -> None:

@@ -19,6 +19,7 @@ from simx_server.scene import properties
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.unused_assets import delete_unused
 from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
+from simx_server.scene.spec_elements import leaves_of
 from simx_server.scene.tree import GRAFT_END, INTERNAL
 from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
 
@@ -133,5 +134,5 @@ def _is_own(name: str) -> bool:
 
 def _free_names(spec: Any) -> Iterator[str]:
     """Yield names that no geom, mesh or material has."""
-    taken = {each.name for many in (spec.geoms, spec.meshes, spec.materials) for each in many}
+    taken = {each.name for many in (leaves_of(spec, "geoms"), spec.meshes, spec.materials) for each in many}
     return (name for number in count() if (name := f"{_STEM}{number}") not in taken)

@@ -27,6 +27,7 @@ from simx_server.scene.geometry.placing import body_pose, element_pose, free_joi
 from simx_server.scene.geometry.poses import compose, inverse
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.registered import concerned
+from simx_server.scene.spec_elements import bodies_of, leaves_of
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.annotations import Annotation
@@ -131,7 +132,7 @@ class _Pruned:
         if not kept.data:
             dropped.add("data")
         scene = self.sim.scene
-        bodies = {body.name for body in self.spec.bodies}
+        bodies = {body.name for body in bodies_of(self.spec)}
         placed = {name for array, name in self.moved if array == "body_"}
         return Graft(
             spec=self.spec,
@@ -247,7 +248,7 @@ class _Pruned:
 def _strip_textures(spec: mujoco.MjSpec, materials: Iterable[Any]) -> None:
     """Take the textured materials from the shapes of a spec."""
     textured = {material.name for material in materials if any(material.textures)}
-    for geom in spec.geoms:
+    for geom in leaves_of(spec, "geoms"):
         if geom.material in textured:
             geom.material = ""
 

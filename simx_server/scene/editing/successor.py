@@ -90,7 +90,10 @@ class _Successor(Builder):
     def leaves_of(self, element: str, body: int) -> Sequence[int]:
         if body == 0:
             return self._world.get(element, ())
-        found: list[int] = np.flatnonzero(self._bodies_of(self.model, element) == body).tolist()
+        bodies = self._bodies_of(self.model, element)
+        if not len(bodies):
+            return ()
+        found: list[int] = np.flatnonzero(bodies == body).tolist()
         return found
 
     def build(self) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from simx_server.scene.spec_elements import leaves_of
+
 
 def delete_unused(spec: Any, mesh: str, material: str, *, with_textures: bool) -> None:
     """Delete a mesh and a material, by name, if no geom has them.
@@ -14,7 +16,7 @@ def delete_unused(spec: Any, mesh: str, material: str, *, with_textures: bool) -
         material: name, empty for none.
         with_textures: also delete textures of the material that no other material has.
     """
-    geoms = spec.geoms
+    geoms = leaves_of(spec, "geoms")
     if mesh and not any(geom.meshname == mesh for geom in geoms):
         spec.delete(spec.mesh(mesh))
     if not material or any(geom.material == material for geom in geoms):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.specs import one_line, read_scene
 from simx_server.scene.formats.urdf.reading import is_urdf, read_urdf
 from simx_server.scene.objects import Scene
+from simx_server.scene.spec_elements import bodies_of
 from simx_server.scene.tree import INTERNAL, build_scene
 from simx_server.world import physics_warnings
 
@@ -166,13 +167,14 @@ def prepare(spec: mujoco.MjSpec) -> None:
     """Name unnamed elements, give joints an actuator, use radians, choose the integrator (see the module's text)."""
     # Fusing would drop the names of URDF links that are fixed to another.
     spec.compiler.fusestatic = False
-    _name_elements(spec)
-    _use_radians(spec)
-    for body in spec.bodies:
+    bodies = bodies_of(spec)
+    _name_elements(spec, bodies)
+    _use_radians(spec, bodies)
+    for body in bodies:
         if body.sleep in _MAY_SLEEP:  # bodies with motors must not sleep: a new target would not wake them
             body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_AUTO
     driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
-    for joint in spec.joints:
+    for joint in _leaves(bodies, "joints"):
         if (
             joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
             and joint.name not in driven
@@ -213,25 +215,31 @@ def _add_motor(spec: mujoco.MjSpec, joint: str) -> None:
     motor.ctrllimited = motor.forcelimited = motor.actlimited = int(mujoco.mjtLimited.mjLIMITED_FALSE)
 
 
-def _name_elements(spec: mujoco.MjSpec) -> None:
-    bodies = [body for body in spec.bodies if body.name != "world"]
-    _give_names([b for b in bodies if b.geoms], "shape")
-    _give_names([b for b in bodies if not b.geoms], INTERNAL + "body")
-    _give_names([j for j in spec.joints if j.type != mujoco.mjtJoint.mjJNT_FREE], "joint")
-    _give_names([j for j in spec.joints if j.type == mujoco.mjtJoint.mjJNT_FREE], INTERNAL + "free")
-    _give_names(spec.cameras, "camera")
-    _give_names(spec.lights, "light")
+def _leaves(bodies: Sequence[Any], many: str) -> list[Any]:
+    return [leaf for body in bodies for leaf in getattr(body, many)]
+
+
+def _name_elements(spec: mujoco.MjSpec, bodies: Sequence[Any]) -> None:
+    below = [body for body in bodies if body.name != "world"]
+    _give_names([b for b in below if b.geoms], "shape")
+    _give_names([b for b in below if not b.geoms], INTERNAL + "body")
+    joints = _leaves(bodies, "joints")
+    _give_names([j for j in joints if j.type != mujoco.mjtJoint.mjJNT_FREE], "joint")
+    _give_names([j for j in joints if j.type == mujoco.mjtJoint.mjJNT_FREE], INTERNAL + "free")
+    _give_names(_leaves(bodies, "cameras"), "camera")
+    _give_names(_leaves(bodies, "lights"), "light")
     for elements, stem in (
-        (spec.geoms, "geom"), (spec.sites, "site"), (spec.tendons, "tendon"), (spec.actuators, "actuator"),
-        (spec.equalities, "equality"), (spec.sensors, "sensor"),
+        (_leaves(bodies, "geoms"), "geom"), (_leaves(bodies, "sites"), "site"), (spec.tendons, "tendon"),
+        (spec.actuators, "actuator"), (spec.equalities, "equality"), (spec.sensors, "sensor"),
     ):  # fmt: skip
         _give_names(elements, INTERNAL + stem)
 
 
-def _use_radians(spec: mujoco.MjSpec) -> None:
+def _use_radians(spec: mujoco.MjSpec, bodies: Sequence[Any]) -> None:
     """Convert angles as MuJoCo's compiler would: limits and references of joints, orientations as quaternions."""
-    turned = (*spec.bodies, *spec.geoms, *spec.sites, *spec.cameras, *spec.frames)
-    for joint in spec.joints:
+    turned = [*bodies, *(leaf for many in _TURNED for leaf in _leaves(bodies, many))]
+    joints = _leaves(bodies, "joints")
+    for joint in joints:
         if joint.compiler.degree:
             if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_BALL):
                 joint.range[:] = [math.radians(angle) for angle in joint.range]
@@ -244,9 +252,13 @@ def _use_radians(spec: mujoco.MjSpec) -> None:
                 sequence, degree = element.compiler.eulerseq, bool(element.compiler.degree)
                 getattr(element, quat)[:] = spec.resolve_orientation(degree, sequence, orientation)
                 orientation.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-    for element in (*spec.joints, *turned):
+    for element in (*joints, *turned):
         element.compiler.degree = False
     spec.compiler.degree = False
+
+
+_TURNED = ("geoms", "sites", "cameras", "frames")
+"""Lists of a body whose elements have an orientation."""
 
 
 def _give_names(elements: Iterable[Any], stem: str) -> None:

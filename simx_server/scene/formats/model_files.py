@@ -20,6 +20,7 @@ from simx_server.scene.formats.loose_meshes import settle
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.specs import SpecOfFile, read_spec
 from simx_server.scene.objects import Scene
+from simx_server.scene.spec_elements import bodies_of
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
     spec = read.spec
     if list(spec.worldbody.geoms):
         stem = PurePosixPath(name).stem
-        taken = {body.name for body in spec.bodies}
+        taken = {body.name for body in bodies_of(spec)}
         while stem in taken:
             stem += "_base"
         gather_geoms(spec, stem)

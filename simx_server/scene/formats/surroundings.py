@@ -11,6 +11,7 @@ from simx_server.scene.editing.element_copies import LEAVES, Copier, agree
 from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.names import copy_names
+from simx_server.scene.spec_elements import bodies_of
 
 DEFAULT_SCENE = "parts/default_scene.xml"
 PARTS = ("parts/settings.xml", DEFAULT_SCENE)
@@ -63,7 +64,11 @@ def _rename(scene: mujoco.MjSpec, spec: mujoco.MjSpec) -> None:
 
 
 def _objects(spec: mujoco.MjSpec) -> list[Any]:
-    return [*spec.bodies[1:], *(leaf for many in LEAVES.values() for leaf in getattr(spec, many))]
+    bodies = bodies_of(spec)
+    return [
+        *bodies[1:],
+        *(leaf for many in LEAVES.values() for body in bodies for leaf in getattr(body, many)),
+    ]
 
 
 def _rename_some(elements: Iterable[Any], others: Iterable[Any]) -> dict[str, str]:

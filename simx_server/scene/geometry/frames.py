@@ -31,7 +31,7 @@ JOINT_BASE_FLAG = 0x400000
 _OFF_ROTATION = 1e-2
 """Tolerance of the products of a matrix's columns against 0 and 1; single precision and a user's rounding are finer."""
 
-_GIMBAL_LOCK = 0.999995
+GIMBAL_LOCK = 0.999995
 """|sin beta| from which alpha is set to 0 (V-REP's own limit)."""
 
 
@@ -46,6 +46,12 @@ def get_pose(sim: LiveScene, handle: int, relative_to: int = WORLD) -> Pose:
 
 def get_position(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
     """Return the position [x, y, z] in metres."""
+    if relative_to == WORLD:  # what most streams ask for
+        item = sim.scene.objects.get(handle)
+        if item is not None and item.element == "body" and item.id:
+            sim.refresh()
+            position: list[float] = sim.data.xpos[item.id].tolist()
+            return position
     return list(get_pose(sim, handle, relative_to)[0])
 
 
@@ -102,7 +108,7 @@ def euler_from_quat(quat_wxyz: Quaternion) -> list[float]:
     """Return [alpha, beta, gamma] with R = Rx(alpha) Ry(beta) Rz(gamma)."""
     rows = poses.matrix(quat_wxyz)
     sine = max(-1.0, min(1.0, rows[0][2]))
-    if abs(sine) >= _GIMBAL_LOCK:
+    if abs(sine) >= GIMBAL_LOCK:
         return [0.0, math.asin(sine), math.atan2(rows[1][0], rows[1][1])]
     return [math.atan2(-rows[1][2], rows[2][2]), math.asin(sine), math.atan2(-rows[0][1], rows[0][0])]
 

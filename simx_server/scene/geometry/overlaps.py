@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterable
 
 import mujoco
+import numpy as np
 
 from simx_server.scene.objects import Scene
 
@@ -27,9 +28,10 @@ def overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> dict[t
     scratch.mocap_pos[:], scratch.mocap_quat[:] = data.mocap_pos, data.mocap_quat
     mujoco.mj_fwdPosition(model, scratch)
     found: dict[tuple[str, str], float] = {}
-    for contact in scratch.contact:
+    for place in np.flatnonzero(scratch.contact.dist < -_TOLERANCE).tolist():
+        contact = scratch.contact[place]
         depth = -float(contact.dist)
-        if depth <= _TOLERANCE or min(contact.geom) < 0 or _are_immovable(model, contact.geom):
+        if min(contact.geom) < 0 or _are_immovable(model, contact.geom):
             continue
         first, second = sorted(_name(scene, model, int(geom)) for geom in contact.geom)
         found[first, second] = max(depth, found.get((first, second), 0.0))

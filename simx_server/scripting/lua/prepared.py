@@ -1,4 +1,4 @@
-"""What every Lua state of this process starts with, compiled once: the sandbox's chunks and the names of the API.
+"""The start of every Lua state of this process, compiled once: the chunks of the sandbox and the names of the API.
 
 Compiling takes 0.9 ms, and a state is made for each script at each start of the simulation. Loading the compiled form
 takes 0.2 ms. Only texts of this package are compiled here; a script's own chunks are accepted as text alone.

@@ -108,6 +108,24 @@ def test_a_client_on_this_host_uses_the_socket_and_all_modes_work(process: Serve
         assert v.simxGetPingTime(client)[0] == 0
 
 
+def test_a_read_of_a_streamed_value_makes_no_system_call(
+    process: ServerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = connect(process)
+    link = link_of(client)
+    assert link is not None
+    joint = v.simxGetObjectHandle(client, "hinge", BLOCKING)[1]
+    v.simxGetJointPosition(client, joint, v.simx_opmode_streaming)
+    v.simxGetPingTime(client)
+    reads: list[None] = []
+    monkeypatch.setattr(link, "_take_in", lambda: reads.append(None))
+    for _ in range(10):
+        assert v.simxGetJointPosition(client, joint, v.simx_opmode_buffer)[0] == v.simx_return_ok
+    assert reads == []
+    monkeypatch.undo()
+    v.simxFinish(client)
+
+
 def test_messages_of_megabytes_pass_in_both_directions(process: ServerProcess) -> None:
     client = connect(process)
     data = bytes(range(256)) * 20_000

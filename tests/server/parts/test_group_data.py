@@ -10,6 +10,8 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError
+from simx_server.scene import names
+from simx_server.scene.objects import Scene
 
 SHAPE, JOINT, DUMMY, PROXIMITY, VISION, FORCE, LIGHT, OBJECTS = 0, 1, 4, 5, 9, 12, 13, 109
 
@@ -107,6 +109,39 @@ def test_poses_and_velocities_are_those_of_each_object(world: World, data: int) 
     assert len(floats) == count * len(handles)
     for index, handle in enumerate(handles):
         assert floats[count * index : count * (index + 1)] == single(world, handle)
+
+
+def test_euler_angles_near_gimbal_lock_are_those_of_each_object() -> None:
+    turned = "".join(
+        f'<body name="b{place}" euler="0.3 {angle} -0.4"><geom size="0.1"/><body name="c{place}" euler="1 {angle} 2">'
+        '<geom size="0.1"/></body></body>'
+        for place, angle in enumerate((math.pi / 2, -math.pi / 2, 1.5677, 1.5676, 0.0, 3.0))
+    )
+    world = World(f'<mujoco><compiler angle="radian"/><worldbody>{turned}</worldbody></mujoco>')
+    for data, relative_to in ((5, -1), (6, -11)):
+        handles, _, floats, _ = group(world, SHAPE, data)
+        assert floats == [angle for handle in handles for angle in world.call(EULER, handle, relative_to)]
+
+
+def test_a_group_without_objects_has_no_data() -> None:
+    world = World("<mujoco/>")
+    for data in range(22):
+        assert group(world, SHAPE, data) == ([], [], [], [])
+
+
+def test_paths_of_many_siblings_count_them_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    bodies = "".join(f'<body name="part#{place}"><geom size="0.1"/></body>' for place in range(50))
+    world = World(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    counted: list[int] = []
+    count = names.path_parts
+
+    def counting(scene: Scene, parent: int) -> dict[int, str]:
+        counted.append(parent)
+        return count(scene, parent)
+
+    monkeypatch.setattr(names, "path_parts", counting)
+    assert group(world, SHAPE, 21)[3] == [f"/part[{place}]" for place in range(50)]
+    assert counted == [-1]
 
 
 def test_something_moves_so_that_velocities_say_something(world: World) -> None:

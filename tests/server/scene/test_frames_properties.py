@@ -88,7 +88,7 @@ def bent(values: tuple[float, float, float, poses.Quaternion]) -> World:
     return world
 
 
-LOST_NEAR_LOCK = 2.02 * math.sqrt(1 - frames._GIMBAL_LOCK**2)
+LOST_NEAR_LOCK = 2.02 * math.sqrt(1 - frames.GIMBAL_LOCK**2)
 """Near gimbal lock the Euler angles are those of the lock: at most twice the angle to it is lost."""
 
 

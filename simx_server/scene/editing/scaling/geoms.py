@@ -18,6 +18,7 @@ from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.geometry.inertia import get_inertia, set_inertia
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.spec_elements import leaves_of
 from simx_server.scene.tree import INTERNAL
 from simx_server.sensors.triangles import corners_of
 
@@ -218,7 +219,9 @@ def _use_mesh(spec: mujoco.MjSpec, target: Any, points: Array, faces: Any) -> An
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     target.type, target.meshname = _GEOM.mjGEOM_MESH, asset.name
-    if earlier.startswith(_SCALED) and not any(other.meshname == earlier for other in spec.geoms):
+    if earlier.startswith(_SCALED) and not any(
+        other.meshname == earlier for other in leaves_of(spec, "geoms")
+    ):
         spec.delete(spec.mesh(earlier))
     return asset
 
@@ -240,7 +243,9 @@ def _use_scaled_field(
         userdata=np.array(model.hfield_data[start : start + rows * columns], float),
     )
     target.hfieldname = asset.name
-    if earlier.startswith(_SCALED) and not any(other.hfieldname == earlier for other in spec.geoms):
+    if earlier.startswith(_SCALED) and not any(
+        other.hfieldname == earlier for other in leaves_of(spec, "geoms")
+    ):
         spec.delete(spec.hfield(earlier))
 
 
