@@ -117,6 +117,6 @@ def _rollout(physics: Physics, threads: int) -> Generator[Callable[[], object]]:
         def step() -> None:
             nonlocal states
             found, _ = rollout.rollout([model] * COUNT, each, states, controls, nstep=steps)
-            states = np.ascontiguousarray(found[:, -1])
+            states = np.ascontiguousarray(np.asarray(found)[:, -1])
 
         yield step

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.kinds import INT
+from simx_client.protocol.messages import STATUS_OK
 from simx_client.protocol.precision import Values, through_message
 from simx_server.errors import CommandError
 
@@ -33,8 +34,8 @@ class DirectCall:
     """One command of one client, to be called within a turn."""
 
     __slots__ = (
-        "_batches", "_check", "_command", "_count", "_executor", "_run", "_sent", "_session", "_simulation",
-        "may_change_pace", "received",
+        "_batches", "_check", "_command", "_count", "_executor", "_gives_one", "_run", "_sent", "_session",
+        "_simulation", "may_change_pace", "received",
     )  # fmt: skip
 
     def __init__(
@@ -64,6 +65,7 @@ class DirectCall:
         self.may_change_pace = command.waits_for_scripts
         """Whether it may start, stop or step the simulation."""
 
+        self._gives_one = len(command.results) == 1
         self._count = 0
 
     def execute(self, arguments: Values) -> Answer | Future[Answer]:
@@ -86,7 +88,7 @@ class DirectCall:
             result: Any = self._run(*arguments)
             if result.__class__ is GeneratorType or result.__class__ is Future:
                 return self._later(result)
-            return answer_of(command, result)
+            return (STATUS_OK, [result]) if self._gives_one else answer_of(command, result)
         except Exception as error:
             return self._executor.failure(self._session, command.name, error)
         finally:

@@ -95,7 +95,8 @@ class Messages:
 
     def instant(self) -> Instant:
         """Return what a header says of now."""
-        return Instant(time.monotonic(), self._simulation.state, self._simulation.scene_id)
+        simulation = self._simulation
+        return of_fields(Instant, (time.monotonic(), simulation.state, simulation.scene_id))
 
     def header(self, at: Instant, message_id: int, client_time: int) -> Delivery:
         """Return a message without replies that was sent at an instant."""
