@@ -170,6 +170,12 @@ class Settings:
         lone="8080",
         heading="images and recordings",
     )
+    history: float | None = _setting(
+        None,
+        "keep past steps of so many seconds, also while nobody views (180 while somebody does); 0: never",
+        rules.between(0.0, 86_400.0),
+        unset="180 s while a web viewer is open",
+    )
     snapshot: Path | None = _setting(
         None,
         "write one picture and leave (--camera NAME, --size WxH)",

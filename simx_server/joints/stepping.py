@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -33,6 +34,23 @@ Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
 
 Control = Callable[[int, int], object]
 """Called at each physics step: its index in the simulation step (from 0), and their number."""
+
+
+class Memory(NamedTuple):
+    """What the controllers keep from one physics step to the next, copied."""
+
+    places: Mapping[int, int]
+    """Handle of a joint to its place in `sums` and `errors`."""
+
+    sums: np.ndarray
+    errors: np.ndarray
+    forces: np.ndarray
+    sensed: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Return the bytes of the arrays."""
+        return self.sums.nbytes + self.errors.nbytes + self.forces.nbytes + self.sensed.nbytes
 
 
 class Stepper:
@@ -185,13 +203,27 @@ class Stepper:
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
-        for handle, index in self._index.items():
-            source = earlier._index.get(handle)
-            if source is not None:
-                self._sum[index] = earlier._sum[source]
-                self._last[index] = earlier._last[source]
+        self._take_over(earlier._index, earlier._sum, earlier._last)
         if earlier._force.shape == self._force.shape:
             self._force[:] = earlier._force
+
+    def remember(self) -> Memory:
+        """Return a copy of the controllers' memory."""
+        return Memory(
+            self._index, self._sum.copy(), self._last.copy(), self._force.copy(), self._sensed.copy()
+        )
+
+    def recall(self, memory: Memory) -> None:
+        """Restore the memory of a stepper of the same model."""
+        self._take_over(memory.places, memory.sums, memory.errors)
+        self._force[:], self._sensed[:] = memory.forces, memory.sensed
+
+    def _take_over(self, places: Mapping[int, int], sums: np.ndarray, errors: np.ndarray) -> None:
+        for handle, index in self._index.items():
+            source = places.get(handle)
+            if source is not None:
+                self._sum[index] = sums[source]
+                self._last[index] = errors[source]
 
     def _control(self, _index: int, _count: int) -> None:
         data, error, command = self._data, self._error, self._command

@@ -9,6 +9,9 @@ look        known model, known version of its arrays    buffer: `Look`, for each
 survey      known tree, known drawings                  buffer: `Survey`, for the panels, a few times per second
 onePass                                                 starts if necessary, makes one simulation step, pauses
 speed       (one float) times real time, or infinity
+keepPast    whether to                                  keeps past steps for this client, or not any more
+past        step, known model, known arrays             buffer: `Past`, the world after a step of this run
+goOn        step                                        buffer: `GoneOn`; a new run from the end of that step, paused
 ==========  ==========================================  ===========================================================
 
 Answers are msgpack maps. A field that the caller knows already is None: models are large, and trees rarely change.
@@ -27,9 +30,12 @@ import msgpack
 import mujoco
 import numpy as np
 
+from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
+from simx_server.history import History
+from simx_server.history.going_on import go_on
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
 from simx_server.parts.drawing import LINES
@@ -39,18 +45,27 @@ from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
 from simx_server.viewer.messages import (
     ADD_ON,
+    GO_ON,
+    KEEP,
     LOOK,
     ONE_PASS,
+    OWN_NAME,
+    PAST,
+    READS,
     SPEED,
     SURVEY,
     Drawing,
+    GoneOn,
     JointView,
+    Kept,
     Look,
+    Past,
     SceneItem,
     Signals,
     StreamView,
     Survey,
 )
+from simx_server.viewer.past import past_call, past_joints, past_signals
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
@@ -100,20 +115,25 @@ class Feed(Part):
         self._world = loop.world
         self._sim = loop.simulation
         self._realm, self._ports = realm, list(ports)
-        self._functions = Functions[Callable[..., Look | Survey | None]](
+        self._history = loop.history or History(loop)
+        self._history.log.is_left_out = _is_of_viewer
+        self._old: _Sent | None = None
+        """The model of a past step, while it is not the present one."""
+
+        self._functions = Functions[Callable[..., Look | Survey | Past | GoneOn | None]](
             ADD_ON,
             {
                 LOOK: (2, 0, self._look),
                 SURVEY: (2, 0, self._survey),
                 ONE_PASS: (0, 0, self._one_pass),
                 SPEED: (0, 1, self._set_speed),
+                KEEP: (1, 0, self._keep_past),
+                PAST: (3, 0, self._past),
+                GO_ON: (1, 0, self._go_on),
             },
         )
-        self._model = 0
-        """0: the present model was not requested yet."""
-        self._binary = b""
-        self._arrays: list[tuple[str, np.ndarray, bytes]] = []
-        """Name, live view and first content of the model's arrays: comparing bytes is 30 times faster than a search."""
+        self._sent: _Sent | None = None
+        """None: the present model was not requested yet."""
         self._metrics: Metrics | None = None
         self._metrics_until = 0.0
         self._pausing_at: int | None = None
@@ -132,32 +152,94 @@ class Feed(Part):
     def _look(self, known_model: int, known_arrays: int) -> Look:
         sim = self._sim
         sim.refresh()
-        if not self._model:
-            self._model = next(_models)
-            self._binary = _binary(sim.model)
-            self._arrays = [(name, value, value.tobytes()) for name, value in editable_arrays(sim.model)]
-        is_new = known_model != self._model
+        if self._sent is None:
+            self._sent = _Sent(sim.model)
+        sent = self._sent
+        is_new = known_model != sent.number
         version = sim.model_version & 0x7FFFFFFF
         return {
-            "model": self._model,
+            "model": sent.number,
             "arrays_version": version,
-            "binary": self._binary if is_new else None,
-            "arrays": self._changed_arrays() if is_new or known_arrays != version else None,
+            "binary": sent.binary if is_new else None,
+            "arrays": sent.changed_arrays() if is_new or known_arrays != version else None,
             "state": get_state(sim.model, sim.data).tobytes(),
             "running": sim.state.value,
             "time": sim.time,
             "passes": sim.step_count,
             "scene": sim.scene.name,
-            "selection": [handle for handle in self._world.selection.handles if handle in sim.scene.objects],
+            "selection": self._selection(),
         }
 
     def model_changed(self, twins: Twins | None) -> None:
-        self._model = 0
+        self._old, self._sent = self._sent, None
 
-    def _changed_arrays(self) -> dict[str, bytes]:
-        """Return the arrays that commands have written since the model was first sent."""
-        now = ((name, value.tobytes(), first) for name, value, first in self._arrays)
-        return {name: value for name, value, first in now if value != first}
+    def _selection(self) -> list[int]:
+        return [handle for handle in self._world.selection.handles if handle in self._sim.scene.objects]
+
+    # --- the past --------------------------------------------------------------------------------
+
+    def _keep_past(self, wanted: int) -> None:
+        self._history.want(self._loop.executing, bool(wanted))
+
+    def _past(self, step: int, known_model: int, known_arrays: int) -> Past:
+        """Return the world after a kept step, or after the last kept one before it."""
+        sim, history = self._sim, self._history
+        step = history.nearest(step)
+        moment, calls = history.moment(step), history.calls(step)
+        sent = self._sent_of(moment.model)
+        version = moment.structure.version & 0x7FFFFFFF
+        is_new = known_model != sent.number
+        is_news = is_new or known_arrays != version
+        look: Look = {
+            "model": sent.number,
+            "arrays_version": version,
+            "binary": sent.binary if is_new else None,
+            "arrays": sent.differences(moment.structure.snapshot.arrays) if is_news else None,
+            "state": moment.state.tobytes(),
+            "running": "running",
+            "time": step * sim.time_step,
+            "passes": step,
+            "scene": sim.scene.name,
+            "selection": self._selection(),
+        }
+        return {
+            "look": look,
+            "now": (sim.state.value, sim.time, sim.step_count),
+            "calls": [past_call(called) for called in calls.calls],
+            "calls_left_out": calls.left_out,
+            "signals": past_signals(moment.signals),
+            "joints": past_joints(moment),
+        }
+
+    def _sent_of(self, model: mujoco.MjModel) -> _Sent:
+        """Return the model of a past step as it was sent, or is going to be."""
+        for sent in (self._sent, self._old):
+            if sent is not None and sent.model is model:
+                return sent
+        sent = _Sent(model)
+        if model is self._sim.model:
+            self._sent = sent
+        else:
+            self._old = sent
+        return sent
+
+    def _go_on(self, step: int) -> GoneOn:
+        if self._sim.state is SimulationState.RUNNING and self._loop.is_serving:
+            raise CommandError("a script is being executed; try again")
+        gone = go_on(self._loop, self._history, step)
+        return {"step": gone.step, "time": gone.time, "restarted": gone.restarted}
+
+    def _kept(self) -> Kept:
+        history = self._history
+        first, last = history.steps or (-1, -1)
+        return {
+            "is_on": history.is_kept,
+            "first": first,
+            "last": last,
+            "version": history.version,
+            "seconds": history.seconds,
+            "size": history.size,
+        }
 
     # --- the panels ------------------------------------------------------------------------------
 
@@ -183,6 +265,7 @@ class Feed(Part):
             "is_waiting": loop.is_waiting_for_trigger,
             "metrics": self._recent_metrics(),
             "streams": self._streams(),
+            "past": self._kept(),
             "workspace": str(sim.files.workspace),
         }
 
@@ -306,6 +389,35 @@ class Feed(Part):
                 f"a speed is a number above 0, or infinity for as fast as it goes; not {speed}"
             )
         pace.speed = speed
+
+
+class _Sent:
+    """A model as it is sent to a viewer."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.number = next(_models)
+        self.binary = _binary(model)
+        self._arrays = [(name, value, value.tobytes()) for name, value in editable_arrays(model)]
+        """Name, live view and first content of the model's arrays: comparing bytes is 30 times faster than a search."""
+
+    def changed_arrays(self) -> dict[str, bytes]:
+        """Return the arrays that commands have written since the model was first sent."""
+        now = ((name, value.tobytes(), first) for name, value, first in self._arrays)
+        return {name: value for name, value, first in now if value != first}
+
+    def differences(self, saved: Sequence[tuple[np.ndarray, bytes]]) -> dict[str, bytes]:
+        """Return the arrays that differ from those first sent; `saved`: views and contents, in the same order."""
+        pairs = zip(self._arrays, saved, strict=True)
+        return {name: content for (name, _, first), (_, content) in pairs if content != first}
+
+
+def _is_of_viewer(client: str, function: str, arguments: Sequence[Any]) -> bool:
+    """Return whether a call is one with which the web viewer only reads."""
+    if function == "simxCallScriptFunction" and arguments and arguments[0] == ADD_ON:
+        return len(arguments) > 2 and arguments[2] in READS
+    command = BY_NAME.get(function)
+    return client.startswith(OWN_NAME) and command is not None and command.only_reads
 
 
 def _binary(model: mujoco.MjModel) -> bytes:

@@ -10,6 +10,9 @@ from simx_client.protocol.reports import Metrics
 ADD_ON = "simxView"
 
 LOOK, SURVEY, ONE_PASS, SPEED = "look", "survey", "onePass", "speed"
+KEEP, PAST, GO_ON = "keepPast", "past", "goOn"
+READS = frozenset({LOOK, SURVEY, KEEP, PAST})
+"""Functions that change nothing in the simulation."""
 
 OWN_NAME = "simx-page"
 """Prefix of the names of the viewer's own clients."""
@@ -38,6 +41,61 @@ class Look(TypedDict):
     passes: int
     scene: str
     selection: list[int]
+
+
+class PastCall(TypedDict):
+    """A call of a client in a past simulation step."""
+
+    client: str
+    call: str
+    """Function and arguments as they are written in a program, shortened."""
+
+    results: str
+    """What came back; the reason of a failed call; empty: no result, or none yet."""
+
+    has_failed: bool
+    only_reads: bool
+
+
+class Past(TypedDict):
+    """The world after a past simulation step."""
+
+    look: Look
+    """`running`, `time` and `passes` are those of the past; the selection is the present one."""
+
+    now: tuple[State, float, int]
+    """The present state, time and number of steps."""
+
+    calls: list[PastCall]
+    """Those after the step before, until the end of this one, in order."""
+
+    calls_left_out: int
+    signals: dict[str, int | float | str]
+    joints: dict[int, float]
+    """Positions by handle, of joints with one number; rad or m."""
+
+
+class Kept(TypedDict):
+    """What is kept of the present run, or of the last one."""
+
+    is_on: bool
+    first: int
+    last: int
+    """Steps; -1: none is kept."""
+
+    version: int
+    """Changes when later steps than the first ones are gone."""
+
+    seconds: float
+    size: int
+    """Bytes."""
+
+
+class GoneOn(TypedDict):
+    step: int
+    time: float
+    restarted: list[str]
+    """Scripts that have started again, without the values of their variables."""
 
 
 class SceneItem(TypedDict):
@@ -146,4 +204,5 @@ class Survey(TypedDict):
 
     metrics: Metrics
     streams: list[StreamView]
+    past: Kept
     workspace: str

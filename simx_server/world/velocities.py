@@ -67,13 +67,19 @@ class Velocities(Part):
             if len(self._after[element][0])
         ]
 
-    def remember(self) -> None:
+    def store(self) -> None:
         """Store the poses at the end of a simulation step. The kinematics must be fresh."""
         self._before, self._after = self._after, self._before
         for element, places, turns in self._sources:
             kept_places, kept_turns = self._after[element]
             kept_places[:] = places
             kept_turns[:] = turns
+
+    def go_on(self, before: mujoco.MjData | None) -> None:
+        """Take the velocities between an earlier step's poses and the present ones; None: all are 0."""
+        self.restart()
+        if before is not None:
+            self._before = _copy(before)
 
     def _carry(self, twins: Twins) -> None:
         """Carry velocities over to an edited model, for elements that stayed (by name)."""
@@ -110,11 +116,14 @@ class Velocities(Part):
         )
 
     def _copy(self) -> Memory:
-        data = self._sim.data
-        return {
-            element: (getattr(data, place).copy(), getattr(data, turn).copy())
-            for element, (place, turn) in _ARRAYS.items()
-        }
+        return _copy(self._sim.data)
+
+
+def _copy(data: mujoco.MjData) -> Memory:
+    return {
+        element: (getattr(data, place).copy(), getattr(data, turn).copy())
+        for element, (place, turn) in _ARRAYS.items()
+    }
 
 
 def _pose(memory: Memory, element: str, index: int) -> Pose:

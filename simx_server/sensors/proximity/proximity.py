@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,15 @@ class ProximitySensors(Part):
 
     def scene_changed(self) -> None:
         self._forget_all()
+
+    def remember(self) -> object:
+        return self.enabled, self._explicit, dict(self._entities), Counter(self._throws)
+
+    def recall(self, memory: Any) -> None:
+        self.enabled, self._explicit, entities, throws = memory
+        self._entities, self._throws = dict(entities), Counter(throws)
+        self._optics.clear()  # annotations were restored
+        self.sense()
 
     def read(self, handle: int) -> Detection | None:
         """Return the result of the last handling; None when nothing is in the volume.
