@@ -36,7 +36,10 @@ class Cut:
     size: int
 
     def __repr__(self) -> str:
-        shown = repr(self.beginning)
+        return self.described(repr(self.beginning))
+
+    def described(self, shown: str) -> str:
+        """Return how a program would write it; `shown`: the beginning."""
         unit = "bytes" if isinstance(self.beginning, bytes) else "letters"
         if isinstance(self.beginning, list):
             return f"{shown[:-1]}, ... ({self.size} items)]"
@@ -82,6 +85,8 @@ class CallsOfStep:
     """Further calls of the step, which are not kept."""
 
     size: int
+    has_changes: bool
+    """One of the calls may change something."""
 
 
 def short(value: Any, depth: int = 0) -> Any:
@@ -154,4 +159,5 @@ class LogOfCalls:
         calls = tuple(self._calls)
         left_out, self._count = self._count - len(calls), 0
         self._calls.clear()
-        return CallsOfStep(calls, left_out, sum(each.size for each in calls))
+        has_changes = any(not each.only_reads for each in calls)
+        return CallsOfStep(calls, left_out, sum(each.size for each in calls), has_changes)

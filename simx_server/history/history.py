@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from operator import attrgetter
 from typing import TYPE_CHECKING, Protocol
 
 from simx_server.errors import CommandError
 from simx_server.world.part import Part
 
-from .calls import Called, CallsOfStep, LogOfCalls
+from .calls import CallsOfStep, LogOfCalls
 from .moments import Moment, take
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 SECONDS = 180.0
 """Simulated seconds that are kept while a web viewer is open."""
 
-_NONE = CallsOfStep((), 0, 0)
+_NONE = CallsOfStep((), 0, 0, False)
 _STEP = attrgetter("step")
 
 
@@ -133,12 +133,18 @@ class History(Part):
         place = bisect_left(self._moments, step + 1, key=_STEP)
         return self._moments[max(0, place - 1)].step
 
-    def find_calls(self, text: str) -> Iterator[tuple[int, Called]]:
-        """Yield the calls whose function or client contains a text, with their steps, the newest first."""
-        for moment, calls in zip(reversed(self._moments), reversed(self._calls), strict=True):
-            for called in reversed(calls.calls):
-                if text in called.function or text in called.client:
-                    yield moment.step, called
+    def find_change(self, step: int, direction: int) -> int:
+        """Return the nearest step with a call that changes something, before (-1) or after (1) a kept one; -1: none.
+
+        Raises:
+            CommandError: the step is not kept.
+        """
+        place = self._place(step) + direction
+        while 0 <= place < len(self._moments):
+            if self._calls[place].has_changes:
+                return self._moments[place].step
+            place += direction
+        return -1
 
     def cut(self, step: int) -> None:
         """Forget all moments after a step: a new run goes on from it."""
@@ -227,5 +233,5 @@ class History(Part):
             calls = self._calls[place]
             if calls.calls:
                 self._size_of_calls -= calls.size
-                self._calls[place] = CallsOfStep((), calls.left_out + len(calls.calls), 0)
+                self._calls[place] = CallsOfStep((), calls.left_out + len(calls.calls), 0, calls.has_changes)
             place += 1

@@ -204,7 +204,8 @@ class Feed(Part):
         }
         return {
             "look": look,
-            "now": (sim.state.value, sim.time, sim.step_count),
+            "call_before": history.find_change(step, -1),
+            "call_after": history.find_change(step, +1),
             "calls": [past_call(called) for called in calls.calls],
             "calls_left_out": calls.left_out,
             "signals": past_signals(moment.signals),
@@ -224,8 +225,6 @@ class Feed(Part):
         return sent
 
     def _go_on(self, step: int) -> GoneOn:
-        if self._sim.state is SimulationState.RUNNING and self._loop.is_serving:
-            raise CommandError("a script is being executed; try again")
         gone = go_on(self._loop, self._history, step)
         return {"step": gone.step, "time": gone.time, "restarted": gone.restarted}
 
@@ -233,6 +232,7 @@ class Feed(Part):
         history = self._history
         first, last = history.steps or (-1, -1)
         return {
+            "now": (self._sim.state.value, self._sim.time, self._sim.step_count),
             "is_on": history.is_kept,
             "first": first,
             "last": last,

@@ -63,9 +63,10 @@ class Past(TypedDict):
     look: Look
     """`running`, `time` and `passes` are those of the past; the selection is the present one."""
 
-    now: tuple[State, float, int]
-    """The present state, time and number of steps."""
+    call_before: int
+    """The last step before this one with a call that changes something; -1: none."""
 
+    call_after: int
     calls: list[PastCall]
     """Those after the step before, until the end of this one, in order."""
 
@@ -77,6 +78,9 @@ class Past(TypedDict):
 
 class Kept(TypedDict):
     """What is kept of the present run, or of the last one."""
+
+    now: tuple[State, float, int]
+    """The present state, time and number of steps."""
 
     is_on: bool
     first: int

@@ -7,7 +7,7 @@ from typing import Any
 
 from simx_client.protocol.commands import ANSWERED
 from simx_server.history import Moment
-from simx_server.history.calls import Called, short
+from simx_server.history.calls import Called, Cut, short
 
 from .messages import PastCall
 
@@ -21,7 +21,7 @@ def past_call(called: Called) -> PastCall:
     command = ANSWERED.get(called.function)
     names = [argument.name for argument in command.arguments] if command is not None else []
     arguments = [
-        f"{names[number]}={value!r}" if number < len(names) else repr(value)
+        f"{names[number]}={_shown(value)}" if number < len(names) else _shown(value)
         for number, value in enumerate(called.arguments)
     ]
     text = f"{called.function}({', '.join(arguments)})"
@@ -42,8 +42,20 @@ def _results(called: Called, names: list[str]) -> str:
     if len(names) != len(called.results):
         names = []
     return ", ".join(
-        f"{names[number]}={value!r}" if names else repr(value) for number, value in enumerate(called.results)
+        f"{names[number]}={_shown(value)}" if names else _shown(value)
+        for number, value in enumerate(called.results)
     )
+
+
+def _shown(value: Any) -> str:
+    """Return a value as in a program; clients send most numbers with seven digits."""
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_shown, value))}]"  # pyright: ignore[reportUnknownArgumentType]
+    if isinstance(value, Cut):
+        return value.described(_shown(value.beginning))
+    return repr(value)
 
 
 def _cut(text: str) -> str:

@@ -213,7 +213,8 @@ def test_the_past_is_shown_while_the_run_goes_on(open_lab: Open) -> None:
     now = ask(lab.client, LOOK, -1, -1)
     past = ask(lab.client, PAST, 4, now["model"], now["arrays_version"])
     assert lab.sim.step_count == 8
-    assert past["now"] == ["running", pytest.approx(0.4), 8]
+    assert ask(lab.client, SURVEY, -1, -1)["past"]["now"] == ["running", pytest.approx(0.4), 8]
+    assert (past["call_before"], past["call_after"]) == (1, -1)
     look = past["look"]
     assert (look["passes"], look["time"], look["model"], look["binary"]) == (4, 0.2, now["model"], None)
     assert past["joints"][lab.handle("elbow")] == then[1]

@@ -91,7 +91,7 @@ class Plots:
         if time < self._time:
             for plot in self._plots:
                 plot.clear()
-        if time != self._time:
+        if time != self._time and not self._mirror.is_past:
             self._time = time
             for plot in self._plots:
                 plot.sample(time, plot.curve.read(survey, self._mirror.copy))
