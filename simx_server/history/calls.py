@@ -6,13 +6,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from heapq import merge
 from itertools import islice
+from operator import itemgetter
 from typing import Any
 
 from simx_client.protocol.messages import STATUS_OK
 
 MOST_PER_STEP = 500
-"""Calls of one simulation step that are kept; further ones are counted."""
+"""Calls of one simulation step that are kept, of those that read and of the others each; earlier ones are counted."""
 
 _MOST_ITEMS = 24
 """Items of a list that are kept."""
@@ -25,6 +27,7 @@ _MOST_DEPTH = 2
 _ENTRY, _ITEM = 400, 40
 """About how many bytes a call takes, and each value in it."""
 
+_NUMBER = itemgetter(0)
 _PLAIN = (int, float, bool, type(None))
 
 
@@ -119,7 +122,10 @@ class LogOfCalls:
     """The calls since the last simulation step. Physics thread only, except where an answer comes from another one."""
 
     def __init__(self) -> None:
-        self._calls: deque[Called] = deque(maxlen=MOST_PER_STEP)
+        self._calls: deque[tuple[int, Called]] = deque(maxlen=MOST_PER_STEP)
+        self._reads: deque[tuple[int, Called]] = deque(maxlen=MOST_PER_STEP)
+        """Kept separately, with numbers: a client that reads without a pause displaces no other call."""
+
         self._count = 0
         self.is_left_out: Callable[[str, str, Sequence[Any]], bool] = lambda _name, _function, _arguments: (
             False
@@ -151,13 +157,14 @@ class LogOfCalls:
         elif answer is not None:
             called.finish(*answer)
         self._count += 1
-        self._calls.append(called)
+        (self._reads if only_reads else self._calls).append((self._count, called))
         return called
 
     def take(self) -> CallsOfStep:
         """Return the calls since the last time, and forget them."""
-        calls = tuple(self._calls)
+        calls = tuple(called for _, called in merge(self._calls, self._reads, key=_NUMBER))
+        has_changes = bool(self._calls)
         left_out, self._count = self._count - len(calls), 0
         self._calls.clear()
-        has_changes = any(not each.only_reads for each in calls)
+        self._reads.clear()
         return CallsOfStep(calls, left_out, sum(each.size for each in calls), has_changes)

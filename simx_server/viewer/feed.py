@@ -30,6 +30,7 @@ import msgpack
 import mujoco
 import numpy as np
 
+from simx_client.protocol import windows
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_client.protocol.reports import Metrics
@@ -413,9 +414,12 @@ class _Sent:
 
 
 def _is_of_viewer(client: str, function: str, arguments: Sequence[Any]) -> bool:
-    """Return whether a call is one with which the web viewer only reads."""
-    if function == "simxCallScriptFunction" and arguments and arguments[0] == ADD_ON:
-        return len(arguments) > 2 and arguments[2] in READS
+    """Return whether a call is one with which the web viewer only reads, or of a window of a script."""
+    if function == "simxCallScriptFunction" and len(arguments) > 2:
+        add_on, function = arguments[0], arguments[2]
+        return (add_on == ADD_ON and function in READS) or (
+            add_on == windows.ADD_ON and function in (windows.SHOWN, windows.EXCHANGE)
+        )
     command = BY_NAME.get(function)
     return client.startswith(OWN_NAME) and command is not None and command.only_reads
 

@@ -123,14 +123,21 @@ def test_calls_have_a_bound_of_their_own_and_leave_the_steps(open_lab: Open) -> 
     assert repr(lab.history.calls(20).calls[0].arguments[1]).endswith("... (100000 bytes)")
 
 
-def test_of_very_many_calls_in_a_step_the_last_are_kept(open_lab: Open) -> None:
-    lab = open_lab(MACHINE)
-    lab.start()
-    for _ in range(MOST_PER_STEP + 30):
-        v.simxSetIntegerSignal(lab.client, "n", 1, BLOCKING)
-    lab.steps(1)
-    calls = lab.history.calls(1)
-    assert (len(calls.calls), calls.left_out) == (MOST_PER_STEP, 30)
+def test_of_very_many_calls_in_a_step_the_last_are_kept_and_reading_displaces_no_others() -> None:
+    log = LogOfCalls()
+    for number in range(3):
+        log.note("arm", "simxSetFloatSignal", ["gain", number], (0, []))
+    for number in range(MOST_PER_STEP + 30):
+        log.note("eye", "simxGetJointPosition", [number], (0, [0.0]), only_reads=True)
+    log.note("arm", "simxSetFloatSignal", ["gain", 3], (0, []))
+    step = log.take()
+    assert step.left_out == 30
+    assert step.has_changes
+    functions = [called.function for called in step.calls]
+    assert functions == ["simxSetFloatSignal"] * 3 + ["simxGetJointPosition"] * MOST_PER_STEP + [
+        "simxSetFloatSignal"
+    ]
+    assert log.take().calls == ()
 
 
 def test_long_values_are_shortened_and_what_is_kept_does_not_change() -> None:
