@@ -9,10 +9,10 @@ look        known model, known version of its arrays    buffer: `Look`, for each
 survey      known tree, known drawings                  buffer: `Survey`, for the panels, a few times per second
 onePass                                                 starts if necessary, makes one simulation step, pauses
 speed       (one float) times real time, or infinity
-keepPast    whether to                                  keeps past steps for this client, or not any more
 past        step, known model, known arrays             buffer: `Past`, the world after a step of this run
-goOn        step                                        buffer: `GoneOn`; a new run from the end of that step, paused
 ==========  ==========================================  ===========================================================
+
+`simx_client.protocol.past` has the functions for past steps that other programs use as well.
 
 Answers are msgpack maps. A field that the caller knows already is None: models are large, and trees rarely change.
 """
@@ -33,6 +33,7 @@ import numpy as np
 from simx_client.protocol import windows
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
+from simx_client.protocol.past import GO_ON, KEEP, KEPT, STEP, GoneOn, Kept, PastStep
 from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
 from simx_server.history import History
@@ -46,8 +47,6 @@ from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
 from simx_server.viewer.messages import (
     ADD_ON,
-    GO_ON,
-    KEEP,
     LOOK,
     ONE_PASS,
     OWN_NAME,
@@ -56,9 +55,7 @@ from simx_server.viewer.messages import (
     SPEED,
     SURVEY,
     Drawing,
-    GoneOn,
     JointView,
-    Kept,
     Look,
     Past,
     SceneItem,
@@ -121,15 +118,17 @@ class Feed(Part):
         self._old: _Sent | None = None
         """The model of a past step, while it is not the present one."""
 
-        self._functions = Functions[Callable[..., Look | Survey | Past | GoneOn | None]](
+        self._functions = Functions[Callable[..., Look | Survey | Past | Kept | PastStep | GoneOn | None]](
             ADD_ON,
             {
                 LOOK: (2, 0, self._look),
                 SURVEY: (2, 0, self._survey),
                 ONE_PASS: (0, 0, self._one_pass),
                 SPEED: (0, 1, self._set_speed),
-                KEEP: (1, 0, self._keep_past),
                 PAST: (3, 0, self._past),
+                KEEP: (1, 0, self._keep_past),
+                KEPT: (0, 0, self._kept),
+                STEP: (1, 0, self._past_step),
                 GO_ON: (1, 0, self._go_on),
             },
         )
@@ -186,7 +185,7 @@ class Feed(Part):
         """Return the world after a kept step, or after the last kept one before it."""
         sim, history = self._sim, self._history
         step = history.nearest(step)
-        moment, calls = history.moment(step), history.calls(step)
+        moment = history.moment(step)
         sent = self._sent_of(moment.model)
         version = moment.structure.version & 0x7FFFFFFF
         is_new = known_model != sent.number
@@ -203,12 +202,20 @@ class Feed(Part):
             "scene": sim.scene.name,
             "selection": self._selection(),
         }
+        return {"look": look, "step": self._past_step(step)}
+
+    def _past_step(self, step: int) -> PastStep:
+        """Return what belongs to a kept step, or to the last kept one before it."""
+        history = self._history
+        step = history.nearest(step)
+        moment, calls = history.moment(step), history.calls(step)
         return {
-            "look": look,
-            "call_before": history.find_change(step, -1),
-            "call_after": history.find_change(step, +1),
+            "step": step,
+            "time": step * self._sim.time_step,
             "calls": [past_call(called) for called in calls.calls],
             "calls_left_out": calls.left_out,
+            "call_before": history.find_change(step, -1),
+            "call_after": history.find_change(step, +1),
             "signals": past_signals(moment.signals),
             "joints": past_joints(moment),
         }
@@ -238,6 +245,7 @@ class Feed(Part):
             "first": first,
             "last": last,
             "version": history.version,
+            "time_step": self._sim.time_step,
             "seconds": history.seconds,
             "size": history.size,
         }

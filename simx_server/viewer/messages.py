@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypedDict
+from typing import Any, TypedDict
 
+from simx_client.protocol.past import ADD_ON as ADD_ON
+from simx_client.protocol.past import GO_ON as GO_ON
+from simx_client.protocol.past import KEEP, KEPT, STEP, Kept, PastStep, State
 from simx_client.protocol.reports import Metrics
 
-ADD_ON = "simxView"
-
 LOOK, SURVEY, ONE_PASS, SPEED = "look", "survey", "onePass", "speed"
-KEEP, PAST, GO_ON = "keepPast", "past", "goOn"
-READS = frozenset({LOOK, SURVEY, KEEP, PAST})
+PAST = "past"
+READS = frozenset({LOOK, SURVEY, PAST, KEEP, KEPT, STEP})
 """Functions that change nothing in the simulation."""
 
 OWN_NAME = "simx-page"
 """Prefix of the names of the viewer's own clients."""
-
-State = Literal["stopped", "running", "paused"]
 
 
 class Look(TypedDict):
@@ -43,63 +42,13 @@ class Look(TypedDict):
     selection: list[int]
 
 
-class PastCall(TypedDict):
-    """A call of a client in a past simulation step."""
-
-    client: str
-    call: str
-    """Function and arguments as they are written in a program, shortened."""
-
-    results: str
-    """What came back; the reason of a failed call; empty: no result, or none yet."""
-
-    has_failed: bool
-    only_reads: bool
-
-
 class Past(TypedDict):
     """The world after a past simulation step."""
 
     look: Look
     """`running`, `time` and `passes` are those of the past; the selection is the present one."""
 
-    call_before: int
-    """The last step before this one with a call that changes something; -1: none."""
-
-    call_after: int
-    calls: list[PastCall]
-    """Those after the step before, until the end of this one, in order."""
-
-    calls_left_out: int
-    signals: dict[str, int | float | str]
-    joints: dict[int, float]
-    """Positions by handle, of joints with one number; rad or m."""
-
-
-class Kept(TypedDict):
-    """What is kept of the present run, or of the last one."""
-
-    now: tuple[State, float, int]
-    """The present state, time and number of steps."""
-
-    is_on: bool
-    first: int
-    last: int
-    """Steps; -1: none is kept."""
-
-    version: int
-    """Changes when later steps than the first ones are gone."""
-
-    seconds: float
-    size: int
-    """Bytes."""
-
-
-class GoneOn(TypedDict):
-    step: int
-    time: float
-    restarted: list[str]
-    """Scripts that have started again, without the values of their variables."""
+    step: PastStep
 
 
 class SceneItem(TypedDict):

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from simx_client.protocol.commands import ANSWERED
+from simx_client.protocol.past import PastCall
 from simx_server.history import Moment
 from simx_server.history.calls import Called, Cut, short
-
-from .messages import PastCall
 
 _MOST_SIGNALS = 200
 _MOST_LETTERS = 400
@@ -71,11 +70,11 @@ def past_signals(
     return dict(list(shown.items())[:_MOST_SIGNALS])
 
 
-def past_joints(moment: Moment) -> dict[int, float]:
-    """Return the positions (rad, m) of joints with one number, by handle; tendons are left out."""
+def past_joints(moment: Moment) -> dict[str, float]:
+    """Return the positions (rad, m) of joints with one number, by name; tendons are left out."""
     positions = moment.state[1:]  # the time stands first
     return {
-        handle: float(positions[binding.qpos])
-        for handle, binding in moment.joints.bindings.items()
+        binding.name: float(positions[binding.qpos])
+        for binding in moment.joints.bindings.values()
         if binding.element == "joint" and binding.kind != "ball"
     }

@@ -16,8 +16,9 @@ import msgpack
 from simx_client import Client
 from simx_client.client import Calls
 from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
+from simx_client.protocol.past import KEEP
 from simx_server.parts.add_ons import ADD_ON_TYPE
-from simx_server.viewer.messages import ADD_ON, KEEP, LOOK, PAST, SURVEY, Look, Past, Survey
+from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY, Look, Past, Survey
 
 logger = logging.getLogger(__name__)
 T = TypeVar("T")

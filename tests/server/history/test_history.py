@@ -15,12 +15,13 @@ from recordings import recorded, replay
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DONE
+from simx_client.protocol.past import GO_ON, KEEP, STEP
 from simx_server.history import History, LogOfCalls
 from simx_server.history.calls import MOST_PER_STEP, Cut, short
 from simx_server.limits import Limits
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.messages import ADD_ON, GO_ON, KEEP, LOOK, PAST, SURVEY
+from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY
 
 Open = Callable[[str], Lab]
 
@@ -221,11 +222,11 @@ def test_the_past_is_shown_while_the_run_goes_on(open_lab: Open) -> None:
     past = ask(lab.client, PAST, 4, now["model"], now["arrays_version"])
     assert lab.sim.step_count == 8
     assert ask(lab.client, SURVEY, -1, -1)["past"]["now"] == ["running", pytest.approx(0.4), 8]
-    assert (past["call_before"], past["call_after"]) == (1, -1)
+    assert (past["step"]["call_before"], past["step"]["call_after"]) == (1, -1)
     look = past["look"]
     assert (look["passes"], look["time"], look["model"], look["binary"]) == (4, 0.2, now["model"], None)
-    assert past["joints"][lab.handle("elbow")] == then[1]
-    first = ask(lab.client, PAST, 1, -1, -1)
+    assert past["step"]["joints"]["elbow"] == then[1]
+    first = ask(lab.client, STEP, 1)
     assert first["calls"][-1]["call"].startswith("simxSetJointTargetPosition(")
     assert ask(lab.client, PAST, 99, -1, -1)["look"]["passes"] == 8, "the last that is kept"
 

@@ -13,8 +13,9 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
+from simx_client.protocol.past import STEP
 from simx_server.history import History
-from simx_server.viewer.messages import ADD_ON, PAST
+from simx_server.viewer.messages import ADD_ON
 from simx_server.viewer.page.panels.time_slider import TimeSlider, calls_as_html
 from simx_server.world.simulation import SimulationState
 
@@ -64,7 +65,7 @@ class Slider(Stage):
         for _ in range(2):  # the answer may turn to another step
             if (step := self.time.step) is not None:
                 feed = self.world.parts.scripts.add_ons[ADD_ON]
-                buffer = feed.call(PAST, [step, -1, -1], [], [], b"")[3]
+                buffer = feed.call(STEP, [step], [], [], b"")[3]
                 self.time.show(msgpack.unpackb(buffer, strict_map_key=False))
         self.show()
 

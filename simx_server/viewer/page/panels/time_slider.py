@@ -10,8 +10,9 @@ import msgpack
 import viser
 
 from simx_client import Client
+from simx_client.protocol.past import ADD_ON, GO_ON, GoneOn, PastCall, PastStep
 from simx_server.parts.add_ons import ADD_ON_TYPE
-from simx_server.viewer.messages import ADD_ON, GO_ON, GoneOn, Look, Past, PastCall, Survey
+from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Hands
 
 from .elements import harmless, put
@@ -43,7 +44,7 @@ class TimeSlider:
         self._first = self._last = -1
         self._time_step = 0.0
         self._now: tuple[str, float, int] = ("stopped", 0.0, 0)
-        self._past: Past | None = None
+        self._past: PastStep | None = None
         self._step: int | None = None
         self._seeks_call = False
         """Turn to the last call before the step that is shown next, if it has none."""
@@ -84,7 +85,7 @@ class TimeSlider:
         """Return the past step to show; None: the present."""
         return self._step
 
-    def show(self, past: Past | None) -> None:
+    def show(self, past: PastStep | None) -> None:
         """Show what belongs to the past step; None: no step is kept any more."""
         if past is None:
             self.leave()
@@ -181,9 +182,9 @@ class TimeSlider:
 
     # --- what is shown ---------------------------------------------------------------------------
 
-    def _show_past(self, past: Past) -> None:
+    def _show_past(self, past: PastStep) -> None:
         state, time, steps = self._now
-        step, then = past["look"]["passes"], past["look"]["time"]
+        step, then = past["step"], past["time"]
         where = f"<b>The past: step {step}, {then:.2f} s.</b>"
         if steps > step:
             where += f" That is {time - then:.2f} s ago; the simulation {_DOES[state]}."
@@ -214,7 +215,7 @@ def _value(value: object) -> str:
     return harmless(f"{value:.6g}" if isinstance(value, float) else str(value), 40)
 
 
-def calls_as_html(past: Past, *, with_reads: bool) -> str:
+def calls_as_html(past: PastStep, *, with_reads: bool) -> str:
     """Return the calls of a step, one below the other; the texts are of clients, so they are escaped."""
     calls = [call for call in past["calls"] if with_reads or not call["only_reads"]]
     hidden = len(past["calls"]) - len(calls)
