@@ -172,9 +172,9 @@ class Settings:
     )
     history: float | None = _setting(
         None,
-        "keep past steps of so many seconds, also while nobody views (180 while somebody does); 0: never",
+        "keep past steps of so many seconds, also while nobody views (120 while somebody does); 0: never",
         rules.between(0.0, 86_400.0),
-        unset="180 s while a web viewer is open",
+        unset="120 s while a web viewer is open",
     )
     snapshot: Path | None = _setting(
         None,

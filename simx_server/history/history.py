@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
     from simx_server.world.world import World
 
-SECONDS = 180.0
+SECONDS = 120.0
 """Simulated seconds that are kept while a web viewer is open."""
 
 _NONE = CallsOfStep((), 0, 0, False)

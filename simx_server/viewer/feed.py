@@ -10,6 +10,8 @@ survey      known tree, known drawings                  buffer: `Survey`, for th
 onePass                                                 starts if necessary, makes one simulation step, pauses
 speed       (one float) times real time, or infinity
 past        step, known model, known arrays             buffer: `Past`, the world after a step of this run
+sensing                                                 buffer: `Sensing`, readings of sensors as lines
+files                                                   buffer: `Files`, names of shipped scenes and models
 ==========  ==========================================  ===========================================================
 
 `simx_client.protocol.past` has the functions for past steps that other programs use as well.
@@ -19,16 +21,14 @@ Answers are msgpack maps. A field that the caller knows already is None: models 
 
 from __future__ import annotations
 
-import secrets
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from itertools import count, islice
+from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgpack
 import mujoco
-import numpy as np
 
 from simx_client.protocol import windows
 from simx_client.protocol.commands import BY_NAME
@@ -42,16 +42,19 @@ from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
 from simx_server.parts.drawing import LINES
 from simx_server.runtime.monitoring import report
-from simx_server.scene.editing.model_state import editable_arrays, get_state
+from simx_server.scene.editing.model_state import get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
+from simx_server.viewer.inspection import script_views, sensing, shipped_files
 from simx_server.viewer.messages import (
     ADD_ON,
+    FILES,
     LOOK,
     ONE_PASS,
     OWN_NAME,
     PAST,
     READS,
+    SENSING,
     SPEED,
     SURVEY,
     Drawing,
@@ -64,6 +67,7 @@ from simx_server.viewer.messages import (
     Survey,
 )
 from simx_server.viewer.past import past_call, past_joints, past_signals
+from simx_server.viewer.sent_model import SentModel
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
@@ -91,18 +95,8 @@ T = TypeVar("T")
 _MOST_SIGNALS = 1000
 """Signals of a kind in an answer."""
 
-_MOST_COMPRESSED = 8 << 20
-"""Bytes of a model that is compressed: for larger ones, compression takes longer than the transfer, and the simulation
-waits for it.
-"""
-
 _METRICS_EVERY = 1.0
 """Seconds. The metrics cover the last five, and with many commands they cost more than all the rest."""
-
-_models = count(1 + secrets.randbelow(1 << 30))
-"""Numbers models so that two models never have the same number: in several servers of a process, or in a server that
-replaces another one before its viewer has noticed.
-"""
 
 
 class Feed(Part):
@@ -115,10 +109,10 @@ class Feed(Part):
         self._realm, self._ports = realm, list(ports)
         self._history = loop.history or History(loop)
         self._history.log.is_left_out = _is_of_viewer
-        self._old: _Sent | None = None
+        self._old: SentModel | None = None
         """The model of a past step, while it is not the present one."""
 
-        self._functions = Functions[Callable[..., Look | Survey | Past | Kept | PastStep | GoneOn | None]](
+        self._functions = Functions[Callable[..., Mapping[str, Any] | None]](
             ADD_ON,
             {
                 LOOK: (2, 0, self._look),
@@ -126,13 +120,15 @@ class Feed(Part):
                 ONE_PASS: (0, 0, self._one_pass),
                 SPEED: (0, 1, self._set_speed),
                 PAST: (3, 0, self._past),
+                SENSING: (0, 0, lambda: sensing(self._world)),
+                FILES: (0, 0, shipped_files),
                 KEEP: (1, 0, self._keep_past),
                 KEPT: (0, 0, self._kept),
                 STEP: (1, 0, self._past_step),
                 GO_ON: (1, 0, self._go_on),
             },
         )
-        self._sent: _Sent | None = None
+        self._sent: SentModel | None = None
         """None: the present model was not requested yet."""
         self._metrics: Metrics | None = None
         self._metrics_until = 0.0
@@ -153,7 +149,7 @@ class Feed(Part):
         sim = self._sim
         sim.refresh()
         if self._sent is None:
-            self._sent = _Sent(sim.model)
+            self._sent = SentModel(sim.model)
         sent = self._sent
         is_new = known_model != sent.number
         version = sim.model_version & 0x7FFFFFFF
@@ -220,12 +216,12 @@ class Feed(Part):
             "joints": past_joints(moment),
         }
 
-    def _sent_of(self, model: mujoco.MjModel) -> _Sent:
+    def _sent_of(self, model: mujoco.MjModel) -> SentModel:
         """Return the model of a past step as it was sent, or is going to be."""
         for sent in (self._sent, self._old):
             if sent is not None and sent.model is model:
                 return sent
-        sent = _Sent(model)
+        sent = SentModel(model)
         if model is self._sim.model:
             self._sent = sent
         else:
@@ -275,6 +271,7 @@ class Feed(Part):
             "metrics": self._recent_metrics(),
             "streams": self._streams(),
             "past": self._kept(),
+            "scripts": script_views(self._world),
             "workspace": str(sim.files.workspace),
         }
 
@@ -400,27 +397,6 @@ class Feed(Part):
         pace.speed = speed
 
 
-class _Sent:
-    """A model as it is sent to a viewer."""
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self.model = model
-        self.number = next(_models)
-        self.binary = _binary(model)
-        self._arrays = [(name, value, value.tobytes()) for name, value in editable_arrays(model)]
-        """Name, live view and first content of the model's arrays: comparing bytes is 30 times faster than a search."""
-
-    def changed_arrays(self) -> dict[str, bytes]:
-        """Return the arrays that commands have written since the model was first sent."""
-        now = ((name, value.tobytes(), first) for name, value, first in self._arrays)
-        return {name: value for name, value, first in now if value != first}
-
-    def differences(self, saved: Sequence[tuple[np.ndarray, bytes]]) -> dict[str, bytes]:
-        """Return the arrays that differ from those first sent; `saved`: views and contents, in the same order."""
-        pairs = zip(self._arrays, saved, strict=True)
-        return {name: content for (name, _, first), (_, content) in pairs if content != first}
-
-
 def _is_of_viewer(client: str, function: str, arguments: Sequence[Any]) -> bool:
     """Return whether a call is one with which the web viewer only reads, or of a window of a script."""
     if function == "simxCallScriptFunction" and len(arguments) > 2:
@@ -430,13 +406,6 @@ def _is_of_viewer(client: str, function: str, arguments: Sequence[Any]) -> bool:
         )
     command = BY_NAME.get(function)
     return client.startswith(OWN_NAME) and command is not None and command.only_reads
-
-
-def _binary(model: mujoco.MjModel) -> bytes:
-    """Return the model as MuJoCo's file in zlib's format, compressed unless it is large."""
-    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return zlib.compress(buffer.data, 1 if buffer.size <= _MOST_COMPRESSED else 0)
 
 
 def _some(signals: Mapping[str, T]) -> dict[str, T]:

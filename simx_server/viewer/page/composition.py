@@ -24,10 +24,14 @@ from .panels.interface import Interface
 from .panels.joints import Joints
 from .panels.objects import Objects
 from .panels.run import Run
+from .panels.scripts import Scripts
 from .panels.signals import Signals
 from .panels.time_slider import TimeSlider
 from .panels.windows import Windows
 from .quiet_viser import renumber, set_title
+from .tools.files import Files
+from .tools.gizmo import Gizmo
+from .tools.shots import Shots
 from .world import World
 
 logger = logging.getLogger(__name__)
@@ -85,9 +89,12 @@ class Page:
         """The server was asked to keep the past."""
 
         self._view = Guarded(gui, "the 3-D view")
+        self._sensed = Guarded(gui, "the readings of sensors in the 3-D view")
         self._surveyed = Guarded(gui, "what stands beside the bodies of the 3-D view")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Objects"):
+            self._placed("the folder of files", lambda: Files(gui, hands))
+            gizmo = Gizmo(browser, hands)
             self._placed("the tab of objects", lambda: Objects(gui, hands))
         with tabs.add_tab("Joints"):
             self._placed("the legend of keys", lambda: Keys(gui, hands))
@@ -100,11 +107,13 @@ class Page:
         with tabs.add_tab("Signals"):
             self._placed("the tab of signals", lambda: Signals(gui, hands, mirror))
         with tabs.add_tab("Dialogs"):
+            self._placed("the list of scripts", lambda: Scripts(gui))
             self._placed("the tab of dialogs", lambda: Interface(gui, hands))
         with tabs.add_tab("Clients"):
             self._placed("the tab of clients", lambda: Clients(gui))
         with tabs.add_tab("View"):
-            self._world = World(browser, hands, mirror)
+            self._world = World(browser, hands, mirror, gizmo)
+            self._shots = Shots(gui, self._tell)
 
     def _placed(self, name: str, make: Callable[[], P]) -> P:
         """Make a panel in the container that is open now, below the mark of its failures."""
@@ -178,7 +187,11 @@ class Page:
         survey = self._eye.survey()
         state, seconds, steps = survey["past"]["now"]  # the panels show the present, also beside a past step
         now: Look = {**look, "running": state, "time": seconds, "passes": steps}
-        done = [self._surveyed.update(partial(self._world.survey, survey))]
+        sensing = self._eye.sensing() if self._world.wants_sensing else None
+        done = [
+            self._surveyed.update(partial(self._world.survey, survey)),
+            self._sensed.update(partial(self._world.sense, sensing)),
+        ]
         done += [guard.update(partial(panel.update, survey, now)) for guard, panel in self._parts]
         return all(done)
 
@@ -187,6 +200,7 @@ class Page:
         self._ending.set()
 
     def close(self) -> None:
+        self._shots.close()
         for _, panel in self._parts:
             panel.close()
         self._hands.close()

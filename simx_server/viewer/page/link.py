@@ -18,7 +18,7 @@ from simx_client.client import Calls
 from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
 from simx_client.protocol.past import KEEP
 from simx_server.parts.add_ons import ADD_ON_TYPE
-from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY, Look, Past, Survey
+from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SENSING, SURVEY, Look, Past, Sensing, Survey
 
 logger = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -108,6 +108,10 @@ class Eye:
         seen = cast(Past, msgpack.unpackb(answer, strict_map_key=False))
         self._model, self._arrays = seen["look"]["model"], seen["look"]["arrays_version"]
         return seen
+
+    def sensing(self) -> Sensing:
+        """Read what sensors measure. Raises Away."""
+        return cast(Sensing, self._ask(SENSING))
 
     def forget_look(self) -> None:
         """Make the next look return everything."""
