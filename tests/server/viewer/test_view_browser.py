@@ -344,6 +344,32 @@ def test_the_browser_comes_back_when_the_server_does(place: Place) -> None:
     assert place.until(place.is_state("running"))
 
 
+def test_a_screenshot_is_saved_a_plot_as_a_table_and_a_shipped_scene_opened(
+    place: Place, tmp_path: Path
+) -> None:
+    place.tab("View")
+    place.button("top").click()
+    with place.page.expect_download() as download:
+        place.button("Screenshot").click()
+    download.value.save_as(tmp_path / "view.png")
+    picture = cv2.imread(str(tmp_path / "view.png"))
+    assert picture is not None
+    assert picture.std() > 5  # the scene is there
+    place.tab("Signals")
+    place.button("Add plot").click()
+    with place.page.expect_download() as download:
+        place.button("Save as CSV").click()
+    download.value.save_as(tmp_path / "plot.csv")
+    assert (tmp_path / "plot.csv").read_text().startswith("t / s,")
+    place.tab("Objects")
+    place.page.get_by_text("Open a scene or model").click()
+    place.page.locator("input:visible:right-of(:text-is('Scene'))").first.click()
+    place.page.get_by_role("option", name="cart_pole").click()
+    place.button("Open scene").click()
+    place.page.get_by_text("cart_pole —").wait_for()
+    assert place.until(lambda: place.page.title() == "cart_pole - simx")
+
+
 def test_pictures_of_the_documentation_are_small() -> None:
     for name in pictures.TABS:
         file = ROOT / "docs" / "pictures" / f"{name}.png"

@@ -25,10 +25,10 @@ from simx_server.viewer.page.ground import is_ground
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.panels.clients import Clients
 from simx_server.viewer.page.panels.objects import Objects
-from simx_server.viewer.page.panels.plots import Curve, vertical_axis
 from simx_server.viewer.page.panels.run import Run
 from simx_server.viewer.page.quiet_viser import set_title
 from simx_server.viewer.page.tools.gizmo import Gizmo
+from simx_server.viewer.page.tools.plot import Curve, vertical_axis
 from simx_server.viewer.page.world import World
 
 __all__ = ["browser"]

@@ -260,7 +260,7 @@ def test_speed_is_set_and_nonsense_is_refused(told: Told) -> None:
     for nonsense in (0.0, -1.0, float("nan")):
         with pytest.raises(CommandError, match="above 0"):
             told.ask(SPEED, floats=(nonsense,))
-    with pytest.raises(CommandError, match="it has: look, survey, onePass, speed, past, keepPast"):
+    with pytest.raises(CommandError, match="it has: look, survey, onePass, speed, past, sensing"):
         told.ask("glance")
     with pytest.raises(CommandError, match="takes 2 integers"):
         told.ask(LOOK, 1)

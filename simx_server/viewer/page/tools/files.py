@@ -5,11 +5,12 @@ from __future__ import annotations
 import msgpack
 import viser
 
+import simx_client as simx
 from simx_client import Client
 from simx_client.protocol.past import ADD_ON, ADD_ON_TYPE
 from simx_server.viewer.messages import FILES, Look, Survey
 from simx_server.viewer.messages import Files as Names
-from simx_server.viewer.page.link import Hands, make
+from simx_server.viewer.page.link import Hands
 
 _OWN: str = "(a file of the workspace)"
 
@@ -64,10 +65,17 @@ class Files:
 
 
 def load(client: Client, name: str, *, is_model: bool) -> None:
-    """Load a scene or a model. Raises SimxError; ValueError: no name was given."""
+    """Load a scene or a model. Raises ValueError: no name was given, or the server refuses it, with its reason."""
     if not name:
         raise ValueError("no file is named; choose a shipped one, or type a path in the server's workspace")
+    function = "simxLoadModel" if is_model else "simxLoadScene"
     if is_model:
-        make(client, lambda calls: calls.simxLoadModel(name, 0))
+        code = simx.simxLoadModel(client.id, name, 0, simx.simx_opmode_blocking)[0]
     else:
-        make(client, lambda calls: calls.simxLoadScene(name, 0))
+        code = simx.simxLoadScene(client.id, name, 0, simx.simx_opmode_blocking)
+    if code != simx.simx_return_ok:
+        errors = simx.simxGetLastErrors(client.id, simx.simx_opmode_blocking)[1]
+        reasons = [error for error in errors if error.startswith(function)]  # others may be of scripts
+        raise ValueError(
+            reasons[-1] if reasons else f"'{name}' could not be loaded; the server's log has the reason"
+        )
