@@ -113,7 +113,7 @@ def test_the_selected_object_is_dragged_by_ordinary_calls(bench: Bench) -> None:
     box = bench.handle("box")
     gizmo.update(bench.copy(), bench.items, [box], is_past=False)
     assert cast(Any, gizmo)._controls is None, "it is off at first"
-    bench.check("Drag the selected object")
+    bench.check("Drag object")
     gizmo.update(bench.copy(), bench.items, [box], is_past=False)
     controls = cast(Any, gizmo)._controls
     assert controls.position == pytest.approx([0, 0, 0.1])
@@ -125,7 +125,7 @@ def test_the_selected_object_is_dragged_by_ordinary_calls(bench: Bench) -> None:
 
 def test_it_is_gone_in_the_past_for_several_objects_and_for_joints(bench: Bench) -> None:
     gizmo = Gizmo(bench.browser, bench.hands)
-    bench.check("Drag the selected object")
+    bench.check("Drag object")
     box, wall, hinge = (bench.handle(name) for name in ("box", "wall", "hinge"))
     for selection, is_past, is_there in (
         ([box], False, True), ([box], True, False), ([box, wall], False, False), ([hinge], False, False),

@@ -38,7 +38,7 @@ class Gizmo:
         self._scene = browser.scene
         self._latest: Latest[Pose] = Latest(hands, _put_object)
         self._is_on = browser.gui.add_checkbox(
-            "Drag the selected object", False, hint="by arrows and rings in the 3-D view; joints have sliders"
+            "Drag object", False, hint="the selected one, by arrows and rings in the 3-D view; joints have sliders"
         )
         self._handle = -1
         self._controls: viser.TransformControlsHandle | None = None
