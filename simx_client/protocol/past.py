@@ -24,7 +24,7 @@ State = Literal["stopped", "running", "paused"]
 
 
 class Kept(TypedDict):
-    """What is kept of the present run, or of the last one."""
+    """The steps that are kept of the present run, or of the last one."""
 
     now: tuple[State, float, int]
     """The present state, time and number of steps."""
@@ -53,14 +53,14 @@ class PastCall(TypedDict):
     """Function and arguments as they are written in a program, shortened."""
 
     results: str
-    """What came back; the reason of a failed call; empty: no result."""
+    """The returned values; the reason of a failed call; empty: no result."""
 
     has_failed: bool
     only_reads: bool
 
 
 class PastStep(TypedDict):
-    """What belongs to a past simulation step, beside its state."""
+    """A past simulation step, without its state."""
 
     step: int
     time: float

@@ -172,7 +172,7 @@ class Settings:
     )
     history: float | None = _setting(
         None,
-        "keep past steps of so many seconds, also while nobody views (120 while somebody does); 0: never",
+        "keep the last seconds of a run for simx past and the time slider, viewed or not; 0: never",
         rules.between(0.0, 86_400.0),
         unset="120 s while a web viewer is open",
     )

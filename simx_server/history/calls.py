@@ -33,18 +33,18 @@ _PLAIN = (int, float, bool, type(None))
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """A long value, of which only the beginning is kept."""
+    """A long value, of which only the start is kept."""
 
-    beginning: Any
+    start: Any
     size: int
 
     def __repr__(self) -> str:
-        return self.described(repr(self.beginning))
+        return self.described(repr(self.start))
 
     def described(self, shown: str) -> str:
-        """Return how a program would write it; `shown`: the beginning."""
-        unit = "bytes" if isinstance(self.beginning, bytes) else "letters"
-        if isinstance(self.beginning, list):
+        """Return how a program would write it; `shown`: the start."""
+        unit = "bytes" if isinstance(self.start, bytes) else "letters"
+        if isinstance(self.start, list):
             return f"{shown[:-1]}, ... ({self.size} items)]"
         return f"{shown}... ({self.size} {unit})"
 
@@ -61,7 +61,7 @@ class Called:
     """Shortened, in the order of the function's own arguments."""
 
     results: Any = None
-    """A tuple, shortened; None: there is no answer yet. Of a failed call the reason, a text."""
+    """A tuple, shortened; None: the answer has not come yet. Of a failed call the reason, a text."""
 
     has_failed: bool = False
     only_reads: bool = False
@@ -93,7 +93,7 @@ class CallsOfStep:
 
 
 def short(value: Any, depth: int = 0) -> Any:
-    """Return a value as it is, or a copy of its beginning: what is kept must be small, and must not change."""
+    """Return a value as it is, or a copy of its start: what is kept must be small, and must not change."""
     if isinstance(value, _PLAIN):
         return value
     if isinstance(value, str | bytes):
@@ -114,7 +114,7 @@ def _size(value: Any) -> int:
     if isinstance(value, list):
         return _ITEM + sum(map(_size, value))  # pyright: ignore[reportUnknownArgumentType]
     if isinstance(value, Cut):
-        return _ITEM + _size(value.beginning)
+        return _ITEM + _size(value.start)
     return _ITEM
 
 

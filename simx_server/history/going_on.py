@@ -41,11 +41,13 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
     Clients stay connected; those that step the simulation go on stepping it.
 
     Raises:
-        CommandError: the step is not kept, or the call comes from a script or from within a step.
+        CommandError: the step is not kept, or a script is being executed, which the stop would end.
     """
     world, sim = loop.world, loop.simulation
     moment, before = history.moment(step), history.before(step)
-    if not sim.is_settled or loop.is_serving:
+    if world.scripts.is_active or loop.is_serving:
+        raise CommandError("no new run can start while a script is being executed; call this from a client")
+    if not sim.is_settled:
         raise CommandError("the simulation is about to start or to stop; try again")
     stepping = [session for session in loop.sessions.values() if session.is_stepping]
     loop.is_going_back = True

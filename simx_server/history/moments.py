@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _DERIVED = ("qfrc_bias", "actuator_force", "sensordata", "ten_length", "qacc")
 """Arrays of MuJoCo's data that are read before the next physics step, and that the state does not determine: they are
-of the last physics step's beginning.
+of the start of the last physics step.
 """
 
 _BASE = 5000
@@ -34,7 +34,9 @@ _BASE = 5000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Structure:
-    """What rarely changes: the model with its arrays, the tree of objects. State and joints of `snapshot` are not used.
+    """The model with its arrays and the tree of objects, which rarely change.
+
+    State and joints of `snapshot` are not used.
 
     The contents of arrays are shared with the structure before.
     """

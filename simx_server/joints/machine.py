@@ -51,7 +51,7 @@ _settings = attrgetter(*(name for name in _NAMES if name not in _MOVING))
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What the joints need to go on from the end of a simulation step; see `Machine.remember_moment`."""
+    """The state of the joints at the end of a simulation step; see `Machine.remember_moment`."""
 
     bindings: dict[int, Binding]
     values: tuple[tuple[Any, ...], ...]
@@ -218,7 +218,7 @@ class Machine:
     def recall_moment(self, moment: Moment) -> None:
         """Go on from what `remember_moment` returned; `recall` has restored its settings already.
 
-        Writes velocities of joints that move by themselves, so the state is restored once more after this.
+        Writes velocities of joints that move without a motor, so the state is restored once more after this.
         """
         self._average_force = moment.averages_force
         self._measured.recall(moment.measured)

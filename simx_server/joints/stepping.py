@@ -37,7 +37,7 @@ Control = Callable[[int, int], object]
 
 
 class Memory(NamedTuple):
-    """What the controllers keep from one physics step to the next, copied."""
+    """A copy of what the controllers keep from one physics step to the next."""
 
     places: Mapping[int, int]
     """Handle of a joint to its place in `sums` and `errors`."""

@@ -53,7 +53,7 @@ def _shown(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_shown, value))}]"  # pyright: ignore[reportUnknownArgumentType]
     if isinstance(value, Cut):
-        return value.described(_shown(value.beginning))
+        return value.described(_shown(value.start))
     return repr(value)
 
 

@@ -60,8 +60,8 @@ class Part:
     def remember(self) -> object:
         """Return what this part needs to go on later from the end of this simulation step; None: nothing.
 
-        What is returned must not change any more. Called at the end of each step while a history is kept, so it must be
-        quick; a part without memory of the run does not override it.
+        The returned object must not change any more. Called at the end of each step while a history is kept, so it must
+        be quick; a part without memory of the run does not override it.
         """
 
     def recall(self, memory: object) -> None:

@@ -28,7 +28,7 @@ _ASLEEP_ARRAYS = (
     "tree_asleep", "tree_awake", "body_awake", "body_awake_ind", "dof_awake_ind", "parent_awake_ind",
 )  # fmt: skip
 _ASLEEP_COUNTS = "ntree_awake", "nbody_awake", "nparent_awake", "nv_awake"
-"""What MuJoCo's state lacks: which trees sleep, and the lists of those that do not."""
+"""Not in MuJoCo's state: the trees that sleep, and the lists of those that do not."""
 
 Asleep = tuple[dict[str, np.ndarray], dict[str, int], bool]
 """Arrays and counts by name, and whether everything is to wake."""

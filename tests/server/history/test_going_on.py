@@ -13,6 +13,7 @@ from real_world import BLOCKING
 import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.recording import state
+from simx_server.viewer.feed import Feed
 
 
 def driving(lab: Lab) -> Callable[[int], None]:
@@ -205,6 +206,24 @@ def test_scripts_start_again_and_the_answer_names_them(
     lab.start()
     lab.steps(1)
     assert lab.parts.signals.integers["n"] == 1, "the script has started again"
+
+
+def test_a_script_cannot_go_on_from_within_itself(open_lab: Callable[[str], Lab], tmp_path: Path) -> None:
+    (tmp_path / "count.lua").write_text(
+        "function sysCall_init() end\n"
+        "function back()\n"
+        "  return sim.callScriptFunction('goOn@simxView', sim.scripttype_addonscript, {2}, {}, {}, '')\n"
+        "end\n"
+    )
+    lab = open_lab(LUA.format(file="count.lua"))
+    lab.loop.history = lab.history
+    lab.parts.scripts.add_ons["simxView"] = Feed(lab.loop, "lab", ())
+    lab.start()
+    lab.steps(4)
+    code, *_ = v.simxCallScriptFunction(lab.client, "cart", 1, "back", (), (), (), b"", BLOCKING)
+    assert code == v.simx_return_remote_error_flag
+    assert "while a script is being executed" in v.simxGetLastErrors(lab.client, BLOCKING)[1][-1]
+    assert lab.sim.step_count == 4
 
 
 def test_derived_numbers_are_those_of_the_step(open_lab: Callable[[str], Lab]) -> None:

@@ -372,6 +372,6 @@ def test_a_screenshot_is_saved_a_plot_as_a_table_and_a_shipped_scene_opened(
 
 
 def test_pictures_of_the_documentation_are_small() -> None:
-    for name in pictures.TABS:
+    for name in pictures.PICTURES:
         file = ROOT / "docs" / "pictures" / f"{name}.png"
         assert file.stat().st_size <= 250_000

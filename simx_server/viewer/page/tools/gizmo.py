@@ -22,7 +22,7 @@ _MOVED = 1e-4
 """Metres, or a unit quaternion's difference, below which it stays."""
 
 _DRAGGED = ("body", "site", "camera")
-"""Elements whose objects have a pose of their own."""
+"""Elements whose objects are posed alone."""
 
 _WORLD = -1
 """In place of the object to which a pose is relative."""
@@ -38,7 +38,9 @@ class Gizmo:
         self._scene = browser.scene
         self._latest: Latest[Pose] = Latest(hands, _put_object)
         self._is_on = browser.gui.add_checkbox(
-            "Drag object", False, hint="the selected one, by arrows and rings in the 3-D view; joints have sliders"
+            "Drag object",
+            False,
+            hint="the selected one, by arrows and rings in the 3-D view; joints have sliders",
         )
         self._handle = -1
         self._controls: viser.TransformControlsHandle | None = None

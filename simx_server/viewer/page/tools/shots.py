@@ -24,7 +24,7 @@ FPS = 10
 """Frames a second of a film; a browser that draws slower repeats frames."""
 
 LONGEST = 120.0
-"""Seconds after which a film ends by itself."""
+"""Seconds after which a film ends automatically."""
 
 _TIMEOUT = 20.0
 """Seconds to wait for a frame; a browser without a graphics card takes its time."""
