@@ -36,6 +36,8 @@ POSE = {"UR5_joint4": -1.0, "UR5_joint5": 1.12, "UR5_joint6": 0.58}
 
 SELECTED = "Cylinder"
 TABS = {"view-objects": "Objects", "view-cameras": "Cameras", "view-joints": "Joints"}
+PAST = "view-time"
+PICTURES = (*TABS, PAST)
 
 
 def find_chromium() -> str | None:
@@ -101,7 +103,18 @@ def main() -> int:
         for name, tab in TABS.items():
             choose(page, tab)
             page.wait_for_timeout(4000)
-            shoot(page, file := FOLDER / f"{name}.png")
+            shoot(page, FOLDER / f"{name}.png")
+        vrep.simxSetFloatSignal(client, "gripping_force", 12.5, vrep.simx_opmode_blocking)
+        for name in POSE:
+            _, joint = vrep.simxGetObjectHandle(client, name, vrep.simx_opmode_blocking)
+            vrep.simxSetJointTargetPosition(client, joint, 0.0, vrep.simx_opmode_blocking)
+        choose(page, "Objects")
+        page.wait_for_timeout(4000)
+        page.get_by_role("button", name="◀ call", exact=True).click()
+        page.wait_for_timeout(4000)
+        shoot(page, FOLDER / f"{PAST}.png")
+        for name in PICTURES:
+            file = FOLDER / f"{name}.png"
             sys.stdout.write(f"{file} {file.stat().st_size // 1000} kB\n")
         vrep.simxFinish(client)
         server.terminate()

@@ -17,6 +17,7 @@ COMMANDS = {
     "list": ("list the live simulators", "simx_client.cli.listing"),
     "call": ("call one function of the remote API", "simx_client.cli.call"),
     "watch": ("print the results of a reading function whenever they change", "simx_client.cli.watch"),
+    "past": ("show the last steps of a run and their calls, go on from one", "simx_client.cli.past"),
     "image": ("write a camera's image into a file", "simx_client.cli.image"),
     "completion": (
         "print the completion script of a shell",

@@ -91,6 +91,11 @@ class Limits:
     images: int = _size(512 << 20, "of images that vision sensors keep", 16 << 30)
     """Images set by clients, and images kept for scripts."""
 
+    history: int = _size(128 << 20, "of past steps of a run", 16 << 30)
+    """States of steps for the web viewer's time slider; the oldest are forgotten first."""
+    history_calls: int = _size(32 << 20, "of calls in past steps of a run", 16 << 30)
+    """The oldest are forgotten first; the states of their steps stay."""
+
     @classmethod
     def of(cls, texts: Iterable[str]) -> Limits:
         """Return the defaults, changed by texts such as ``objects=500`` or ``message=32M``.

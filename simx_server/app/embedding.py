@@ -21,7 +21,9 @@ from simx_server.gateways.errors import GatewayError
 from simx_server.outputs.packages import OutputError
 from simx_server.recording import LogError, Recorder
 from simx_server.sensors.opengl.backend import requested_backend
+from simx_server.viewer.feed import Feed
 from simx_server.viewer.launching import listen, missing, page
+from simx_server.viewer.messages import ADD_ON
 from simx_server.world.simulation import SimulationState
 
 from .cli import make_parser
@@ -66,6 +68,8 @@ class EmbeddedServer:
             has_gateways = any(getattr(settings, name) for name in _WAYS_IN)
             if has_gateways:
                 self._open_ways_in(settings, stack)
+            else:
+                self.world.scripts.add_ons[ADD_ON] = Feed(self.loop, "embedded", ())
             self._turns = Turns(self.loop, has_gateways=has_gateways)
             self._stack = stack.pop_all()
         if self._recorder is not None:

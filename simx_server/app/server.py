@@ -207,15 +207,14 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
         try:
             opened = Opened(LogReader(recording), folder)
-            world = open_world(
-                opened.settings(settings), stack, lambda world, _: opened.attach(world.simulation), rendering
-            )
+            recorded = opened.settings(settings)
+            world = open_world(recorded, stack, lambda world, _: opened.attach(world.simulation), rendering)
             attach_outputs(world, settings, stack, opened.began)
             moment = None
             if settings.snapshot is not None:
                 shot = Shot(world, settings.camera, settings.size)
                 moment = Moment(world, shot, settings.duration)
-            outcome = replay(opened, world)
+            outcome = replay(opened, world, recorded.history)
             if moment is not None and settings.snapshot is not None:
                 moment.write(settings.snapshot)
             if problem := outcome.problem:
@@ -304,13 +303,14 @@ def _say_ready(gateway: ZenohGateway, world: World) -> None:
 
 
 class _QuitAfterStop(Part):
-    """``--quit-after-stop``: the server ends with its first run."""
+    """``--quit-after-stop``: the server ends with its first run, unless a new one goes on from a step of it."""
 
     def __init__(self, loop: ServerLoop) -> None:
         self._loop = loop
 
     def run_stopped(self) -> None:
-        self._loop.end()
+        if not self._loop.is_going_back:
+            self._loop.end()
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from simx_server.gateways.local.gateway import LocalGateway
 from simx_server.gateways.script_doors import ScriptDoors
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
+from simx_server.history import History
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.viewer.feed import Feed
@@ -38,6 +39,7 @@ def make_loop(world: World, settings: Settings) -> ServerLoop:
     parameters.pace = pacer
     parameters.is_waiting_for_trigger = lambda: loop.is_waiting_for_trigger
     parameters.end = loop.end_when_left
+    loop.history = History(loop, settings.history)
     return loop
 
 

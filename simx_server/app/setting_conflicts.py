@@ -21,7 +21,7 @@ _OF_SERVERS = (
 """Fields without a meaning when no client is served."""
 
 
-DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit")
+DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit", "history")
 """Fields that, beside the scene, determine a simulation: a recording stores them, for its replays."""
 
 

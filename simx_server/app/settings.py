@@ -170,6 +170,12 @@ class Settings:
         lone="8080",
         heading="images and recordings",
     )
+    history: float | None = _setting(
+        None,
+        "keep the last seconds of a run for simx past and the time slider, viewed or not; 0: never",
+        rules.between(0.0, 86_400.0),
+        unset="120 s while a web viewer is open",
+    )
     snapshot: Path | None = _setting(
         None,
         "write one picture and leave (--camera NAME, --size WxH)",

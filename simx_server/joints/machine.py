@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.joints.dependency import Followers, write_equality
-from simx_server.joints.measured import Measured
+from simx_server.joints.measured import Measured, Positions
 from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import Binding, JointMode, JointState, bind, copied, initial_state
-from simx_server.joints.stepping import Accompany, Stepper, Within
+from simx_server.joints.stepping import Accompany, Memory, Stepper, Within
 from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
 from simx_server.scene.geometry.placing import carry_followers
@@ -33,6 +34,55 @@ class Settings:
     bindings: dict[int, Binding]
     states: dict[int, JointState]
     weights: Weights
+
+
+_NAMES = [field.name for field in fields(JointState)]
+_values = attrgetter(*_NAMES)
+"""All values of a `JointState`: a fifth of the time of a copy."""
+
+_MOVING = {"target_position", "target_velocity", "motion", "motion_time", "held", "offset", "spherical"}
+"""Values that change in a run without a change of the model's arrays."""
+
+_BYTES = 56 + 8 * len(_NAMES) + 4 * 24
+"""Of the values of a joint: a tuple, and about four numbers that are not shared with others."""
+
+_settings = attrgetter(*(name for name in _NAMES if name not in _MOVING))
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """The state of the joints at the end of a simulation step; see `Machine.remember_moment`."""
+
+    bindings: dict[int, Binding]
+    values: tuple[tuple[Any, ...], ...]
+    """Of each joint's state, in the order of the bindings."""
+
+    weights: Weights
+    averages_force: bool
+    controllers: Memory | None
+    """None: no physics step was made in this run yet."""
+
+    is_rebuilding: bool
+    """The controllers are made again before the next physics step, because a setting has changed."""
+
+    measured: tuple[Positions | None, Positions | None, Mapping[int, float]]
+    new: int
+    """About how many bytes of `values` are not shared with the moment before."""
+
+    @property
+    def settings(self) -> Settings:
+        """Return the settings, for `Machine.recall`."""
+        states = {
+            handle: JointState(**dict(zip(_NAMES, values, strict=True)))
+            for handle, values in zip(self.bindings, self.values, strict=True)
+        }
+        return Settings(self.bindings, states, self.weights)
+
+    @property
+    def size(self) -> int:
+        """Return about how many bytes this takes beside the one before."""
+        positions = sum(each.nbytes for each in self.measured[1] or ())
+        return self.new + positions + (self.controllers.size if self.controllers else 0)
 
 
 class Machine:
@@ -133,6 +183,50 @@ class Machine:
         self._states = {handle: copied(state) for handle, state in settings.states.items()}
         self._write_weights(always=True)
         self.forget_run()
+
+    def remember_moment(self, before: Moment | None) -> tuple[Moment, bool]:
+        """Return what the joints need to go on from here, and whether the model's arrays may differ from before.
+
+        Args:
+            before: of the step before, to share what is equal; None: there is none.
+        """
+        values = tuple(map(_values, self._states.values()))
+        new_values = len(values)
+        is_changed = before is None or before.bindings is not self._bindings
+        if before is not None and not is_changed:
+            if values == before.values:
+                values, new_values = before.values, 0
+            else:
+                is_changed = list(map(_settings, self._states.values())) != _settings_of(before.values)
+                values = tuple(
+                    old if new == old else new for new, old in zip(values, before.values, strict=True)
+                )
+                new_values = sum(new is not old for new, old in zip(values, before.values, strict=True))
+        stepper = self._stepper or self._earlier
+        moment = Moment(
+            self._bindings,
+            values,
+            self._weights,
+            self._average_force,
+            None if stepper is None else stepper.remember(),
+            self._stepper is None and self._earlier is not None,
+            self._measured.remember(),
+            new_values * _BYTES + (8 * len(values) if new_values else 0),
+        )
+        return moment, is_changed
+
+    def recall_moment(self, moment: Moment) -> None:
+        """Go on from what `remember_moment` returned; `recall` has restored its settings already.
+
+        Writes velocities of joints that move without a motor, so the state is restored once more after this.
+        """
+        self._average_force = moment.averages_force
+        self._measured.recall(moment.measured)
+        if moment.controllers is None:
+            return
+        self._current_stepper().recall(moment.controllers)
+        if moment.is_rebuilding:
+            self._rebuild()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Make copies of joints act as their originals do now.
@@ -341,3 +435,10 @@ class Machine:
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())
         return [(binding, state, rule_of(binding, state)) for binding, state in pairs]
+
+
+_SETTINGS = [number for number, name in enumerate(_NAMES) if name not in _MOVING]
+
+
+def _settings_of(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:
+    return [tuple(each[number] for number in _SETTINGS) for each in values]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
 
 
+Positions = tuple[np.ndarray, np.ndarray]
+"""Copies of `qpos` and `ten_length`; never written."""
+
+
 class Measured:
     """Keeps positions from one simulation step to the next.
 
@@ -22,8 +26,8 @@ class Measured:
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
-        self._before: tuple[np.ndarray, np.ndarray] | None = None
-        self._after: tuple[np.ndarray, np.ndarray] | None = None
+        self._before: Positions | None = None
+        self._after: Positions | None = None
         self._kept: dict[int, float] = {}
 
     def forget(self) -> None:
@@ -35,6 +39,15 @@ class Measured:
         """Keep the measured values until the next simulation step; the model is about to be replaced."""
         self._kept = {b.handle: self.velocity(b) for b in bindings if b.kind != "ball"}
         self._before = self._after = None
+
+    def remember(self) -> tuple[Positions | None, Positions | None, Mapping[int, float]]:
+        """Return the kept positions, for `recall`."""
+        return self._before, self._after, self._kept
+
+    def recall(self, memory: tuple[Positions | None, Positions | None, Mapping[int, float]]) -> None:
+        """Restore positions that were kept at the end of an earlier simulation step of the same model."""
+        self._before, self._after = memory[:2]
+        self._kept = dict(memory[2])
 
     def begin(self) -> None:
         """Note that a simulation step starts."""
@@ -55,7 +68,7 @@ class Measured:
             change = math.remainder(change, 2 * math.pi)
         return change / self._sim.time_step
 
-    def _positions(self) -> tuple[np.ndarray, np.ndarray]:
+    def _positions(self) -> Positions:
         data = self._sim.data
         lengths = data.ten_length
         return data.qpos.copy(), lengths.copy() if lengths.size else lengths

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -14,6 +15,24 @@ from simx_server.joints.state import VREP_DYNAMICS_STEP, Binding, JointState
 
 Control = Callable[[int, int], object]
 """Called at each physics step: its index in the simulation step (from 0), and their number."""
+
+
+class PositionMemory(NamedTuple):
+    """The values that position controllers keep from one physics step to the next."""
+
+    places: Mapping[int, int]
+    """Handle of a joint to its place in the arrays."""
+
+    sums: np.ndarray
+    """Integrals."""
+
+    errors: np.ndarray
+    """Last errors."""
+
+    @property
+    def size(self) -> int:
+        """Return the bytes of the arrays."""
+        return self.sums.nbytes + self.errors.nbytes
 
 
 class PositionControl:
@@ -60,13 +79,17 @@ class PositionControl:
         self._target[index] = value
         return True
 
-    def adopt(self, earlier: PositionControl) -> None:
-        """Take over the memory (integral, last error) of the controllers that these replace."""
+    def remember(self) -> PositionMemory:
+        """Return a copy of the controllers' memory."""
+        return PositionMemory(self._index, self._sum.copy(), self._last.copy())
+
+    def recall(self, memory: PositionMemory) -> None:
+        """Take over the memory of earlier controllers, for the joints that have one in both."""
         for handle, index in self._index.items():
-            source = earlier._index.get(handle)
+            source = memory.places.get(handle)
             if source is not None:
-                self._sum[index] = earlier._sum[source]
-                self._last[index] = earlier._last[source]
+                self._sum[index] = memory.sums[source]
+                self._last[index] = memory.errors[source]
 
     def control(self) -> Control:
         """Return the function that commands all servos: without a condition or a look-up for what no joint has."""

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from simx_server.joints.kinematic import Kinematic
-from simx_server.joints.position_control import Control, PositionControl, carries
+from simx_server.joints.position_control import Control, PositionControl, PositionMemory, carries
 from simx_server.joints.scripted import Ask, ScriptedJoints
 from simx_server.joints.servo import Entry, Rule, commanded_velocity
 
@@ -27,6 +28,19 @@ Within = Callable[[mujoco.MjModel, mujoco.MjData], object]
 
 Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
 """Divides the physics steps of a simulation step, and checks the progress in between: see `watch.Watch`."""
+
+
+class Memory(NamedTuple):
+    """A copy of what the controllers keep from one physics step to the next."""
+
+    of_positions: PositionMemory
+    forces: np.ndarray
+    sensed: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Return the bytes of the arrays."""
+        return self.of_positions.size + self.forces.nbytes + self.sensed.nbytes
 
 
 class Stepper:
@@ -133,9 +147,18 @@ class Stepper:
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
-        self._position.adopt(earlier._position)
+        self._position.recall(earlier._position.remember())
         if earlier._force.shape == self._force.shape:
             self._force[:] = earlier._force
+
+    def remember(self) -> Memory:
+        """Return a copy of the controllers' memory."""
+        return Memory(self._position.remember(), self._force.copy(), self._sensed.copy())
+
+    def recall(self, memory: Memory) -> None:
+        """Restore the memory of a stepper of the same model."""
+        self._position.recall(memory.of_positions)
+        self._force[:], self._sensed[:] = memory.forces, memory.sensed
 
 
 def _halved(within: Within) -> Callable[[mujoco.MjModel, mujoco.MjData], None]:

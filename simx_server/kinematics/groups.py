@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -101,6 +101,16 @@ class IkGroups(Part):
 
     def run_stopped(self) -> None:
         self._stop()
+
+    def remember(self) -> object:
+        groups = [(group, replace(group, elements=list(group.elements))) for group in self._groups()]
+        return self.random.bit_generator.state, groups
+
+    def recall(self, memory: Any) -> None:
+        self.random.bit_generator.state, groups = memory
+        for group, before in groups:
+            group.elements, group.how, group.explicit = list(before.elements), before.how, before.explicit
+            group.enabled, group.result = before.enabled, before.result
 
     def find(self, name: str) -> int:
         """Return the handle of a group.

@@ -6,7 +6,7 @@ places of two dummies, which closes a chain, or lets a gripper hold an object.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 
@@ -39,6 +39,13 @@ class DummyLinks(Part):
 
     def run_stopped(self) -> None:
         self._others, self._types = self._before_the_run
+
+    def remember(self) -> object:
+        return dict(self._others), dict(self._types)
+
+    def recall(self, memory: Any) -> None:
+        others, types = memory
+        self._others, self._types = dict(others), dict(types)
 
     def linked(self, handle: int) -> int:
         """Return the handle of the linked dummy, -1 for none. Raises UnknownHandle, WrongKind."""

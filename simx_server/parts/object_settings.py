@@ -63,6 +63,13 @@ class ObjectSettings(Part):
     def run_stopped(self) -> None:
         self._end_run()
 
+    def remember(self) -> object:
+        return dict(self._known), frozenset(self._placed)
+
+    def recall(self, memory: Any) -> None:
+        known, placed = memory
+        self._known, self._placed = dict(known), set(placed)
+
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Copy the settings of originals to their copies (handle of the original to that of the copy)."""
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}

@@ -82,6 +82,12 @@ class ShapeColors(Part):
     def run_stopped(self) -> None:
         self._looks = dict(self._before_the_run)
 
+    def remember(self) -> object:
+        return dict(self._looks)
+
+    def recall(self, memory: Any) -> None:
+        self._looks = dict(memory)
+
     def get(self, handle: int, component: int, name: str = "") -> list[float] | None:
         """Return the colour of a shape's first part (with this colour name); None without such a part.
 

@@ -6,6 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
 from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_server.history import History
 from simx_server.world.part import Part
 
 from ..viewer.feed import Feed
@@ -53,10 +54,19 @@ class Outcome(NamedTuple):
         return what + cut
 
 
-def replay(recording: Opened, world: World) -> Outcome:
-    """Replay all events, and compare the states. Raises Divergence, LogError."""
+def replay(recording: Opened, world: World, history: float | None = None) -> Outcome:
+    """Replay all events, and compare the states.
+
+    Args:
+        history: simulated seconds of past steps that the recorded server kept, from which clients may have gone on.
+
+    Raises:
+        Divergence: the states differ.
+        LogError: the recording cannot be used.
+    """
     simulation = world.simulation
     loop = ReplayLoop(world, has_physics_points=bool(recording.header.get("physics_points")))
+    loop.history = History(loop, history)
     world.scripts.add_ons[WINDOWS] = Windows()
     world.scripts.add_ons[ADD_ON] = Feed(loop, "replay", ())  # repeats the single steps of a web viewer
     states = _States(world)

@@ -35,6 +35,8 @@ from .replies import Messages, Replies
 from .sessions import ClientSession, Interrupted
 
 if TYPE_CHECKING:
+    from simx_server.history.calls import Called
+
     from .server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
@@ -107,7 +109,7 @@ class Batches:
 
     def direct_call(self, session: ClientSession, command: Command) -> DirectCall:
         """Prepare a command of a client in this process."""
-        return DirectCall(self, self._dispatch, self._executor, session, command)
+        return DirectCall(self, self._dispatch, self._executor, session, command, self._loop)
 
     def begin_work(self, client: str, command: str) -> tuple[str, str]:
         """Mark a call of another protocol as the one that is being executed; pass the result to `end_work` after it."""
@@ -221,10 +223,10 @@ class Batches:
                     if command is None or work is None
                     else execute(session, tally, command, work, arguments, may_step)
                 )
+                noted = self._loop.log_of_calls and self._note(session, call, command, answer)
                 if isinstance(answer, Unfinished):
-                    self._await_step(
-                        session, answer, call, Interrupted(replies.made, calls[position:], False)
-                    )
+                    rest = Interrupted(replies.made, calls[position:], False, noted=noted)
+                    self._await_step(session, answer, call, rest)
                     return
                 time_ms = self._messages.time_ms()
                 if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
@@ -245,6 +247,27 @@ class Batches:
             tally.end()
             self.executing, self.command = outer
             self._forget_slice(session)
+
+    def _note(
+        self,
+        session: ClientSession,
+        call: Call,
+        command: Command | None,
+        answer: Answer | Future[Answer] | Unfinished,
+    ) -> Called | None:
+        """Note a call for the history."""
+        log = self._loop.log_of_calls
+        assert log is not None
+        called = log.note(
+            session.name,
+            call.command if command is None else command.name,
+            call.arguments,
+            None if isinstance(answer, Unfinished) else answer,
+            only_reads=command is not None and command.only_reads,
+        )
+        if called is not None and call.operation == _STREAM:
+            called.is_stream = True
+        return called
 
     def _send(self, session: ClientSession, replies: Replies) -> None:
         if replies.made:
@@ -324,6 +347,8 @@ class Batches:
             return
         assert not isinstance(answer, Future)  # images do not take steps
         status, values = answer
+        if batch.noted is not None:
+            batch.noted.finish(status, values)
         batch.replies.append(Reply(asked.call_id, status, self._messages.time_ms(), values))
         self.execute_rest(session)
 

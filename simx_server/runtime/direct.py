@@ -25,6 +25,7 @@ from .sessions import ClientSession
 
 if TYPE_CHECKING:
     from .batches import Batches
+    from .server_loop import ServerLoop
 
 TIMED = 16
 """One call of this many of a command is timed: two clock readings and a count cost as much as reading a value."""
@@ -34,7 +35,7 @@ class DirectCall:
     """One command of one client, to be called within a turn."""
 
     __slots__ = (
-        "_batches", "_check", "_command", "_count", "_executor", "_gives_one", "_run", "_sent", "_session",
+        "_batches", "_check", "_command", "_count", "_executor", "_gives_one", "_loop", "_run", "_sent", "_session",
         "_simulation", "may_change_pace", "received",
     )  # fmt: skip
 
@@ -45,10 +46,11 @@ class DirectCall:
         executor: Executor,
         session: ClientSession,
         command: Command,
+        loop: ServerLoop,
     ) -> None:
         """Prepare a command. If the client may not call it, each call is answered with the reason."""
         kinds = [argument.kind for argument in command.arguments]
-        self._batches, self._executor = batches, executor
+        self._batches, self._executor, self._loop = batches, executor, loop
         self._simulation = executor.world.simulation
         self._session, self._command = session, command
         try:
@@ -75,8 +77,12 @@ class DirectCall:
             began = time.perf_counter()
             answer = self._execute(arguments)
             self._record(time.perf_counter() - began)
-            return answer
-        return self._execute(arguments)
+        else:
+            answer = self._execute(arguments)
+        if (log := self._loop.log_of_calls) is not None:
+            command = self._command
+            log.note(self._session.name, command.name, arguments, answer, only_reads=command.only_reads)
+        return answer
 
     def _execute(self, arguments: Values) -> Answer | Future[Answer]:
         batches, command = self._batches, self._command

@@ -40,6 +40,7 @@ from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 from .sockets import Sockets
 
 if TYPE_CHECKING:
+    from simx_server.history import History, LogOfCalls
     from simx_server.recording import Recorder
     from simx_server.world.world import World
 
@@ -149,6 +150,15 @@ class ServerLoop(Part):
         self.recorder: Recorder | None = None
         """Records everything that is done for clients, in order."""
 
+        self.log_of_calls: LogOfCalls | None = None
+        """Notes the calls of clients; None while no history is kept."""
+
+        self.history: History | None = None
+        """Keeps past steps of a run; None: nothing can ask for one."""
+
+        self.is_going_back = False
+        """A stop is followed by a start at once: a new run goes on from an earlier step (`history.going_on`)."""
+
         simulation.attach(self)
         simulation.interruptions.serve_others = self.serve_others
 
@@ -215,6 +225,11 @@ class ServerLoop(Part):
         if self._inbox.sockets is None:
             self._inbox.sockets = Sockets()
         return self._inbox.sockets
+
+    @property
+    def executing(self) -> str:
+        """Return the client whose call is being executed; empty if there is none."""
+        return self._batches.executing
 
     def begin_work(self, client: str, command: str) -> tuple[str, str]:
         """Mark a call of another protocol as the one that is executed; pass the result to `end_work`."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.keys import VIEWER
 from simx_client.protocol.messages import Call, Reply
@@ -17,6 +17,9 @@ from simx_server.errors import CommandError
 from .background import Unfinished
 from .pacing import PacedCalls
 from .streams import Stream, Streams
+
+if TYPE_CHECKING:
+    from simx_server.history.calls import Called
 
 logger = logging.getLogger(__name__)
 
@@ -84,6 +87,9 @@ class Interrupted:
 
     is_slice: bool = False
     """It does not wait for a simulation step, but until others were served."""
+
+    noted: Called | None = None
+    """That call, where a history notes it."""
 
     call: Unfinished | None = None
     """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""

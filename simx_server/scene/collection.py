@@ -10,7 +10,7 @@ create more collections, and change any of them: until the stop, if it did so wh
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation
@@ -130,6 +130,12 @@ class Collections(Part):
 
     def scene_changed(self) -> None:
         self._forget()
+
+    def remember(self) -> object:
+        return self._edited, self._made
+
+    def recall(self, memory: Any) -> None:
+        self._edited, self._made = memory
 
     def __contains__(self, handle: int) -> bool:
         return self._find(handle) is not None

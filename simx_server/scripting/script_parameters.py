@@ -6,7 +6,7 @@ stop.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simx_server.world.part import Part
 
@@ -33,6 +33,12 @@ class ScriptParameters(Part):
 
     def scene_changed(self) -> None:
         self._forget()
+
+    def remember(self) -> object:
+        return dict(self._set)
+
+    def recall(self, memory: Any) -> None:
+        self._set = dict(memory)
 
     def get(self, owner: int, name: str) -> str | None:
         """Return a parameter; None when it does not exist.

@@ -96,6 +96,11 @@ class Scripts(Part):
     def allows_code(self, allows: bool) -> None:
         self._lives.allows_code = allows
 
+    @property
+    def is_active(self) -> bool:
+        """Return whether a call into any script is in progress."""
+        return self._lives.is_active
+
     # --- events ----------------------------------------------------------------------------------
 
     def scene_closing(self) -> None:

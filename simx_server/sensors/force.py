@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import logging
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,26 @@ class ForceSensors(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self._places.clear()
+
+    def remember(self) -> object:
+        if not self._records and not self._broken:
+            return None
+        records = {
+            handle: (tuple(tuple(sample.tolist()) for sample in each.samples), each.violations)
+            for handle, each in self._records.items()
+        }
+        return records, frozenset(self._broken)
+
+    def recall(self, memory: Any) -> None:
+        if memory is None:
+            self._forget()
+            return
+        records: Mapping[int, tuple[tuple[tuple[float, ...], ...], int]]
+        records, self._broken = memory[0], set(memory[1])
+        self._records = {}
+        for handle, (samples, violations) in records.items():
+            kept = deque(map(np.array, samples), maxlen=_samples(self._sim.scene.objects[handle]))
+            self._records[handle] = _Record(kept, violations)
 
     def read(self, handle: int) -> ForceReading | None:
         """Return the last measurement, filtered.

@@ -4,6 +4,8 @@ The web viewer is a separate process (`python -m simx_server.viewer`) and a clie
 the physics, and the simulation goes on when it fails. ::
 
     `feed.py`              in the server: copies the scene and its state, as an add-on that the viewer calls
+    `past.py`              in the server: describes a past step, of `simx_server.history`
+    `inspection.py`        in the server: scripts, readings of sensors, files
     `messages.py`          the types of the feed's answers
     `launching.py`         in the server: ``--view`` starts the viewer's process, and ends it
     `windows.py`           in the server: the windows of scripts
@@ -13,7 +15,8 @@ the physics, and the simulation goes on when it fails. ::
     `page/link.py`         its connections: `Eye` reads from the feed, `Hands` execute clicks
     `page/mirror.py`       a copy of the server's model and state
     `page/world.py`        the copy in 3-D, of `bodies.py` and `drawings.py`
-    `page/panels/`         one file per tab
+    `page/panels/`         one file per tab, and the time slider
+    `page/tools/`          dragging, viewpoints, pictures and films, readings of sensors, files, plots
 
 Dependence: `page/` uses `simx_client` as any client does, and viser, the extra ``viewer``; the server imports nothing
 of it.

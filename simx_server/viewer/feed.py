@@ -9,48 +9,65 @@ look        known model, known version of its arrays    buffer: `Look`, for each
 survey      known tree, known drawings                  buffer: `Survey`, for the panels, a few times per second
 onePass                                                 starts if necessary, makes one simulation step, pauses
 speed       (one float) times real time, or infinity
+past        step, known model, known arrays             buffer: `Past`, the world after a step of this run
+sensing                                                 buffer: `Sensing`, readings of sensors as lines
+files                                                   buffer: `Files`, names of shipped scenes and models
 ==========  ==========================================  ===========================================================
+
+`simx_client.protocol.past` has the functions for past steps that other programs use as well.
 
 Answers are msgpack maps. A field that the caller knows already is None: models are large, and trees rarely change.
 """
 
 from __future__ import annotations
 
-import secrets
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from itertools import count, islice
+from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgpack
 import mujoco
-import numpy as np
 
+from simx_client.protocol import windows
+from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
+from simx_client.protocol.past import GO_ON, KEEP, KEPT, STEP, GoneOn, Kept, PastStep
 from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
+from simx_server.history import History
+from simx_server.history.going_on import go_on
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
 from simx_server.parts.drawing import LINES
 from simx_server.runtime.monitoring import report
-from simx_server.scene.editing.model_state import editable_arrays, get_state
+from simx_server.scene.editing.model_state import get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
+from simx_server.viewer.inspection import script_views, sensing, shipped_files
 from simx_server.viewer.messages import (
     ADD_ON,
+    FILES,
     LOOK,
     ONE_PASS,
+    OWN_NAME,
+    PAST,
+    READS,
+    SENSING,
     SPEED,
     SURVEY,
     Drawing,
     JointView,
     Look,
+    Past,
     SceneItem,
     Signals,
     StreamView,
     Survey,
 )
+from simx_server.viewer.past import past_call, past_joints, past_signals
+from simx_server.viewer.sent_model import SentModel
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
@@ -78,18 +95,8 @@ T = TypeVar("T")
 _MOST_SIGNALS = 1000
 """Signals of a kind in an answer."""
 
-_MOST_COMPRESSED = 8 << 20
-"""Bytes of a model that is compressed: for larger ones, compression takes longer than the transfer, and the simulation
-waits for it.
-"""
-
 _METRICS_EVERY = 1.0
 """Seconds. The metrics cover the last five, and with many commands they cost more than all the rest."""
-
-_models = count(1 + secrets.randbelow(1 << 30))
-"""Numbers models so that two models never have the same number: in several servers of a process, or in a server that
-replaces another one before its viewer has noticed.
-"""
 
 
 class Feed(Part):
@@ -100,20 +107,29 @@ class Feed(Part):
         self._world = loop.world
         self._sim = loop.simulation
         self._realm, self._ports = realm, list(ports)
-        self._functions = Functions[Callable[..., Look | Survey | None]](
+        self._history = loop.history or History(loop)
+        self._history.log.is_left_out = _is_of_viewer
+        self._old: SentModel | None = None
+        """The model of a past step, while it is not the present one."""
+
+        self._functions = Functions[Callable[..., Mapping[str, Any] | None]](
             ADD_ON,
             {
                 LOOK: (2, 0, self._look),
                 SURVEY: (2, 0, self._survey),
                 ONE_PASS: (0, 0, self._one_pass),
                 SPEED: (0, 1, self._set_speed),
+                PAST: (3, 0, self._past),
+                SENSING: (0, 0, lambda: sensing(self._world)),
+                FILES: (0, 0, shipped_files),
+                KEEP: (1, 0, self._keep_past),
+                KEPT: (0, 0, self._kept),
+                STEP: (1, 0, self._past_step),
+                GO_ON: (1, 0, self._go_on),
             },
         )
-        self._model = 0
-        """0: the present model was not requested yet."""
-        self._binary = b""
-        self._arrays: list[tuple[str, np.ndarray, bytes]] = []
-        """Name, live view and first content of the model's arrays: comparing bytes is 30 times faster than a search."""
+        self._sent: SentModel | None = None
+        """None: the present model was not requested yet."""
         self._metrics: Metrics | None = None
         self._metrics_until = 0.0
         self._pausing_at: int | None = None
@@ -132,32 +148,103 @@ class Feed(Part):
     def _look(self, known_model: int, known_arrays: int) -> Look:
         sim = self._sim
         sim.refresh()
-        if not self._model:
-            self._model = next(_models)
-            self._binary = _binary(sim.model)
-            self._arrays = [(name, value, value.tobytes()) for name, value in editable_arrays(sim.model)]
-        is_new = known_model != self._model
+        if self._sent is None:
+            self._sent = SentModel(sim.model)
+        sent = self._sent
+        is_new = known_model != sent.number
         version = sim.model_version & 0x7FFFFFFF
         return {
-            "model": self._model,
+            "model": sent.number,
             "arrays_version": version,
-            "binary": self._binary if is_new else None,
-            "arrays": self._changed_arrays() if is_new or known_arrays != version else None,
+            "binary": sent.binary if is_new else None,
+            "arrays": sent.changed_arrays() if is_new or known_arrays != version else None,
             "state": get_state(sim.model, sim.data).tobytes(),
             "running": sim.state.value,
             "time": sim.time,
             "passes": sim.step_count,
             "scene": sim.scene.name,
-            "selection": [handle for handle in self._world.selection.handles if handle in sim.scene.objects],
+            "selection": self._selection(),
         }
 
     def model_changed(self, twins: Twins | None) -> None:
-        self._model = 0
+        self._old, self._sent = self._sent, None
 
-    def _changed_arrays(self) -> dict[str, bytes]:
-        """Return the arrays that commands have written since the model was first sent."""
-        now = ((name, value.tobytes(), first) for name, value, first in self._arrays)
-        return {name: value for name, value, first in now if value != first}
+    def _selection(self) -> list[int]:
+        return [handle for handle in self._world.selection.handles if handle in self._sim.scene.objects]
+
+    # --- the past --------------------------------------------------------------------------------
+
+    def _keep_past(self, wanted: int) -> None:
+        self._history.want(self._loop.executing, bool(wanted))
+
+    def _past(self, step: int, known_model: int, known_arrays: int) -> Past:
+        """Return the world after a kept step, or after the last kept one before it."""
+        sim, history = self._sim, self._history
+        step = history.nearest(step)
+        moment = history.moment(step)
+        sent = self._sent_of(moment.model)
+        version = moment.structure.version & 0x7FFFFFFF
+        is_new = known_model != sent.number
+        is_news = is_new or known_arrays != version
+        look: Look = {
+            "model": sent.number,
+            "arrays_version": version,
+            "binary": sent.binary if is_new else None,
+            "arrays": sent.differences(moment.structure.snapshot.arrays) if is_news else None,
+            "state": moment.state.tobytes(),
+            "running": "running",
+            "time": step * sim.time_step,
+            "passes": step,
+            "scene": sim.scene.name,
+            "selection": self._selection(),
+        }
+        return {"look": look, "step": self._past_step(step)}
+
+    def _past_step(self, step: int) -> PastStep:
+        """Return what belongs to a kept step, or to the last kept one before it."""
+        history = self._history
+        step = history.nearest(step)
+        moment, calls = history.moment(step), history.calls(step)
+        return {
+            "step": step,
+            "time": step * self._sim.time_step,
+            "calls": [past_call(called) for called in calls.calls],
+            "calls_left_out": calls.left_out,
+            "call_before": history.find_change(step, -1),
+            "call_after": history.find_change(step, +1),
+            "signals": past_signals(moment.signals),
+            "joints": past_joints(moment),
+        }
+
+    def _sent_of(self, model: mujoco.MjModel) -> SentModel:
+        """Return the model of a past step as it was sent, or is going to be."""
+        for sent in (self._sent, self._old):
+            if sent is not None and sent.model is model:
+                return sent
+        sent = SentModel(model)
+        if model is self._sim.model:
+            self._sent = sent
+        else:
+            self._old = sent
+        return sent
+
+    def _go_on(self, step: int) -> GoneOn:
+        gone = go_on(self._loop, self._history, step)
+        return {"step": gone.step, "time": gone.time, "restarted": gone.restarted}
+
+    def _kept(self) -> Kept:
+        history = self._history
+        first, last = history.steps or (-1, -1)
+        return {
+            "now": (self._sim.state.value, self._sim.time, self._sim.step_count),
+            "is_on": history.is_kept,
+            "first": first,
+            "last": last,
+            "version": history.version,
+            "time_step": self._sim.time_step,
+            "seconds": history.seconds,
+            "size": history.size,
+        }
 
     # --- the panels ------------------------------------------------------------------------------
 
@@ -183,6 +270,8 @@ class Feed(Part):
             "is_waiting": loop.is_waiting_for_trigger,
             "metrics": self._recent_metrics(),
             "streams": self._streams(),
+            "past": self._kept(),
+            "scripts": script_views(self._world),
             "workspace": str(sim.files.workspace),
         }
 
@@ -308,11 +397,15 @@ class Feed(Part):
         pace.speed = speed
 
 
-def _binary(model: mujoco.MjModel) -> bytes:
-    """Return the model as MuJoCo's file in zlib's format, compressed unless it is large."""
-    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return zlib.compress(buffer.data, 1 if buffer.size <= _MOST_COMPRESSED else 0)
+def _is_of_viewer(client: str, function: str, arguments: Sequence[Any]) -> bool:
+    """Return whether a call is one with which the web viewer only reads, or of a window of a script."""
+    if function == "simxCallScriptFunction" and len(arguments) > 2:
+        add_on, function = arguments[0], arguments[2]
+        return (add_on == ADD_ON and function in READS) or (
+            add_on == windows.ADD_ON and function in (windows.SHOWN, windows.EXCHANGE)
+        )
+    command = BY_NAME.get(function)
+    return client.startswith(OWN_NAME) and command is not None and command.only_reads
 
 
 def _some(signals: Mapping[str, T]) -> dict[str, T]:

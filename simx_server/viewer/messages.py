@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypedDict
+from typing import Any, TypedDict
 
+from simx_client.protocol.past import ADD_ON as ADD_ON
+from simx_client.protocol.past import GO_ON as GO_ON
+from simx_client.protocol.past import KEEP, KEPT, STEP, Kept, PastStep, State
 from simx_client.protocol.reports import Metrics
 
-ADD_ON = "simxView"
-
 LOOK, SURVEY, ONE_PASS, SPEED = "look", "survey", "onePass", "speed"
+PAST, SENSING, FILES = "past", "sensing", "files"
+READS = frozenset({LOOK, SURVEY, PAST, SENSING, FILES, KEEP, KEPT, STEP})
+"""Functions that change nothing in the simulation."""
 
 OWN_NAME = "simx-page"
 """Prefix of the names of the viewer's own clients."""
-
-State = Literal["stopped", "running", "paused"]
 
 
 class Look(TypedDict):
@@ -38,6 +40,57 @@ class Look(TypedDict):
     passes: int
     scene: str
     selection: list[int]
+
+
+class Past(TypedDict):
+    """The world after a past simulation step."""
+
+    look: Look
+    """`running`, `time` and `passes` are those of the past; the selection is the present one."""
+
+    step: PastStep
+
+
+class ScriptView(TypedDict):
+    """A script of the scene."""
+
+    handle: int
+    name: str
+    """Its kind, object and file."""
+
+    is_running: bool
+    is_enabled: bool
+    problem: str
+    """The error that has stopped it; empty if none has."""
+
+    line: int
+    """Where that was; -1: not known."""
+
+    code: str
+    """The text of that line."""
+
+
+class Ray(TypedDict):
+    """A reading of a proximity sensor."""
+
+    start: list[float]
+    end: list[float]
+    """The detected point, or the end of its reach."""
+
+    detects: bool
+
+
+class Sensing(TypedDict):
+    rays: list[Ray]
+    forces: list[list[float]]
+    """Of each force sensor its position, and the force in newtons: x, y, z each."""
+
+
+class Files(TypedDict):
+    """Names of the shipped files."""
+
+    scenes: list[str]
+    models: list[str]
 
 
 class SceneItem(TypedDict):
@@ -146,4 +199,6 @@ class Survey(TypedDict):
 
     metrics: Metrics
     streams: list[StreamView]
+    past: Kept
+    scripts: list[ScriptView]
     workspace: str

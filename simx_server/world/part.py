@@ -57,6 +57,16 @@ class Part:
     def step_finished(self) -> None:
         """React to a complete simulation step; the time has advanced. The run may be stopped here."""
 
+    def remember(self) -> object:
+        """Return what this part needs to go on later from the end of this simulation step; None: nothing.
+
+        The returned object must not change any more. Called at the end of each step while a history is kept, so it must
+        be quick; a part without memory of the run does not override it.
+        """
+
+    def recall(self, memory: object) -> None:
+        """Go on from what `remember` returned. The run has just started, and model and state were restored already."""
+
     def holds_step(self) -> bool:
         """Return whether the next simulation step must come later, where the wall clock does not set the pace."""
         return False

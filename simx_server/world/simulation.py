@@ -58,6 +58,10 @@ DEFAULT_TIME_STEP = 0.05
 """V-REP's default simulation step in seconds."""
 
 
+Memories = list[tuple[Part, object]]
+"""Parts, and what each of them remembers of a moment."""
+
+
 class SimulationState(Enum):
     STOPPED = "stopped"
     RUNNING = "running"
@@ -102,6 +106,7 @@ class Simulation:
         self._parts: list[Part] = []
         self._told_of_steps: list[Part] = []
         self._holding: list[Part] = []
+        self._remembering: list[Part] = []
         self._soon: list[Callable[[], object]] = []
         self.sleepers = Sleepers(self)
         self.surfaces = Surfaces(self)
@@ -129,6 +134,7 @@ class Simulation:
             each for each in self._parts if type(each).step_finished is not Part.step_finished
         ]
         self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
+        self._remembering = [each for each in self._parts if type(each).remember is not Part.remember]
 
     @property
     def is_held(self) -> bool:
@@ -256,6 +262,31 @@ class Simulation:
         self.state = SimulationState.RUNNING
         self.refresh()
         self.tell(lambda part: part.run_started())
+
+    def go_back(self, snapshot: Snapshot, step_count: int) -> None:
+        """Set a run that has just started to the end of a step of an earlier one, whose state was saved.
+
+        Args:
+            snapshot: restored in place of the present state; a stop still restores that of the start.
+            step_count: steps of the earlier run.
+        """
+        replaced = snapshot.restore(self)
+        self.step_count = step_count
+        self.model_edited()
+        self._moved()
+        self.refresh()
+        if replaced:
+            self.tell(lambda part: part.model_changed(None))
+
+    def remember_parts(self, before: Memories | None) -> Memories:
+        """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
+        memories = [(part, part.remember()) for part in self._remembering]
+        return before if before is not None and before == memories else memories
+
+    def recall_parts(self, memories: Memories) -> None:
+        """Restore what `remember_parts` returned."""
+        for part, memory in memories:
+            part.recall(memory)
 
     def pause(self) -> None:
         """Pause simulated time; do nothing when not running."""

@@ -23,6 +23,15 @@ logger = logging.getLogger(__name__)
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 _LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
+_ASLEEP_ARRAYS = (
+    "tree_asleep", "tree_awake", "body_awake", "body_awake_ind", "dof_awake_ind", "parent_awake_ind",
+)  # fmt: skip
+_ASLEEP_COUNTS = "ntree_awake", "nbody_awake", "nparent_awake", "nv_awake"
+"""Not in MuJoCo's state: the trees that sleep, and the lists of those that do not."""
+
+Asleep = tuple[dict[str, np.ndarray], dict[str, int], bool]
+"""Arrays and counts by name, and whether everything is to wake."""
+
 
 def kinematics(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Compute MuJoCo's kinematics of everything, also of static bodies: for states that are never stepped."""
@@ -72,6 +81,25 @@ class Sleepers:
         if model.opt.enableflags & _SLEEP and (reason := _reason_against(model)):
             model.opt.enableflags &= ~_SLEEP
             logger.info("nothing sleeps in this scene, as %s", reason)
+
+    def remember(self) -> Asleep | None:
+        """Return what sleeps and what does not, for `recall`; None: nothing may sleep in this scene."""
+        if not self._sim.model.opt.enableflags & _SLEEP:
+            return None
+        data = self._sim.data
+        arrays = {name: getattr(data, name).copy() for name in _ASLEEP_ARRAYS}
+        return arrays, {name: getattr(data, name) for name in _ASLEEP_COUNTS}, self.are_to_wake
+
+    def recall(self, memory: Asleep | None) -> None:
+        """Let the same bodies sleep; the state was restored already."""
+        if memory is None:
+            self.are_to_wake = False
+            return
+        arrays, counts, self.are_to_wake = memory
+        for name, values in arrays.items():
+            getattr(self._sim.data, name)[:] = values
+        for name, count in counts.items():
+            setattr(self._sim.data, name, count)
 
     def wake(self) -> None:
         """Wake everything with the next kinematics; bodies may fall asleep again."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -74,6 +74,13 @@ class Surfaces(Part):
         self._rest()
 
     def model_changed(self, twins: Twins | None) -> None:
+        self._rebase()
+
+    def remember(self) -> object:
+        return dict(self._own)
+
+    def recall(self, memory: Any) -> None:
+        self._own = dict(memory)
         self._rebase()
 
     @property

@@ -50,9 +50,15 @@ class Velocities(Part):
             self._copies = PoseCopies(self._sim.data)
         self._before = self._after = self._copies.take()
 
-    def remember(self) -> None:
+    def store(self) -> None:
         """Store the poses at the end of a simulation step. The kinematics must be fresh."""
         self._before, self._after = self._after, self._copies.take()
+
+    def go_on(self, before: mujoco.MjData | None) -> None:
+        """Take the velocities between an earlier step's poses and the present ones; None: all are 0."""
+        self.restart()
+        if before is not None:
+            self._before = PoseCopies(before).take()
 
     def _carry(self, twins: Twins) -> None:
         """Carry velocities over to an edited model, for elements that stayed (by name)."""

@@ -97,7 +97,7 @@ class World:
         ("physics with joint controllers", lambda world: world.simulation.run_physics),
         ("moved surfaces arrive", lambda world: world.simulation.surfaces.finish),
         ("applied forces end", lambda world: world.applied_forces.clear),
-        ("velocities of objects", lambda world: world.velocities.remember),
+        ("velocities of objects", lambda world: world.velocities.store),
         ("velocities of joints", lambda world: world.simulation.measure_joints),
         ("meshes of changed point clouds", lambda world: world.clouds.show),
         ("textures that scripts wrote", lambda world: world.textures.show),

@@ -60,7 +60,7 @@ OF_PAGE = [line for line in PAGE if line.startswith("simx ")]
 def test_examples_are_found() -> None:
     assert len(COMMANDS) >= 20
     assert {words[3] for words in map(shlex.split, COMMANDS)} == {
-        *("call", "watch", "image", "completion", "status", "shims")
+        *("call", "watch", "past", "image", "completion", "status", "shims")
     }
     assert len(OF_PAGE) >= 9
 
@@ -82,8 +82,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def lab(place: Path) -> Iterator[ServerProcess]:
-    """The tutorial's scene, under the name that examples use."""
-    with server("ur5_rg2_kinect", "--realm", "lab-3") as process:
+    """The tutorial's scene, under the name that examples use, with the steps of its run."""
+    with server("ur5_rg2_kinect", "--realm", "lab-3", "--start", "--history", 600) as process:
         yield process
 
 
@@ -97,7 +97,7 @@ def in_words(example: str, port: int) -> list[str]:
         words[words.index("--every") + 1] = "0.01"
     if words[0] == "watch" and "--count" not in words:
         words += ["--count", "1"]
-    if words[0] in ("call", "watch", "image", "status"):
+    if words[0] in ("call", "watch", "past", "image", "status"):
         words += ["--timeout", "60"]  # the machine may be busy
     return words
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 from simx_server.errors import CommandError, UnknownName
 from simx_server.runtime.monitoring.metrics import UNKNOWN
 from simx_server.scripting.interpreter import ScriptError, Waiting
@@ -21,6 +22,8 @@ from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError, read_request
 
 if TYPE_CHECKING:
+    from simx_server.history.calls import Called
+
     from .clients import Client, ZmqClients
     from .peer import Peer
 
@@ -74,6 +77,9 @@ class Connection:
         self._next: tuple[str, Waiting] | None = None
         """The call with which the client has gone on, instead of ending its function."""
 
+        self._noted: Called | None = None
+        """The present call, where a history notes it."""
+
         self._lost = "no function of this client was asked for a result"
         """Why the result of a function is not taken."""
 
@@ -107,6 +113,8 @@ class Connection:
 
     def _execute(self, request: Request) -> None:
         self._function = request.function
+        if (log := self._clients.loop.log_of_calls) is not None:
+            self._noted = log.note(self.client.session.name, request.function, request.arguments, None)
         self._clients.loop.metrics.called(self.client.key, 1)
         self.client.session.called[request.function if described(request.function).is_known else UNKNOWN] += 1
         try:
@@ -182,6 +190,7 @@ class Connection:
         return True
 
     def _send_results(self, function: str, results: tuple[Any, ...]) -> None:
+        self._note_answer(STATUS_OK, results)
         try:
             self._send({"ret": to_client(function, results)})
         except (TypeError, ValueError) as problem:  # a result that cannot travel
@@ -191,7 +200,15 @@ class Connection:
         if isinstance(problem, UnknownName):
             problem = CommandError(f"object does not exist: {problem}")  # words that programs look for
         text = self._clients.loop.failed(self.client.session, function, problem)
+        self._note_answer(STATUS_REMOTE_ERROR, [text])
         self._send({"err": text.encode("utf-8", "backslashreplace").decode()})  # a name may be no text
+
+    def _note_answer(self, status: int, values: Sequence[Any]) -> None:
+        if (
+            self._noted is not None and not self._depth
+        ):  # otherwise it answers a call within a function of the client
+            self._noted.finish(status, values)
+            self._noted = None
 
     def _send(self, message: dict[str, Any]) -> None:
         self._clients.answer(self.peer, message)

@@ -20,6 +20,10 @@ MAX_NAME = 1000
 """Most characters of a signal's name."""
 
 
+Values = tuple[Mapping[str, int], Mapping[str, float], Mapping[str, bytes]]
+"""Integers, floats and strings by name."""
+
+
 class Signals:
     """Three independent name spaces. A signal is cleared with the `owner` that a setter names; None: it stays."""
 
@@ -81,6 +85,19 @@ class Signals:
         for table, name in self._owned.pop(owner, ()):
             getattr(self, table).pop(name, None)
         self.typed.clear_owned(owner)
+
+    def remember(self, before: Values | None) -> tuple[Values, int]:
+        """Return copies of all signals, or `before` if they are equal, and how many bytes were copied."""
+        now: Values = self.integers, self.floats, self.strings
+        if before == now:
+            assert before is not None
+            return before, 0
+        strings = 0 if before is not None and before[2] == now[2] else sum(map(len, now[2].values()))
+        return (dict(now[0]), dict(now[1]), dict(now[2])), strings + 100 * sum(map(len, now))
+
+    def recall(self, values: Values) -> None:
+        """Restore what `remember` returned."""
+        self.integers, self.floats, self.strings = dict(values[0]), dict(values[1]), dict(values[2])
 
     def _check_room(self, table: Mapping[str, object], name: str) -> None:
         if name in table:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.texts.path_points import points_of
@@ -79,6 +79,14 @@ class Paths(Part):
 
     def run_stopped(self) -> None:
         self._tracks, self._followers = self._before_the_run
+        self.version += 1
+
+    def remember(self) -> object:
+        return dict(self._tracks), dict(self._followers), self.is_enabled
+
+    def recall(self, memory: Any) -> None:
+        tracks, followers, self.is_enabled = memory
+        self._tracks, self._followers = dict(tracks), dict(followers)
         self.version += 1
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:

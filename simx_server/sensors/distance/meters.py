@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
@@ -284,6 +284,13 @@ class Meters(Part):
     def scene_changed(self) -> None:
         self.collisions.change_scene()
         self.distances.change_scene()
+
+    def remember(self) -> object:
+        return self.collisions.enabled, self.distances.enabled
+
+    def recall(self, memory: Any) -> None:
+        self.collisions.enabled, self.distances.enabled = memory
+        self.sense()
 
     def sense(self) -> None:
         """Note the instant that results of this simulation step are computed from."""

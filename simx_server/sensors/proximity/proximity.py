@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,15 @@ class ProximitySensors(Part):
     def scene_changed(self) -> None:
         self._forget_all()
 
+    def remember(self) -> object:
+        return self.enabled, self._explicit, dict(self._entities), Counter(self._throws)
+
+    def recall(self, memory: Any) -> None:
+        self.enabled, self._explicit, entities, throws = memory
+        self._entities, self._throws = dict(entities), Counter(throws)
+        self._optics.clear()  # annotations were restored
+        self.sense()
+
     def read(self, handle: int) -> Detection | None:
         """Return the result of the last handling; None when nothing is in the volume.
 
@@ -104,6 +113,24 @@ class ProximitySensors(Part):
             together = self._alike(instant, handle)
             self._results.update(zip(together, self._detect(instant, together), strict=True))
         return self._results[handle]
+
+    def peek(self, handle: int) -> tuple[bool, Detection | None]:
+        """Return whether the present result is known, and the result; computes it unless that changes later ones.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        for results in (self._handled_by_hand, self._results):
+            if handle in results:
+                return True, results[handle]
+        if self._instant is None or self.is_explicit(handle) or self._look(item).throw is not None:
+            return False, None
+        if handle not in self._instant.scene.objects or handle in self._reset:
+            return False, None
+        (found,) = self._detect(self._instant, [handle])
+        self._results[handle] = found
+        return True, found
 
     def handle(self, handle: int) -> Detection | None:
         """Compute a sensor now, explicitly handled or not, as `sim.handleProximitySensor` does.

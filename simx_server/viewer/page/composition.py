@@ -24,9 +24,14 @@ from .panels.interface import Interface
 from .panels.joints import Joints
 from .panels.objects import Objects
 from .panels.run import Run
+from .panels.scripts import Scripts
 from .panels.signals import Signals
+from .panels.time_slider import TimeSlider
 from .panels.windows import Windows
 from .quiet_viser import renumber, set_title
+from .tools.files import Files
+from .tools.gizmo import Gizmo
+from .tools.shots import Shots
 from .world import World
 
 logger = logging.getLogger(__name__)
@@ -66,7 +71,7 @@ class Page:
         self._browser = browser
         self._eye = Eye(address)
         self._hands = hands = Hands(address, self._tell)
-        mirror = Mirror()
+        self._mirror = mirror = Mirror()
         self._ending = threading.Event()
         gui = browser.gui
         gui.configure_theme(
@@ -79,10 +84,17 @@ class Page:
         self._title = ""
         self._parts: list[tuple[Guarded, Panel]] = []
         self._run = self._placed("the line of state", lambda: Run(gui, hands, address))
+        self._slider = self._placed("the time slider", lambda: TimeSlider(gui, hands, self._report))
+        self._is_kept = False
+        """The server was asked to keep the past."""
+
         self._view = Guarded(gui, "the 3-D view")
+        self._sensed = Guarded(gui, "the readings of sensors in the 3-D view")
         self._surveyed = Guarded(gui, "what stands beside the bodies of the 3-D view")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Objects"):
+            self._placed("the folder of files", lambda: Files(gui, hands))
+            gizmo = Gizmo(browser, hands)
             self._placed("the tab of objects", lambda: Objects(gui, hands))
         with tabs.add_tab("Joints"):
             self._placed("the legend of keys", lambda: Keys(gui, hands))
@@ -95,11 +107,13 @@ class Page:
         with tabs.add_tab("Signals"):
             self._placed("the tab of signals", lambda: Signals(gui, hands, mirror))
         with tabs.add_tab("Dialogs"):
+            self._placed("the list of scripts", lambda: Scripts(gui))
             self._placed("the tab of dialogs", lambda: Interface(gui, hands))
         with tabs.add_tab("Clients"):
             self._placed("the tab of clients", lambda: Clients(gui))
         with tabs.add_tab("View"):
-            self._world = World(browser, hands, mirror)
+            self._world = World(browser, hands, mirror, gizmo)
+            self._shots = Shots(gui, self._tell)
 
     def _placed(self, name: str, make: Callable[[], P]) -> P:
         """Make a panel in the container that is open now, below the mark of its failures."""
@@ -112,31 +126,54 @@ class Page:
         """Keep the viewer up to date until `end`."""
         next_survey = 0.0
         is_away = False
+        shown: int | None = None
         while not self._ending.is_set():
             began = time.monotonic()
             pause = LOOKS
-            if not self._browser.get_clients():
+            is_seen = bool(self._browser.get_clients())
+            if not is_seen:
                 pause = UNSEEN
                 renumber(self._browser)
             try:
-                look = self._eye.look()
-                if not self._view.update(partial(self._follow, look)):
-                    self._eye.forget_look()  # otherwise it would miss the content of this one
-                    pause = AGAIN
-                if began >= next_survey:
-                    next_survey = began + max(SURVEYS, pause)
-                    if not self._survey(look):
-                        self._eye.forget_survey()
-                        next_survey = began + AGAIN
+                self._keep_past(is_seen)
+                step = self._slider.step
+                is_due = began >= next_survey
+                # A past step changes only when the user turns to another one; the selection may change as well.
+                if step is None or step != shown or is_due:
+                    look = self._look(step)
+                    shown = step
+                    if not self._view.update(partial(self._follow, look)):
+                        self._eye.forget_look()  # otherwise it would miss the content of this one
+                        pause = AGAIN
+                    if is_due:
+                        next_survey = began + max(SURVEYS, pause)
+                        if not self._survey(look):
+                            self._eye.forget_survey()
+                            next_survey = began + AGAIN
                 is_away = False
             except Away as reason:
                 if not is_away:
                     logger.warning("%s; the page tries again every second", reason)
-                is_away = True
+                is_away, self._is_kept = True, False
+                self._slider.leave()
                 self._run.away(str(reason))
                 pause = AGAIN
             self._browser.flush()
             self._ending.wait(max(0.0, began + pause - time.monotonic()))
+
+    def _keep_past(self, is_seen: bool) -> None:
+        """Have the server keep the past while a browser is connected. Raises Away."""
+        if is_seen != self._is_kept:
+            self._eye.keep_past(is_seen)
+            self._is_kept = is_seen
+
+    def _look(self, step: int | None) -> Look:
+        """Read the present, or a past step. Raises Away."""
+        past = None if step is None else self._eye.past(step)
+        if step is not None:
+            self._slider.show(None if past is None else past["step"])
+        self._mirror.is_past = past is not None
+        return self._eye.look() if past is None else past["look"]
 
     def _follow(self, look: Look) -> None:
         if (title := f"{look['scene']} - simx") != self._title:
@@ -148,8 +185,14 @@ class Page:
     def _survey(self, look: Look) -> bool:
         """Update the panels; return whether all updates succeeded. Raises Away."""
         survey = self._eye.survey()
-        done = [self._surveyed.update(partial(self._world.survey, survey))]
-        done += [guard.update(partial(panel.update, survey, look)) for guard, panel in self._parts]
+        state, seconds, steps = survey["past"]["now"]  # the panels show the present, also beside a past step
+        now: Look = {**look, "running": state, "time": seconds, "passes": steps}
+        sensing = self._eye.sensing() if self._world.wants_sensing else None
+        done = [
+            self._surveyed.update(partial(self._world.survey, survey)),
+            self._sensed.update(partial(self._world.sense, sensing)),
+        ]
+        done += [guard.update(partial(panel.update, survey, now)) for guard, panel in self._parts]
         return all(done)
 
     def end(self) -> None:
@@ -157,6 +200,7 @@ class Page:
         self._ending.set()
 
     def close(self) -> None:
+        self._shots.close()
         for _, panel in self._parts:
             panel.close()
         self._hands.close()
@@ -165,5 +209,8 @@ class Page:
     def _tell(self, problem: str) -> None:
         """Report in every browser for a while that a click could not be executed."""
         logger.warning("%s", problem)
+        self._report("This was not done", problem, is_problem=True)
+
+    def _report(self, title: str, text: str, *, is_problem: bool = False) -> None:
         for client in self._browser.get_clients().values():
-            client.add_notification("This was not done", problem, color="red", auto_close_seconds=10)
+            client.add_notification(title, text, color="red" if is_problem else "blue", auto_close_seconds=10)

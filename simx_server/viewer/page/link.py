@@ -16,8 +16,9 @@ import msgpack
 from simx_client import Client
 from simx_client.client import Calls
 from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
+from simx_client.protocol.past import KEEP
 from simx_server.parts.add_ons import ADD_ON_TYPE
-from simx_server.viewer.messages import ADD_ON, LOOK, SURVEY, Look, Survey
+from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SENSING, SURVEY, Look, Past, Sensing, Survey
 
 logger = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -91,6 +92,27 @@ class Eye:
         self._tree, self._drawings = seen["tree_version"], seen["drawings_version"]
         return seen
 
+    def keep_past(self, wanted: bool) -> None:
+        """Have the server keep the steps of a run from now on, or not any more. Raises Away."""
+        self._ask(KEEP, int(wanted))
+
+    def past(self, step: int) -> Past | None:
+        """Read the world after a step of the run, or None if no step is kept. Raises Away."""
+        try:
+            answer = self._link.ask(lambda client: _call(client, PAST, step, self._model, self._arrays))
+        except Away:
+            self.forget()
+            raise
+        except SimxError:
+            return None
+        seen = cast(Past, msgpack.unpackb(answer, strict_map_key=False))
+        self._model, self._arrays = seen["look"]["model"], seen["look"]["arrays_version"]
+        return seen
+
+    def sensing(self) -> Sensing:
+        """Read what sensors measure. Raises Away."""
+        return cast(Sensing, self._ask(SENSING))
+
     def forget_look(self) -> None:
         """Make the next look return everything."""
         self._model = self._arrays = -1
@@ -106,19 +128,21 @@ class Eye:
 
     def _ask(self, function: str, *known: int) -> Any:
         try:
-            answer = self._link.ask(
-                lambda client: client.call(function, ADD_ON, known, script_type=ADD_ON_TYPE)
-            )
+            answer = self._link.ask(lambda client: _call(client, function, *known))
         except Away:
             self.forget()  # another server may come back
             raise
         except SimxError as error:
             self.forget()
             raise Away(str(error)) from None
-        return msgpack.unpackb(answer.buffer, strict_map_key=False)
+        return msgpack.unpackb(answer, strict_map_key=False) if answer else None
 
     def close(self) -> None:
         self._link.close()
+
+
+def _call(client: Client, function: str, *integers: int) -> bytes:
+    return client.call(function, ADD_ON, integers, script_type=ADD_ON_TYPE).buffer
 
 
 def make(client: Client, note: Callable[[Calls], object]) -> None:

@@ -28,6 +28,9 @@ class Mirror:
 
     def __init__(self) -> None:
         self.copy: Copy | None = None
+        self.is_past = False
+        """The copy is that of a past step, and the panels show the present."""
+
         self._first: dict[str, np.ndarray] = {}
         """The arrays as they were in the model file."""
 

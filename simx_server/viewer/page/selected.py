@@ -41,15 +41,26 @@ class Selected:
     def move(self, copy: Copy) -> None:
         """Move the marks to the poses of the objects."""
         for item, frame in self._marks.values():
-            if (place := _place(copy, item)) is not None:
+            if (place := place_of(copy, item["element"], item["id"])) is not None:
                 frame.position, frame.wxyz = place
 
 
-def _place(copy: Copy, item: SceneItem) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return position and quat_wxyz in the world; None for an object without a pose, such as a tendon's joint."""
-    data, number = copy.data, item["id"]
+def place_of(copy: Copy, element: str, number: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return position and quat_wxyz in the world; None for an object without a pose, such as a tendon's joint.
+
+    Args:
+        element: the type of the object's model element.
+        number: its number; the model may be older or newer than what is known of its objects.
+    """
+    data = copy.data
+    counts = {
+        "body": copy.model.nbody, "site": copy.model.nsite, "camera": copy.model.ncam, "light": copy.model.nlight,
+        "joint": copy.model.njnt,
+    }  # fmt: skip
+    if not 0 <= number < counts.get(element, 0):
+        return None
     quat = np.zeros(4)
-    match item["element"]:
+    match element:
         case "body":
             return data.xpos[number], data.xquat[number]
         case "site":

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import viser
 
-from simx_server.viewer.messages import Look, SceneItem, Survey
+from simx_server.viewer.messages import Look, SceneItem, Sensing, Survey
 
 from .bodies import Body, appearance, meshes_of
 from .drawings import Drawings
@@ -16,6 +16,9 @@ from .ground import is_ground
 from .link import Hands, make
 from .mirror import Copy, Mirror
 from .selected import Selected
+from .tools.gizmo import Gizmo
+from .tools.sensors import FORCE_LENGTH, LONGEST_ARROW, Sensors
+from .tools.viewpoints import Viewpoints
 
 logger = logging.getLogger(__name__)
 
@@ -23,17 +26,13 @@ _MOVED = 1e-5
 """Metres, or a unit quaternion's difference, below which nothing is sent."""
 
 _FORCE = (220, 40, 60)
-_FORCE_LENGTH = 0.01
-"""Metres of an arrow for each newton."""
-
-_LONGEST_ARROW = 0.5
 
 
 class World:
     """Owns the 3-D view. `update` and `survey` on the viewer's thread."""
 
-    def __init__(self, browser: viser.ViserServer, hands: Hands, mirror: Mirror) -> None:
-        self._browser, self._hands = browser, hands
+    def __init__(self, browser: viser.ViserServer, hands: Hands, mirror: Mirror, gizmo: Gizmo) -> None:
+        self._browser, self._hands, self._gizmo = browser, hands, gizmo
         self._mirror = mirror
         self._drawings = Drawings(browser.scene)
         self._marks = Selected(browser.scene)
@@ -45,6 +44,9 @@ class World:
         """By body, its pose in the browsers: position and quat_wxyz."""
 
         self._tree: list[SceneItem] = []
+        self._places_of: dict[int, tuple[str, int]] = {}
+        """Handle to type and number of the model element."""
+
         self._selected: tuple[int, ...] = ()
         self._forces: viser.ArrowsHandle | None = None
         self._arrows = np.empty((0, 2, 3))
@@ -54,13 +56,12 @@ class World:
         browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.25)
         gui = browser.gui
         self._show_forces = gui.add_checkbox(
-            "Contact forces", False, hint=f"{_FORCE_LENGTH * 100:g} cm for each newton"
+            "Contact forces", False, hint=f"{FORCE_LENGTH * 100:g} cm for each newton"
         )
         self._show_drawings = gui.add_checkbox("Drawing objects", True, hint="what scripts have drawn")
-        self._whole = gui.add_button("Whole scene", icon=viser.Icon.FOCUS_CENTERED)
-        self._extent, self._centre = 2.0, np.zeros(3)
-        self._whole.on_click(lambda event: self._look_at_all(event.client))
-        browser.on_client_connect(self._look_at_all)
+        self._sensors = Sensors(browser.scene, gui)
+        self._viewpoints = Viewpoints(browser)
+        self._extent = 2.0
 
     def update(self, look: Look) -> None:
         """Show a new look."""
@@ -77,14 +78,25 @@ class World:
             self._marks.move(copy)
             self._show_contacts(copy)
         if is_new:
-            self._extent, self._centre = copy.model.stat.extent, copy.model.stat.center.copy()
-            for client in self._browser.get_clients().values():
-                self._look_at_all(client)
+            self._extent = copy.model.stat.extent
+            self._viewpoints.show(self._extent, copy.model.stat.center)
+        self._viewpoints.update(copy, self._places_of, look["selection"])
+        self._gizmo.update(copy, self._places_of, look["selection"], is_past=self._mirror.is_past)
+
+    @property
+    def wants_sensing(self) -> bool:
+        """Return whether readings of sensors are shown."""
+        return self._sensors.are_wanted and not self._mirror.is_past
+
+    def sense(self, sensing: Sensing | None) -> None:
+        """Show readings of sensors; None: none."""
+        self._sensors.update(sensing)
 
     def survey(self, survey: Survey) -> None:
         """Show the data that changes rarely."""
         if survey["tree"] is not None:
             self._tree = survey["tree"]
+            self._places_of = {item["handle"]: (item["element"], item["id"]) for item in self._tree}
             self._mark(self._selected, anew=True)
         if survey["drawings"] is not None:
             self._drawings.update(survey["drawings"])
@@ -165,16 +177,6 @@ class World:
                 "/contact_forces", arrows, _FORCE, shaft_radius=0.004, head_radius=0.01, head_length=0.02
             )
 
-    # --- camera ----------------------------------------------------------------------------------
-
-    def _look_at_all(self, client: viser.ClientHandle | None) -> None:
-        if client is None:
-            return
-        direction = np.array([1.0, -1.1, 0.75])
-        client.camera.position = self._centre + direction * self._extent * 1.1
-        client.camera.look_at = self._centre
-        client.camera.up_direction = (0.0, 0.0, 1.0)
-
 
 def contact_forces(copy: Copy) -> np.ndarray:
     """Return arrows of contact forces, in newtons as metres, shape (N, 2, 3): start and end in the world."""
@@ -185,8 +187,8 @@ def contact_forces(copy: Copy) -> np.ndarray:
     for number in range(data.ncon):
         mujoco.mj_contactForce(model, data, number, force)
         contact = data.contact[number]
-        arrow = contact.frame.reshape(3, 3).T @ force[:3] * _FORCE_LENGTH
+        arrow = contact.frame.reshape(3, 3).T @ force[:3] * FORCE_LENGTH
         if (length := float(np.linalg.norm(arrow))) > 1e-4:
-            arrow *= min(1.0, _LONGEST_ARROW / length)
+            arrow *= min(1.0, LONGEST_ARROW / length)
             arrows.append(np.stack([contact.pos, contact.pos + arrow]))
     return np.array(arrows).reshape(-1, 2, 3)

@@ -103,6 +103,11 @@ class Place:
     def button(self, name: str | re.Pattern[str]) -> Locator:
         return self.page.get_by_role("button", name=name, exact=True)
 
+    @property
+    def sliders(self) -> Locator:
+        """The time slider stands above the others; it is one once there is a past."""
+        return self.page.locator("[role=slider]:visible")
+
     def until(self, condition: Callable[[], bool]) -> bool:
         """Whether that comes true; the browser goes on meanwhile."""
         return wait_until(condition, SOON, lambda: self.page.wait_for_timeout(20))
@@ -186,12 +191,41 @@ def test_a_slider_moves_its_joint(place: Place) -> None:
     assert hinge.position == 0.0
     place.tab("Joints")
     place.page.get_by_text("hinge (°)").wait_for()
-    place.page.locator("[role=slider]:visible").first.press("End")
+    place.sliders.last.press("End")
     assert place.until(lambda: abs(hinge.position - 1.5) < 0.01)
     place.page.get_by_text("is at 85.9°").wait_for()
     hinge.position = 0.5
     place.page.get_by_text("is at 28.6°").wait_for()
     hinge.position = 0.0
+
+
+def test_dragged_back_the_time_slider_shows_the_past_and_a_new_run_goes_on_from_it(place: Place) -> None:
+    hinge = place.client.joint("hinge")
+    place.client.simulation.start()
+    assert place.until(lambda: place.client.simulation.time > 0.4)
+    v.simxSetFloatSignal(place.client.id, "gain", 0.75, BLOCKING)
+    assert place.until(lambda: place.client.simulation.time > 1.0)
+    place.client.simulation.pause()
+    fallen = hinge.position
+    place.tab("Objects")
+    assert place.until(lambda: place.sliders.count() == 1), "the time slider, once there is a past"
+    place.button("◀ call").click()
+    place.page.get_by_text("The past: step").wait_for()
+    place.page.get_by_text("simxSetFloatSignal(signalName='gain', signalValue=0.75)").wait_for()
+    place.sliders.first.press("Home")
+    place.page.get_by_text("The past: step 0, 0.00 s.").wait_for()
+    assert hinge.position == fallen, "the simulation is where it was"
+    for _ in range(4):
+        place.button("▶").click()
+    place.page.get_by_text("The past: step 4, 0.20 s.").wait_for()
+    place.button("Go on from here").click()
+    place.page.get_by_text("It is paused at step 4, 0.20 s.").wait_for()
+    assert place.client.simulation.time == pytest.approx(0.2)
+    assert place.client.simulation.state == "paused"
+    assert hinge.position != fallen
+    assert v.simxGetFloatSignal(place.client.id, "gain", BLOCKING)[0] != v.simx_return_ok, "it was set later"
+    place.button("Start").click()
+    assert place.until(lambda: place.client.simulation.time > 1.2)
 
 
 def test_a_camera_shows_its_picture(place: Place) -> None:
@@ -262,7 +296,7 @@ def test_windows_of_a_script_without_a_display_are_shown_and_keys_typed(place: P
         assert read_line(process) == "key 113\n"
         place.button("Esc").click()
         assert read_line(process) == "key 27\n"
-        place.page.locator("[role=slider]:visible").first.press("End")
+        place.sliders.last.press("End")
         assert read_line(process) == "speed 10\n"
         place.button("Close window").click()
         assert process.wait(30) == 0
@@ -310,7 +344,34 @@ def test_the_browser_comes_back_when_the_server_does(place: Place) -> None:
     assert place.until(place.is_state("running"))
 
 
+def test_a_screenshot_is_saved_a_plot_as_a_table_and_a_shipped_scene_opened(
+    place: Place, tmp_path: Path
+) -> None:
+    place.tab("View")
+    place.button("top").click()
+    with place.page.expect_download() as download:
+        place.button("Screenshot").click()
+    download.value.save_as(tmp_path / "view.png")
+    picture = cv2.imread(str(tmp_path / "view.png"))
+    assert picture is not None
+    assert picture.std() > 5  # the scene is there
+    place.tab("Signals")
+    place.button("Add plot").click()
+    with place.page.expect_download() as download:
+        place.button("Save as CSV").click()
+    download.value.save_as(tmp_path / "plot.csv")
+    assert (tmp_path / "plot.csv").read_text().startswith("t / s,")
+    place.tab("Objects")
+    place.page.get_by_text("Open a scene or model").click()
+    place.button("Open scene").wait_for()
+    place.page.locator("input[role=combobox]:visible").first.click()
+    place.page.get_by_role("option", name="cart_pole").click()
+    place.button("Open scene").click()
+    place.page.get_by_text("cart_pole —").wait_for()
+    assert place.until(lambda: place.page.title() == "cart_pole - simx")
+
+
 def test_pictures_of_the_documentation_are_small() -> None:
-    for name in pictures.TABS:
+    for name in pictures.PICTURES:
         file = ROOT / "docs" / "pictures" / f"{name}.png"
         assert file.stat().st_size <= 250_000

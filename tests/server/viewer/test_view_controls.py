@@ -25,9 +25,10 @@ from simx_server.viewer.page.ground import is_ground
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.panels.clients import Clients
 from simx_server.viewer.page.panels.objects import Objects
-from simx_server.viewer.page.panels.plots import Curve, vertical_axis
 from simx_server.viewer.page.panels.run import Run
 from simx_server.viewer.page.quiet_viser import set_title
+from simx_server.viewer.page.tools.gizmo import Gizmo
+from simx_server.viewer.page.tools.plot import Curve, vertical_axis
 from simx_server.viewer.page.world import World
 
 __all__ = ["browser"]
@@ -213,7 +214,7 @@ def test_ground_is_what_lies_flat_and_wide_or_is_a_plane(cell: Copy) -> None:
 
 def test_click_selects_a_table_and_on_the_floor_nothing(stage: Stage, browser: viser.ViserServer) -> None:
     mirror = Mirror()
-    world = World(browser, stage.hands, mirror)
+    world = World(browser, stage.hands, mirror, Gizmo(browser, stage.hands))
     world.update(stage.look())
     world.survey(stage.survey())
     assert mirror.copy is not None

@@ -16,7 +16,7 @@ from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
 from simx_server.errors import CommandError
-from simx_server.viewer import feed
+from simx_server.viewer import feed, sent_model
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import LOOK, ONE_PASS, SPEED, SURVEY
 from simx_server.viewer.page.mirror import Mirror
@@ -129,7 +129,11 @@ def test_an_edit_and_another_scene_bring_another_model(told: Told) -> None:
 
 
 def test_models_of_two_servers_are_not_taken_for_one() -> None:
-    command = [sys.executable, "-c", "from simx_server.viewer import feed; print(next(feed._models))"]
+    command = [
+        sys.executable,
+        "-c",
+        "from simx_server.viewer import sent_model; print(next(sent_model._models))",
+    ]
     told = {subprocess.run(command, capture_output=True, check=True, timeout=60).stdout for _ in range(2)}
     assert len(told) == 2, "a page may miss that its server was started anew"
 
@@ -182,7 +186,7 @@ def test_of_thousands_of_signals_the_first_are_told(told: Told) -> None:
 
 def test_a_large_model_travels_as_it_is(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     small = len(told.ask(LOOK, -1, -1)["binary"])
-    monkeypatch.setattr(feed, "_MOST_COMPRESSED", 0)
+    monkeypatch.setattr(sent_model, "_MOST_COMPRESSED", 0)
     told.feed.model_changed(None)
     large, _ = told.look()
     assert large["binary"] is not None
@@ -256,7 +260,7 @@ def test_speed_is_set_and_nonsense_is_refused(told: Told) -> None:
     for nonsense in (0.0, -1.0, float("nan")):
         with pytest.raises(CommandError, match="above 0"):
             told.ask(SPEED, floats=(nonsense,))
-    with pytest.raises(CommandError, match="it has: look, survey, onePass, speed"):
+    with pytest.raises(CommandError, match="it has: look, survey, onePass, speed, past, sensing"):
         told.ask("glance")
     with pytest.raises(CommandError, match="takes 2 integers"):
         told.ask(LOOK, 1)

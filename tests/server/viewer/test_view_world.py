@@ -20,6 +20,7 @@ from simx_server.viewer.page.bodies import Body, appearance, meshes_of
 from simx_server.viewer.page.drawings import Drawings
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.selected import Selected
+from simx_server.viewer.page.tools.gizmo import Gizmo
 from simx_server.viewer.page.world import World, contact_forces
 
 __all__ = ["browser"]
@@ -111,7 +112,7 @@ def test_contact_forces_carry_the_weight(model: mujoco.MjModel) -> None:
 
 
 def test_contact_forces_that_stay_are_sent_once(browser: viser.ViserServer) -> None:
-    world = World(browser, cast(Any, None), Mirror())
+    world = World(browser, cast(Any, None), Mirror(), Gizmo(browser, cast(Any, None)))
     world._show_forces.value = True
     model = mujoco.MjModel.from_xml_string(SCENE)
     copy = Copy(model, mujoco.MjData(model))

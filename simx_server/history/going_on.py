@@ -1,0 +1,80 @@
+"""Start a new run from a step of the present or the last one.
+
+The new run starts as every run does: what a stop restores is restored, and the scene's scripts start. Then the world is
+set to the step: model and objects, MuJoCo's state, the joints with the memory of their controllers, signals, and the
+parts that remember something (`Part.remember`). So physics continues bit for bit as if the run had not been
+interrupted. Variables of scripts cannot be saved; `GoneOn.restarted` names the scripts that have started again.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.scripting.script import ScriptKind
+
+from .moments import restore
+
+if TYPE_CHECKING:
+    from simx_server.runtime.server_loop import ServerLoop
+
+    from .history import History
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class GoneOn:
+    """A new run; the simulation is paused."""
+
+    step: int
+    time: float
+    restarted: list[str]
+    """Scripts that have started again, and lack the values that their variables had."""
+
+
+def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
+    """Set the simulation to the end of a step, as a new run, and pause it. Steps after it are forgotten.
+
+    Clients stay connected; those that step the simulation go on stepping it.
+
+    Raises:
+        CommandError: the step is not kept, or a script is being executed, which the stop would end.
+    """
+    world, sim = loop.world, loop.simulation
+    moment, before = history.moment(step), history.before(step)
+    if world.scripts.is_active or loop.is_serving:
+        raise CommandError("no new run can start while a script is being executed; call this from a client")
+    if not sim.is_settled:
+        raise CommandError("the simulation is about to start or to stop; try again")
+    stepping = [session for session in loop.sessions.values() if session.is_stepping]
+    loop.is_going_back = True
+    try:
+        sim.stop()
+        sim.scene.next_handle = (
+            history.handle_at_start
+        )  # scripts make their objects with the same handles again
+        sim.start()
+        if not sim.is_running:
+            raise CommandError("a script has stopped the new run at its start")
+        restore(world, moment, before)
+        sim.pause()
+    finally:
+        loop.is_going_back = False
+    history.cut(step)
+    for session in stepping:
+        session.set_stepping(True)
+    restarted = [
+        world.scripts.describe(script)
+        for script in world.scripts.all()
+        if script.kind is not ScriptKind.CUSTOMIZATION and script.interpreter is not None
+    ]
+    logger.info(
+        "a new run goes on from step %d, %.3f s%s",
+        step,
+        sim.time,
+        f"; started again: {', '.join(restarted)}" if restarted else "",
+    )
+    return GoneOn(step, sim.time, restarted)

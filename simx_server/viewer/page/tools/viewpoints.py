@@ -1,0 +1,90 @@
+"""Turn the camera of a browser: presets, and following an object. Each browser has its own camera."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+import viser
+
+from simx_server.viewer.page.mirror import Copy
+from simx_server.viewer.page.selected import place_of
+
+_DIRECTIONS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
+    {
+        "front": (1.0, 0.0, 0.2),
+        "back": (-1.0, 0.0, 0.2),
+        "left": (0.0, 1.0, 0.2),
+        "right": (0.0, -1.0, 0.2),
+        "top": (0.0, -1e-3, 1.0),
+        "oblique": (1.0, -1.1, 0.75),
+    }
+)
+"""From the middle to the camera, in the world's axes; x points to the front."""
+
+_DISTANCE = 1.65
+"""Distance of the camera as a share of the scene's extent."""
+
+_MOVED = 1e-5
+"""Metres below which the camera does not follow."""
+
+
+class Viewpoints:
+    """Buttons for the camera. `update` with each look, on the viewer's thread."""
+
+    def __init__(self, browser: viser.ViserServer) -> None:
+        self._browser = browser
+        self._extent, self._centre = 2.0, np.zeros(3)
+        self._followed: tuple[int, np.ndarray] | None = None
+        """The object, and its last position."""
+
+        gui = browser.gui
+        views = gui.add_button_group(
+            "Look from", tuple(_DIRECTIONS), hint="at the whole scene; x is the front"
+        )
+        self._follow = gui.add_checkbox(
+            "Follow", False, hint="the camera moves along with the selected object"
+        )
+        views.on_click(lambda event: self._look_from(event.client, event.target.value))
+        browser.on_client_connect(lambda client: self._look_from(client, "oblique"))
+
+    def show(self, extent: float, centre: np.ndarray) -> None:
+        """Show another scene as a whole, in all browsers. `extent` in metres."""
+        self._extent, self._centre = extent, centre.copy()
+        for client in self._browser.get_clients().values():
+            self._look_from(client, "oblique")
+
+    def update(self, copy: Copy, items: Mapping[int, tuple[str, int]], selection: list[int]) -> None:
+        """Move the cameras along with the selected object.
+
+        Args:
+            items: handle to type of model element and number.
+            selection: handles; the first one is followed.
+        """
+        chosen = next((handle for handle in selection if handle in items), None)
+        place = None if chosen is None else place_of(copy, *items[chosen])
+        if not self._follow.value or chosen is None or place is None:
+            self._followed = None
+            return
+        position = place[0].copy()
+        if self._followed is not None and self._followed[0] == chosen:
+            moved = position - self._followed[1]
+            if float(np.abs(moved).max()) < _MOVED:
+                return
+            for client in self._browser.get_clients().values():
+                with client.atomic():
+                    client.camera.position = client.camera.position + moved
+                    client.camera.look_at = client.camera.look_at + moved
+        self._followed = chosen, position
+
+    def _look_from(self, client: viser.ClientHandle | None, name: str) -> None:
+        if client is None:
+            return
+        direction = np.array(_DIRECTIONS[name])
+        with client.atomic():
+            client.camera.up_direction = (0.0, 0.0, 1.0)
+            client.camera.position = (
+                self._centre + direction / np.linalg.norm(direction) * self._extent * _DISTANCE
+            )
+            client.camera.look_at = self._centre
