@@ -1,0 +1,253 @@
+"""The gateway for ROS 2: after each simulation step it publishes where someone listens, and serves what arrives.
+
+The session with Zenoh has a thread of its own (`wire/session.py`), which may wait for a router for any time.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simx_client.protocol import link
+from simx_server.limits import LimitReached
+from simx_server.scene.editing.twins import Twins
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
+
+from ..errors import GatewayError
+from ..exposure import is_beyond_loopback
+from ..outsider_log import OutsiderLog
+from ..posting import Care, Postman
+from ..throttle import Throttle
+from . import messages
+from .client import Ros2Client
+from .content.catalogue import CONTENT
+from .desk import Desk, Intake, Outlet
+from .endpoints import Commanded, Context, Followed, Moment, Offer, Published, Served
+from .wire.endpoint import Endpoint
+from .wire.names import Distribution, Place
+from .wire.publisher import Publisher
+from .wire.service import Service
+from .wire.session import Ros2Session, Router
+from .wire.subscription import Guard, Subscription
+
+if TYPE_CHECKING:
+    from simx_server.runtime.server_loop import ServerLoop
+
+logger = logging.getLogger(__name__)
+
+REPEAT = 1.0
+"""Seconds between two messages of a topic while the simulation is paused or stopped: nodes that come then need them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Options:
+    """Where the node is, and for whom."""
+
+    place: Place = field(default_factory=Place)
+    router: Router = field(default_factory=Router)
+    distribution: Distribution = Distribution.NEWER
+
+
+class Ros2Gateway(Part):
+    """The node of one server loop. Physics thread."""
+
+    def __init__(self, loop: ServerLoop, options: Ros2Options) -> None:
+        """Declare the node and what it offers, as soon as there is a router.
+
+        Raises:
+            GatewayError: it is to be the router itself, and cannot listen; or there are too many clients.
+        """
+        self._loop, self._options = loop, options
+        self._simulation = loop.simulation
+        is_humble = options.distribution is Distribution.HUMBLE
+        self._types = messages.humble() if is_humble else messages.Types(messages.BY_NAME, messages.SERVICES)
+        self._session = Ros2Session(options.place, options.router)
+        endpoint = options.router.endpoint
+        self.endpoint = f"ros2/{'router/' if options.router.is_self else ''}{endpoint}"
+        """For the line that says that the server is ready."""
+
+        try:
+            self._client = Ros2Client(
+                loop, f"ros2 {options.place.namespace}/{options.place.node}", _port(endpoint)
+            )
+        except LimitReached as problem:
+            self._session.close()
+            raise GatewayError(str(problem)) from None
+        if options.router.is_self and is_beyond_loopback(endpoint):
+            logger.warning(
+                "everyone who reaches %s can do all that ROS 2 can with this simulation, and with every other node at "
+                "this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in "
+                "through an SSH tunnel (docs/ros2.md)",
+                endpoint,
+            )
+        log, throttle = OutsiderLog(logger), Throttle(link.READERS)
+        self._guard = Guard(log, throttle)
+        self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
+        context = Context(loop.world, self._client, options.place, options.distribution)
+        self._contents = [content(context) for content in CONTENT]
+        loop.simulation.attach(*self._contents)
+        self._outlets: dict[tuple[object, ...], Outlet] = {}
+        self._intakes: dict[tuple[object, ...], Intake] = {}
+        self._desks: dict[tuple[object, ...], Desk] = {}
+        self._followed: list[Followed] = []
+        self._seen: tuple[object, int] = (None, -1)
+        """Scene and model version when the offers were listed."""
+
+        self._next_repeat = 0.0
+        self._renew()
+        self._session.start()
+        loop.simulation.attach(self)
+        loop.watches.append(self._look)
+
+    def close(self) -> None:
+        """Leave ROS 2. No thread runs the server loop meanwhile."""
+        self._loop.watches.remove(self._look)
+        for part in (self, *self._contents):
+            self._simulation.detach(part)
+        self._session.close()
+        self._client.leave()
+
+    # --- after simulation steps, and now and then -------------------------------------------------
+
+    def step_finished(self) -> None:
+        """Publish the new state."""
+        if self._seen[0] is not self._simulation.model:
+            self._renew()
+        moment = self._moment()
+        for outlet in self._outlets.values():
+            outlet.step(moment)
+        for followed in self._followed:
+            if calls := followed.due(moment):
+                self._client.post(partial(self._client.execute, calls))
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._seen = None, -1
+
+    def run_stopped(self) -> None:
+        """Have the restored state and the time of 0 published soon."""
+        self._next_repeat = 0.0
+
+    def _look(self) -> None:
+        """List the offers again if they may have changed, and repeat messages while no steps are made."""
+        simulation = self._simulation
+        if self._seen != (simulation.model, simulation.model_version):
+            self._renew()
+        now = time.monotonic()
+        if simulation.state is SimulationState.RUNNING or now < self._next_repeat:
+            return
+        self._next_repeat = now + REPEAT
+        moment = self._moment()
+        for outlet in self._outlets.values():
+            outlet.repeat(moment)
+
+    def _moment(self) -> Moment:
+        return Moment.of(self._simulation.step_count, self._simulation.time_step)
+
+    # --- offers ----------------------------------------------------------------------------------
+
+    def _renew(self) -> None:
+        """List what the present scene offers; keep what was offered before."""
+        self._seen = self._simulation.model, self._simulation.model_version
+        offers = [offer for content in self._contents for offer in content.offers()]
+        outlets, intakes, desks = self._outlets, self._intakes, self._desks
+        self._outlets, self._intakes, self._desks, self._followed = {}, {}, {}, []
+        for offer in offers:
+            self._add(offer, outlets, intakes, desks)
+        if {*outlets, *intakes, *desks} != {*self._outlets, *self._intakes, *self._desks}:
+            self._session.keep(self._endpoints())
+
+    def _endpoints(self) -> Sequence[Endpoint]:
+        return [
+            *(outlet.publisher for outlet in self._outlets.values()),
+            *(intake.subscription for intake in self._intakes.values()),
+            *(desk.service for desk in self._desks.values()),
+        ]
+
+    def _add(
+        self,
+        offer: Offer,
+        outlets: dict[tuple[object, ...], Outlet],
+        intakes: dict[tuple[object, ...], Intake],
+        desks: dict[tuple[object, ...], Desk],
+    ) -> None:
+        """Add an offer, with the endpoint that it had before.
+
+        Args:
+            outlets: those before, as the others.
+        """
+        match offer:
+            case Published(topic, kind, _, qos):
+                name = (topic, kind, qos)
+                outlet = outlets.get(name) or self._outlet(offer)
+                outlet.offer = offer
+                self._outlets[name] = outlet
+            case Commanded(topic, kind, _, qos, is_listed):
+                name = (topic, kind, qos, is_listed)
+                intake = intakes.get(name) or self._intake(offer)
+                intake.offer = offer
+                self._intakes[name] = intake
+            case Served(service, kind):
+                name = (service, kind)
+                desk = desks.get(name) or self._desk(offer)
+                desk.offer = offer
+                self._desks[name] = desk
+            case Followed():
+                self._followed.append(offer)
+
+    def _outlet(self, offer: Published) -> Outlet:
+        place, type_ = self._options.place, self._types.messages[offer.type]
+        described = messages.BY_NAME[offer.type]
+        publisher = Publisher(
+            place, place.full(offer.topic), described, offer.qos, self._options.distribution
+        )
+        return Outlet(offer, publisher, type_, self._client)
+
+    def _intake(self, offer: Commanded) -> Intake:
+        place, type_ = self._options.place, self._types.messages[offer.type]
+
+        def arrived(_: Subscription) -> None:
+            self._client.post(intake.serve)
+
+        subscription = Subscription(
+            place,
+            place.full(offer.topic),
+            messages.BY_NAME[offer.type],
+            offer.qos,
+            self._options.distribution,
+            is_listed=offer.is_listed,
+            guard=self._guard,
+            arrived=arrived,
+        )
+        intake = Intake(offer, subscription, type_, self._client)
+        return intake
+
+    def _desk(self, offer: Served) -> Desk:
+        place, type_ = self._options.place, self._types.services[offer.type]
+
+        def arrived(_: Service) -> None:
+            self._client.post(desk.serve)
+
+        service = Service(
+            place,
+            place.full(offer.service),
+            messages.SERVICES[offer.type],
+            self._options.distribution,
+            guard=self._guard,
+            arrived=arrived,
+            refusal=lambda why: type_.response.encode(desk.offer.refusal(why)),
+            send_later=self._postman.send,
+        )
+        desk = Desk(offer, service, type_, self._client)
+        return desk
+
+
+def _port(endpoint: str) -> int:
+    """Return the port of an endpoint, 0 if it has none."""
+    found = re.search(r":(\d+)(?:[?#]|$)", endpoint)
+    return int(found[1]) if found else 0
