@@ -142,6 +142,24 @@ class Settings:
         unset="there is none",
         lone="23001",
     )
+    ros2: int | None = _setting(
+        None,
+        "also be a ROS 2 node, for rmw_zenoh, in a domain (ROS_DOMAIN_ID)",
+        rules.ROS_DOMAIN,
+        unset="no node of ROS 2",
+        lone=rules.FROM_ENVIRONMENT,
+    )
+    ros2_namespace: str | None = _setting(
+        None, "in front of the names of its node, topics and services", rules.ROS_NAMESPACE, unset="none"
+    )
+    ros2_router: str = _setting(
+        "tcp/127.0.0.1:7447", "ROS 2's router; self: this server is it", rules.ROS_ROUTER
+    )
+    ros2_distro: str = _setting(
+        "jazzy",
+        "distribution of ROS 2: humble, or a later one (jazzy)",
+        rules.one_of("NAME", "humble", "iron", "jazzy", "kilted", "lyrical", "rolling"),
+    )
     multicast_scouting: bool = _setting(False, "let others on the network discover it")
     realm: str | None = _setting(
         None,
@@ -266,6 +284,9 @@ class Settings:
                 values[name] = setting.read(given, origin)
         if "ports" not in values and (legacy := values.get("legacy_ports")):
             values["ports"] = _give_way(legacy)
+        if values.get("ros2") == rules.FROM_ENVIRONMENT:
+            domain = environment.get(rules.FROM_ENVIRONMENT, "").strip() or "0"
+            values["ros2"] = SETTINGS["ros2"].read(domain, f"environment {rules.FROM_ENVIRONMENT}")
         settings = cls(**values, origins=MappingProxyType(origins))
         refuse_conflicts(settings)
         return settings
@@ -273,7 +294,8 @@ class Settings:
     def member(self, number: int) -> Settings:
         """Return the settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
 
-        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``.
+        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``. Each
+        is in a domain of ROS 2 of its own, the one after that of the server before.
         """
         fixed = [port for port in (*self.ports, *map(port_of, self.legacy_ports)) if port]
         offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0
@@ -283,6 +305,7 @@ class Settings:
             legacy_ports=tuple(_moved(address, offset) for address in self.legacy_ports),
             temporary_port=self.temporary_port + (offset if self.temporary_port in fixed else 0),
             realm=self.realm and f"{self.realm}-{number}",
+            ros2=None if self.ros2 is None else self.ros2 + number,
             zmq=self.zmq and rules.next_address(self.zmq, number),
             count=None,
         )

@@ -149,7 +149,7 @@ class Context:
 
 
 class Content(Part):
-    """A part of what the node offers. It is told of the simulation's events, as every `Part`, before topics are sent."""
+    """A part of what the node offers. As a `Part`, it is told of the simulation's events before topics are sent."""
 
     def __init__(self, context: Context) -> None:
         """Make it, once for a gateway."""

@@ -233,6 +233,9 @@ class Ros2Gateway(Part):
         def arrived(_: Service) -> None:
             self._client.post(desk.serve)
 
+        def refusal(why: str) -> bytes:
+            return type_.response.encode(desk.offer.refusal(why))
+
         service = Service(
             place,
             place.full(offer.service),
@@ -240,7 +243,7 @@ class Ros2Gateway(Part):
             self._options.distribution,
             guard=self._guard,
             arrived=arrived,
-            refusal=lambda why: type_.response.encode(desk.offer.refusal(why)),
+            refusal=refusal,
             send_later=self._postman.send,
         )
         desk = Desk(offer, service, type_, self._client)

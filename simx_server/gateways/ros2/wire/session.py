@@ -44,6 +44,13 @@ class Router(NamedTuple):
     is_self: bool = False
     """The session is the router, and listens there."""
 
+    @staticmethod
+    def of(text: str) -> Router:
+        """Return the router of a text: an endpoint, `self`, or `self=` and an endpoint."""
+        if text == "self":
+            return Router(is_self=True)
+        return Router(text.removeprefix("self="), text.startswith("self="))
+
 
 class Ros2Session:
     """Keeps a node and its endpoints declared."""
