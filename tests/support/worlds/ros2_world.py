@@ -33,7 +33,9 @@ CLOCK = (
     "rosgraph_msgs::msg::dds_::Clock_/RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564"
 )
 TF = "tf2_msgs::msg::dds_::TFMessage_/RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
-IMAGE = "sensor_msgs::msg::dds_::Image_/RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"
+IMAGE = (
+    "sensor_msgs::msg::dds_::Image_/RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"
+)
 CAMERA_INFO = (
     "sensor_msgs::msg::dds_::CameraInfo_/"
     "RIHS01_b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"
@@ -144,9 +146,7 @@ class Peer:
             import zenoh.ext
 
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
-            self._kept.append(
-                zenoh.ext.declare_advanced_subscriber(self.session, key, keep, history=history)
-            )
+            self._kept.append(zenoh.ext.declare_advanced_subscriber(self.session, key, keep, history=history))
         else:
             self._kept.append(self.session.declare_subscriber(key, keep))
 
