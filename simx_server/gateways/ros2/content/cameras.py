@@ -8,15 +8,21 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
+import cv2
 import numpy as np
 
-from simx_server.scene.objects import ObjectKind
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 from simx_server.sensors.vision.futures import then
 from simx_server.sensors.vision.vision_settings import VisionSettings
 
+from ..annotated.notes import Names, note_of, period_of, topic_of, unpublished
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import SENSOR_DATA
-from .naming import optical_frame, part_of_topic
+from .naming import part_of_topic
+
+JPEG_QUALITY = 95
+"""Of compressed images, as image_transport has it unless told otherwise."""
 
 _NO_DISTORTION = [0.0] * 5
 _NO_TURN = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
@@ -34,18 +40,26 @@ class Cameras(Content):
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
+        names, hidden = Names(scene), unpublished(scene)
         for handle in scene.of_kind(ObjectKind.VISION_SENSOR):
-            item = scene.objects[handle]
-            yield from self._of_sensor(handle, f"/{part_of_topic(scene, item)}", optical_frame(item))
+            if handle not in hidden:
+                yield from self._of_sensor(scene, scene.objects[handle], names)
 
-    def _of_sensor(self, handle: int, topic: str, frame: str) -> Iterator[Offer]:
+    def _of_sensor(self, scene: Scene, item: SceneObject, names: Names) -> Iterator[Offer]:
         image, info = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
+        handle, note = item.handle, note_of(item)
+        given, period = topic_of(note, "topic"), period_of(note)
+        topic = f"/{part_of_topic(scene, item)}" if given is None else names.topic(item, given)
+        frame = names.camera_frame(item, note)
         give_image, give_depth = partial(self._image, handle, frame), partial(self._depth, handle, frame)
         give_info = partial(self._info, handle, frame)
-        yield Published(f"{topic}/image_raw", image, give_image, SENSOR_DATA)
-        yield Published(f"{topic}/camera_info", info, give_info, SENSOR_DATA)
-        yield Published(f"{topic}/depth/image_raw", image, give_depth, SENSOR_DATA)
-        yield Published(f"{topic}/depth/camera_info", info, give_info, SENSOR_DATA)
+        yield Published(f"{topic}/image_raw", image, give_image, SENSOR_DATA, period)
+        yield Published(f"{topic}/camera_info", info, give_info, SENSOR_DATA, period)
+        yield Published(f"{topic}/depth/image_raw", image, give_depth, SENSOR_DATA, period)
+        yield Published(f"{topic}/depth/camera_info", info, give_info, SENSOR_DATA, period)
+        if note.get("compressed", False):
+            kind, give = "sensor_msgs/msg/CompressedImage", partial(self._compressed, handle, frame)
+            yield Published(f"{topic}/image_raw/compressed", kind, give, SENSOR_DATA, period)
 
     def _image(self, handle: int, frame: str, moment: Moment) -> Future[Message]:
         header = moment.header(frame)
@@ -56,6 +70,19 @@ class Cameras(Content):
             return _picture(header, width, height, "rgb8", 3, pixels)
 
         return then(self._world.vision.image(handle, as_grey=False, asker="ros2"), upright)
+
+    def _compressed(self, handle: int, frame: str, moment: Moment) -> Future[Message]:
+        header = moment.header(frame)
+
+        def packed(seen: tuple[list[int], bytes]) -> Message:
+            (width, height), rows = seen
+            pixels = np.frombuffer(rows, np.uint8).reshape(height, width, 3)[::-1, :, ::-1]
+            done, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+            if not done:
+                raise CommandError(f"OpenCV cannot make a JPEG of {width} x {height} pixels")
+            return {"header": header, "format": "rgb8; jpeg compressed bgr8", "data": data}
+
+        return then(self._world.vision.image(handle, as_grey=False, asker="ros2"), packed)
 
     def _depth(self, handle: int, frame: str, moment: Moment) -> Future[Message]:
         header, settings = moment.header(frame), self._world.vision.settings(handle)

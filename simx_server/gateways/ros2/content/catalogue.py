@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from ..annotated.drives import Drives
+from ..annotated.imu import Imus
+from ..annotated.joint_groups import JointGroups
+from ..annotated.ranges import Ranges, Scans
 from ..endpoints import Content, Context
 from .cameras import Cameras
 from .clock import Clock
@@ -15,9 +19,14 @@ from .transforms import Transforms
 CONTENT: Sequence[Callable[[Context], Content]] = (
     Clock,
     JointStates,
+    JointGroups,
     Transforms,
+    Scans,
+    Ranges,
+    Imus,
     Cameras,
     JointCommands,
+    Drives,
     Control,
 )
 """One object of each is made with the gateway. Topics of one moment leave in this order."""

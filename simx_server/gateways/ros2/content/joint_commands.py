@@ -12,9 +12,9 @@ from simx_server.joints.joints import JOINT_TYPES, Joints
 from simx_server.joints.state import JointMode
 from simx_server.scene.objects import ObjectKind
 
+from ..annotated.notes import Names
 from ..endpoints import Call, Commanded, Content, Context, Offer
 from ..wire.qos import Qos
-from .naming import joint_name
 
 TYPE = "sensor_msgs/msg/JointState"
 FIELDS = ("position", "velocity", "effort")
@@ -42,8 +42,9 @@ class JointCommands(Content):
 
     def offers(self) -> Iterable[Offer]:
         scene, joints = self._simulation.scene, self._simulation.joints
+        names = Names(scene)
         self._handles = {
-            joint_name(scene.objects[handle]): handle
+            names.joint(scene.objects[handle]): handle
             for handle in scene.of_kind(ObjectKind.JOINT)
             if joints.joint_type(handle) != JOINT_TYPES["ball"]
         }

@@ -7,21 +7,25 @@ optical frames of vision sensors are below their body. What physics moves agains
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.placing import element_pose, object_pose
+from simx_server.scene.geometry.placing import object_pose
 from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.world.simulation import Simulation
 
+from ..annotated.notes import Names, annotated, note_of, scene_period, turn_of
+from ..annotated.odometry import Odometers
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import LATCHED, TRANSFORMS
-from .naming import WORLD, frame_name, optical_frame
+from .naming import WORLD, frame_name
 
 TYPE = "tf2_msgs/msg/TFMessage"
 
@@ -33,8 +37,11 @@ ATTACHED = (
 )
 """Kinds of objects that are frames although they are no bodies."""
 
-_OPTICAL: Pose = ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
-"""The optical frame in that of MuJoCo's camera, which looks along -z with y up: half a turn about x."""
+_OPTICAL: Pose = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+"""The optical frame in that of the vision sensor, which looks along z with y up: half a turn about z."""
+
+_ALONG_X: Pose = ((0.0, 0.0, 0.0), (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0))
+"""The frame of a range in that of its sensor, which looks along z: x is along the axis."""
 
 _PRODUCT = np.zeros((4, 4, 4))
 """Factor of a[i] b[j] in component k of the product of a's conjugate and b: quaternions w, x, y, z."""
@@ -63,28 +70,51 @@ class Frame(NamedTuple):
     """That of the parent; 0 is the world."""
 
 
+class Fixed(NamedTuple):
+    """A frame that physics does not move against its parent, and where both are in the world."""
+
+    frame: Frame
+    pose: Callable[[], Pose]
+    parent: Callable[[], Pose]
+
+
 class Transforms(Content):
     """Publishes the transforms of the present scene."""
 
     def __init__(self, context: Context) -> None:
         self._simulation = context.world.simulation
-        self._tree = FrameTree(self._simulation)
+        self._odometers = Odometers(context.world)
+        self._tree = FrameTree(self._simulation, self._odometers)
         self._seen: tuple[object, int] = (None, -1)
         """Model and its version when the static transforms were last compared."""
 
         self._sent: list[Mapping[str, Any]] | None = None
         """The static transforms that were sent last."""
 
-    def offers(self) -> Iterable[Offer]:
-        self._tree = FrameTree(self._simulation)
+    def run_started(self) -> None:
+        self._odometers.note_start()
         self._seen = None, -1
-        yield Published("/tf", TYPE, self._moving, TRANSFORMS, repeats=False)
-        yield Published("/tf_static", TYPE, self._static, LATCHED)
+
+    def run_stopped(self) -> None:
+        self._seen = None, -1
+
+    def offers(self) -> Iterable[Offer]:
+        scene = self._simulation.scene
+        self._odometers.renew(Names(scene))
+        self._tree = FrameTree(self._simulation, self._odometers)
+        self._seen = None, -1
+        if scene.annotations.ros2.get("tf", True):
+            period = scene_period(scene)
+            yield Published("/tf", TYPE, self._moving, TRANSFORMS, period=period, repeats=False)
+            yield Published("/tf_static", TYPE, self._static, LATCHED)
+        yield from self._odometers.offers()
 
     def _moving(self, moment: Moment) -> Message | None:
-        if not self._tree.moving:
-            return None
-        return {"transforms": list(stamped(self._tree.moving, self._tree.poses(), moment))}
+        found = [
+            *stamped(self._tree.moving, self._tree.poses(), moment),
+            *self._odometers.transforms(moment),
+        ]
+        return {"transforms": found} if found else None
 
     def _static(self, moment: Moment) -> Message | None:
         seen = self._simulation.model, self._simulation.model_version
@@ -95,29 +125,41 @@ class Transforms(Content):
         if transforms == self._sent:
             return None
         self._sent = transforms
-        header = moment.header(WORLD)
+        header = moment.header("")
         return {"transforms": [{**each, "header": {**header, **each["header"]}} for each in transforms]}
 
 
 class FrameTree:
     """The frames of a scene with one model."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, odometers: Odometers) -> None:
         self._simulation = simulation
         self._model = simulation.model
+        self._odometers = odometers
+        self._bases = {base.item.body: base for base in odometers.bases}
+        """Mobile bases by the body that carries them."""
+
+        self._names = Names(simulation.scene)
+        self._root = str(simulation.scene.annotations.ros2.get("root", WORLD))
         self.moving: list[Frame] = []
         """Bodies that physics moves against their parents."""
 
-        self._fixed: list[tuple[Frame, SceneObject, bool]] = []
-        """Frames that it does not, with their objects, and whether they are optical ones."""
+        self._fixed: list[Fixed] = []
+        """Frames that it does not."""
 
         names = self._bodies()
         for frame, item in [*self._frames_of_bodies(names)]:
-            if _moves(self._model, frame.body, frame.parent_body):
+            base = self._bases.get(frame.body)
+            if base is not None:
+                # The frame of the base carries that of its body, and moves in its odometry frame.
+                place = partial(odometers.pose, base)
+                self._fixed.append(Fixed(frame._replace(parent=base.frame), self._pose_of(item), place))
+            elif _moves(self._model, frame.body, frame.parent_body):
                 self.moving.append(frame)
             else:
-                self._fixed.append((frame, item, False))
+                self._fixed.append(self._fixed_in_body(frame, item))
         self._add_attached(names)
+        self._add_annotated(names)
         self._ids = np.array([frame.body for frame in self.moving], np.intp)
         self._parents = np.array([frame.parent_body for frame in self.moving], np.intp)
 
@@ -133,20 +175,24 @@ class FrameTree:
 
     def fixed_transforms(self) -> list[Mapping[str, Any]]:
         """Return the transforms of the other frames, without stamps."""
-        simulation = self._simulation
-        simulation.refresh()
+        self._simulation.refresh()
         found: list[Mapping[str, Any]] = []
-        for frame, item, is_optical in self._fixed:
-            pose = (
-                compose(element_pose(simulation, item), _OPTICAL)
-                if is_optical
-                else object_pose(simulation, item)
-            )
-            data, body = simulation.data, frame.parent_body
-            parent: Pose = (_floats(data.xpos[body]), _floats(data.xquat[body])) if body else IDENTITY
-            (x, y, z), (w, *xyz) = compose(inverse(parent), pose)
+        for frame, pose, parent in self._fixed:
+            (x, y, z), (w, *xyz) = compose(inverse(parent()), pose())
             found.append(transform(frame, (x, y, z, *xyz, w)))
         return found
+
+    def _fixed_in_body(self, frame: Frame, item: SceneObject, turn: Pose = IDENTITY) -> Fixed:
+        """Return a frame of an object, turned against it, below the frame of a body or of the world."""
+        return Fixed(frame, self._pose_of(item, turn), partial(self._pose_of_body, frame.parent_body))
+
+    def _pose_of(self, item: SceneObject, turn: Pose = IDENTITY) -> Callable[[], Pose]:
+        simulation, handle = self._simulation, item.handle
+        return lambda: compose(object_pose(simulation, simulation.scene.objects[handle]), turn)
+
+    def _pose_of_body(self, body: int) -> Pose:
+        data = self._simulation.data
+        return (_floats(data.xpos[body]), _floats(data.xquat[body])) if body else IDENTITY
 
     def _bodies(self) -> dict[int, str]:
         """Return the frame of each body that is one."""
@@ -161,17 +207,38 @@ class FrameTree:
         for item in self._simulation.scene.objects.values():
             if item.element == "body" and item.id in names:
                 above = self._nearest(names, int(self._model.body_parentid[item.id]))
-                yield Frame(names[item.id], names.get(above, WORLD), item.id, above), item
+                yield Frame(names[item.id], names.get(above, self._root), item.id, above), item
 
     def _add_attached(self, names: Mapping[int, str]) -> None:
         for item in self._simulation.scene.objects.values():
             if item.kind not in ATTACHED or item.element not in ("site", "camera"):
                 continue
             above = self._nearest(names, item.body)
-            frame = Frame(frame_name(item), names.get(above, WORLD), item.body, above)
-            self._fixed.append((frame, item, False))
+            frame = Frame(frame_name(item), names.get(above, self._root), item.body, above)
+            self._fixed.append(self._fixed_in_body(frame, item))
             if item.element == "camera":
-                self._fixed.append((frame._replace(name=optical_frame(item)), item, True))
+                optical = frame._replace(name=self._names.camera_frame(item, note_of(item)))
+                self._fixed.append(self._fixed_in_body(optical, item, _OPTICAL))
+
+    def _add_annotated(self, names: Mapping[int, str]) -> None:
+        """Add the frames that annotations name: of bases, scans, IMUs and ranges."""
+        for base in self._odometers.bases:
+            if base.parent:
+                frame = Frame(base.odom, base.parent, 0, 0)
+                self._fixed.append(
+                    Fixed(frame, partial(self._odometers.start, base), partial(self._pose_of_body, 0))
+                )
+        for item, note in annotated(self._simulation.scene, "frame", "range"):
+            if item.element == "camera":
+                continue
+            above = self._nearest(names, item.body)
+            parent = names.get(above, self._root)
+            if "range" in note:
+                frame = Frame(self._names.range_frame(item, note), parent, item.body, above)
+                self._fixed.append(self._fixed_in_body(frame, item, _ALONG_X))
+            else:
+                frame = Frame(self._names.header_frame(item, note), parent, item.body, above)
+                self._fixed.append(self._fixed_in_body(frame, item, ((0.0, 0.0, 0.0), turn_of(note))))
 
     def _nearest(self, names: Mapping[int, str], body: int) -> int:
         """Return the body itself or the nearest one above that is a frame; 0 for the world."""
