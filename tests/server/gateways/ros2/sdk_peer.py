@@ -40,10 +40,10 @@ class SdkPeer:
 
     def _read(self) -> None:
         assert self._process.stdout is not None
-        for line in self._process.stdout:
-            if not line.startswith("{"):
+        for text in self._process.stdout:
+            if not text.startswith("{"):
                 continue  # the SDK prints too
-            found = json.loads(line)
+            found = json.loads(text)
             with self._changed:
                 (self._messages if "value" in found else self._answers).append(found)
                 self._changed.notify_all()
