@@ -79,13 +79,8 @@ class Ros2Gateway(Part):
         except LimitReached as problem:
             self._session.close()
             raise GatewayError(str(problem)) from None
-        if options.router.is_self and is_beyond_loopback(endpoint):
-            logger.warning(
-                "everyone who reaches %s can do all that ROS 2 can with this simulation, and with every other node at "
-                "this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in "
-                "through an SSH tunnel (docs/ros2.md)",
-                endpoint,
-            )
+        if warning := exposure(options.router):
+            logger.warning("%s", warning)
         log, throttle = OutsiderLog(logger), Throttle(link.READERS)
         self._guard = Guard(log, throttle)
         self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
@@ -104,6 +99,11 @@ class Ros2Gateway(Part):
         self._session.start()
         loop.simulation.attach(self)
         loop.watches.append(self._look)
+
+    @property
+    def is_declared(self) -> bool:
+        """Return whether others can see everything that is offered."""
+        return self._session.keeps(self._endpoints())
 
     def close(self) -> None:
         """Leave ROS 2. No thread runs the server loop meanwhile."""
@@ -254,3 +254,14 @@ def _port(endpoint: str) -> int:
     """Return the port of an endpoint, 0 if it has none."""
     found = re.search(r":(\d+)(?:[?#]|$)", endpoint)
     return int(found[1]) if found else 0
+
+
+def exposure(router: Router) -> str:
+    """Return a warning if the server is a router that other machines reach, with the next step; else nothing."""
+    if not router.is_self or not is_beyond_loopback(router.endpoint):
+        return ""
+    return (
+        f"everyone who reaches {router.endpoint} can do all that ROS 2 can with this simulation, and with every node at "
+        "this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in through "
+        "an SSH tunnel (docs/ros2.md)"
+    )

@@ -249,6 +249,8 @@ class Ros2World:
         self._peers: list[Peer] = []
         self._thread = threading.Thread(target=self.loop.run, name="test-server")
         self._thread.start()
+        if options.router.is_self:
+            self.wait_until(lambda: self.gateway.is_declared)
 
     def peer(self, mode: str = "client") -> Peer:
         peer = Peer(self.port, mode)

@@ -97,6 +97,11 @@ class Ros2Session:
             self._wanted, self._is_new = tuple(endpoints), True
             self._changed.notify()
 
+    def keeps(self, endpoints: Sequence[Endpoint]) -> bool:
+        """Return whether all these endpoints are declared. Any thread."""
+        declared = {id(endpoint) for endpoint in self._declared.copy().values()}
+        return all(id(endpoint) in declared for endpoint in endpoints)
+
     def close(self) -> None:
         """Leave: others notice at once. What takes longer is not waited for."""
         with self._changed:
