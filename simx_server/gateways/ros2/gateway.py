@@ -1,6 +1,6 @@
 """The gateway for ROS 2: after each simulation step it publishes where someone listens, and serves what arrives.
 
-The session with Zenoh has a thread of its own (`wire/session.py`), which may wait for a router for any time.
+The session with Zenoh has a separate thread (`wire/session.py`), which may wait for a router for any time.
 """
 
 from __future__ import annotations
@@ -261,7 +261,7 @@ def exposure(router: Router) -> str:
     if not router.is_self or not is_beyond_loopback(router.endpoint):
         return ""
     return (
-        f"everyone who reaches {router.endpoint} can do all that ROS 2 can with this simulation, and with every node at "
-        "this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in through "
+        f"everyone who reaches {router.endpoint} can do all that ROS 2 can with this simulation, and with every node "
+        "at this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in through "
         "an SSH tunnel (docs/ros2.md)"
     )

@@ -34,7 +34,7 @@ class Distribution(Enum):
 
 
 class Kind(Enum):
-    """What an endpoint's token stands for."""
+    """The kind of an endpoint, as its token names it."""
 
     PUBLISHER = "MP"
     SUBSCRIPTION = "MS"

@@ -103,7 +103,7 @@ class Ros2Session:
         return all(id(endpoint) in declared for endpoint in endpoints)
 
     def close(self) -> None:
-        """Leave: others notice at once. What takes longer is not waited for."""
+        """Leave: others notice at once. A router that takes nothing any more is not waited for."""
         with self._changed:
             self._is_closing = True
             self._changed.notify()
