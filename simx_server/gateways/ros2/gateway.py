@@ -105,6 +105,12 @@ class Ros2Gateway(Part):
         """Return whether others can see everything that is offered."""
         return self._session.keeps(self._endpoints())
 
+    @property
+    def has_listeners(self) -> bool:
+        """Return whether someone listens to a topic that is published after simulation steps."""
+        published = (outlet.publisher for outlet in self._outlets.values())
+        return any(each.is_wanted for each in published if not each.qos.is_transient_local)
+
     def close(self) -> None:
         """Leave ROS 2. No thread runs the server loop meanwhile."""
         self._loop.watches.remove(self._look)

@@ -1,8 +1,8 @@
 """``/tf`` and ``/tf_static``: where the scene's bodies, dummies and sensors are.
 
 Each body with an object is a frame, below the nearest body above it that is one, or below `world`. Dummies, sensors and
-optical frames of vision sensors are below their body. Frames that physics moves against their parent are in ``/tf``, the
-others in ``/tf_static``, which is sent again when something was placed elsewhere.
+optical frames of vision sensors are below their body. Frames that physics moves against their parent are in ``/tf``,
+the others in ``/tf_static``, which is sent again when something was placed elsewhere.
 """
 
 from __future__ import annotations

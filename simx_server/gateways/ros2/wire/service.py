@@ -1,4 +1,4 @@
-"""A service of the node. Requests wait for the physics thread; the answers leave on a separate thread if a link is full."""
+"""A service of the node. Requests wait for the physics thread; answers leave on a separate thread if a link is full."""
 
 from __future__ import annotations
 
