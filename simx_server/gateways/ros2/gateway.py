@@ -29,6 +29,7 @@ from .client import Ros2Client
 from .content.catalogue import CONTENT
 from .desk import Desk, Intake, Outlet
 from .endpoints import Commanded, Context, Followed, Moment, Offer, Published, Served
+from .scripts import ScriptTopics
 from .wire.endpoint import Endpoint
 from .wire.names import Distribution, Place
 from .wire.publisher import Publisher
@@ -84,6 +85,15 @@ class Ros2Gateway(Part):
         log, throttle = OutsiderLog(logger), Throttle(link.READERS)
         self._guard = Guard(log, throttle)
         self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
+        self._scripts = ScriptTopics(
+            options.place,
+            options.distribution,
+            self._types,
+            self._client,
+            self._guard,
+            self._postman.send,
+            self._keep_endpoints,
+        )
         context = Context(loop.world, self._client, options.place, options.distribution)
         self._contents = [content(context) for content in CONTENT]
         loop.simulation.attach(*self._contents)
@@ -97,6 +107,7 @@ class Ros2Gateway(Part):
         self._next_repeat = 0.0
         self._renew()
         self._session.start()
+        loop.world.ros2_topics.serve(self._scripts)
         loop.simulation.attach(self)
         loop.watches.append(self._look)
 
@@ -114,6 +125,7 @@ class Ros2Gateway(Part):
     def close(self) -> None:
         """Leave ROS 2. No thread runs the server loop meanwhile."""
         self._loop.watches.remove(self._look)
+        self._loop.world.ros2_topics.serve(None)
         for part in (self, *self._contents):
             self._simulation.detach(part)
         self._session.close()
@@ -166,13 +178,17 @@ class Ros2Gateway(Part):
         for offer in offers:
             self._add(offer, outlets, intakes, desks)
         if {*outlets, *intakes, *desks} != {*self._outlets, *self._intakes, *self._desks}:
-            self._session.keep(self._endpoints())
+            self._keep_endpoints()
+
+    def _keep_endpoints(self) -> None:
+        self._session.keep(self._endpoints())
 
     def _endpoints(self) -> Sequence[Endpoint]:
         return [
             *(outlet.publisher for outlet in self._outlets.values()),
             *(intake.subscription for intake in self._intakes.values()),
             *(desk.service for desk in self._desks.values()),
+            *self._scripts.endpoints,
         ]
 
     def _add(

@@ -27,7 +27,7 @@ import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
@@ -66,11 +66,11 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def made(session: Any, kind: str, values: Mapping[str, Any]) -> Any:
+def made(session: Any, kind: Any, values: Mapping[str, Any]) -> Any:
     """A message object of the SDK's type store; all fields must be given."""
     found: dict[str, Any] = {}
     for name, description in STORE.fielddefs[kind][1]:
-        node, detail = int(description[0]), description[1]
+        node, detail = int(description[0]), cast(Any, description[1])
         value = values[name]
         if node == 2:
             value = made(session, detail, value)

@@ -70,8 +70,11 @@ class JointGroups(Content):
         else:
             found = [(names.joint(joint), joint.handle, 0.0) for joint in joints_below(scene, item)]
         scalar = [each for each in found if joints.joint_type(each[1]) != JOINT_TYPES["ball"]]
-        shown, handles, offsets = ([each[column] for each in scalar] for column in range(3))
-        return Group(tuple(shown), tuple(handles), tuple(offsets))
+        return Group(
+            tuple(name for name, _, _ in scalar),
+            tuple(handle for _, handle, _ in scalar),
+            tuple(offset for _, _, offset in scalar),
+        )
 
     def _message(self, group: Group, moment: Moment) -> Message:
         made = dict(joint_message(self._simulation.joints, group.names, group.handles, moment))

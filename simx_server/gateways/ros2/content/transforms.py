@@ -122,7 +122,7 @@ class Transforms(Content):
             return None
         self._seen = seen
         transforms = self._tree.fixed_transforms()
-        if transforms == self._sent:
+        if self._sent is not None and _are_same(transforms, self._sent):
             return None
         self._sent = transforms
         header = moment.header("")
@@ -275,6 +275,21 @@ def transform(frame: Frame, values: Sequence[float]) -> dict[str, Any]:
             "rotation": {"x": x, "y": y, "z": z, "w": w},
         },
     }
+
+
+def _are_same(first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, Any]]) -> bool:
+    """Return whether two lists have the same frames at the same places, but for rounding."""
+    if [_names(each) for each in first] != [_names(each) for each in second]:
+        return False
+    return np.allclose([*map(_values, first)], [*map(_values, second)], rtol=0, atol=1e-9)
+
+
+def _names(transform: Mapping[str, Any]) -> tuple[str, str]:
+    return transform["header"]["frame_id"], transform["child_frame_id"]
+
+
+def _values(transform: Mapping[str, Any]) -> list[float]:
+    return [*transform["transform"]["translation"].values(), *transform["transform"]["rotation"].values()]
 
 
 def _moves(model: mujoco.MjModel, body: int, parent: int) -> bool:

@@ -33,6 +33,8 @@ def fill(layout: Layout, value: Any, path: str = "") -> dict[str, Any]:
     Raises:
         MessageError: a field is unknown, or its value does not fit.
     """
+    if value == []:
+        value = {}  # Lua has one form for an empty list and an empty table
     if not isinstance(value, Mapping):
         names = ", ".join(field.name for field in layout.fields) or "no fields"
         raise _error(layout, path, f"takes a table with the fields {names}, not {_shown(value)}")
@@ -68,6 +70,8 @@ def _converted(layout: Layout, field: Field, value: Any, path: str) -> Any:
         return _one(layout, field, value, path)
     if isinstance(field.kind, Primitive) and isinstance(value, np.ndarray | bytes | bytearray | memoryview):
         return _packed(layout, field, field.kind, value, path)
+    if value == {}:
+        value = []
     if isinstance(value, str | bytes) or not isinstance(value, Sequence | np.ndarray):
         raise _error(layout, path, f"takes a list, not {_shown(value)}")
     items: Sequence[Any] = value  # pyright: ignore[reportUnknownVariableType, reportAssignmentType]

@@ -51,7 +51,9 @@ class Contents:
         made = offer.make(self.moment())
         if isinstance(made, Future):
             made = made.result(20)
-        return None if made is None else BY_NAME[offer.type].decode(BY_NAME[offer.type].encode(made))
+        if made is None or isinstance(made, bytes):
+            return made
+        return BY_NAME[offer.type].decode(BY_NAME[offer.type].encode(made))
 
     def send(self, topic: str, value: Mapping[str, Any], kind: str = "") -> None:
         """Execute the calls of a message."""

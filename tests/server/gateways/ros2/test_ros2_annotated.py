@@ -14,6 +14,7 @@ from ros2_contents import HEAD, Contents, in_frame, matrix
 
 import simx_client as v
 from simx_server.errors import CommandError
+from simx_server.gateways.ros2.endpoints import Published
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_text
 
@@ -303,7 +304,7 @@ def test_the_scene_sets_rate_root_and_whether_there_are_transforms(node: Make) -
     body = '<body name="box"><joint name="hinge"/><geom size="0.1"/></body></worldbody><custom>'
     scene = node(HEAD + body + '<text name="simx:ros2:world" data="root=map rate=5"/></custom></mujoco>')
     assert scene.transforms()["box"][0] == "map"
-    periods = {each.topic: each.period for each in scene.offers() if hasattr(each, "period")}
+    periods = {each.topic: each.period for each in scene.offers() if isinstance(each, Published)}
     assert periods["/tf"] == periods["/joint_states"] == pytest.approx(0.2)
     without = node(HEAD + body + '<text name="simx:ros2:world" data="tf=no"/></custom></mujoco>')
     assert not {"/tf", "/tf_static"} & without.topics()

@@ -62,7 +62,7 @@ def test_ros_2_gives_messages_to_fill_in(world: ScriptWorld) -> None:
         [False],
         [False, None],
     )
-    assert told(world, "ROS is not there") == 1
+    assert told(world, "ROS 2 is not there (--ros2)") == 1
 
 
 def test_times_of_ros_2(world: ScriptWorld) -> None:
