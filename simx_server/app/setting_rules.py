@@ -250,7 +250,7 @@ ROS_NAMESPACE = matching(
     "/NAME",
 )
 ROS_ROUTER = matching(
-    r"self|(self=)?[a-z][a-z0-9-]*/\S+",
+    r"self|(self=)?[a-z][a-z0-9-]*/\S+(?<!:0)",
     "PROTOCOL/ADDRESS of a router, self for 127.0.0.1:7447 of this server, or self=PROTOCOL/ADDRESS",
     "ENDPOINT",
 )
