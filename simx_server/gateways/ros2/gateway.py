@@ -53,6 +53,8 @@ class Ros2Options:
     place: Place = field(default_factory=Place)
     router: Router = field(default_factory=Router)
     distribution: Distribution = Distribution.NEWER
+    readers: int = link.READERS
+    """Zenoh's threads that read links, of which some may wait; 0: none may."""
 
 
 class Ros2Gateway(Part):
@@ -82,7 +84,7 @@ class Ros2Gateway(Part):
             raise GatewayError(str(problem)) from None
         if warning := exposure(options.router):
             logger.warning("%s", warning)
-        log, throttle = OutsiderLog(logger), Throttle(link.READERS)
+        log, throttle = OutsiderLog(logger), Throttle(options.readers)
         self._guard = Guard(log, throttle)
         self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
         self._scripts = ScriptTopics(

@@ -129,6 +129,20 @@ def test_two_servers_at_one_router_are_two_nodes(tmp_path: Path) -> None:
         assert not first.simulation.is_running
 
 
+def test_a_node_with_the_same_name_is_warned_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    place = Router(f"tcp/127.0.0.1:{free_port()}", is_self=True)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "third").mkdir()
+    beside = Router(place.endpoint)
+    with ros2_world(tmp_path, router=place):
+        with ros2_world(tmp_path / "third", router=beside, place=Place(1)) as third:
+            wait_for_log(third, caplog, "is connected to the router")
+            assert "another node" not in caplog.text
+        with ros2_world(tmp_path / "other", router=beside) as other:
+            wait_for_log(other, caplog, "another node of ROS 2 is called /simx in domain 0")
+
+
 def test_a_taken_port_is_an_error_with_advice(tmp_path: Path) -> None:
     with ros2_world(tmp_path) as server:
         options = Ros2Options(router=Router(f"tcp/127.0.0.1:{server.port}", is_self=True))
