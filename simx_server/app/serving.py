@@ -7,6 +7,7 @@ from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from simx_client.protocol import link
 from simx_client.protocol.local.offer import is_possible
 from simx_client.protocol.messages import Pace
 from simx_client.protocol.windows import ADD_ON as WINDOWS
@@ -135,6 +136,7 @@ def _open_ros2(settings: Settings, domain: int, loop: ServerLoop) -> Ros2Gateway
         place=Place(domain, settings.ros2_namespace or ""),
         router=Router.of(settings.ros2_router),
         distribution=humble if settings.ros2_distro == "humble" else newer,
+        readers=link.READERS if settings.config is None and not settings.multicast_scouting else 0,
     )
     return Ros2Gateway(loop, options)
 

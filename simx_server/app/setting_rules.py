@@ -245,10 +245,12 @@ ROS_DOMAIN = replace(
     words=(FROM_ENVIRONMENT,),
 )
 ROS_NAMESPACE = matching(
-    r"(/[A-Za-z_][A-Za-z0-9_]*)+", "a slash and a name of letters, digits and underscores, such as /arm", "/NAME"
+    r"(/[A-Za-z_][A-Za-z0-9_]*)+",
+    "a slash and a name of letters, digits and underscores, such as /arm",
+    "/NAME",
 )
 ROS_ROUTER = matching(
-    r"self|(self=)?[a-z][a-z0-9-]*/\S+",
+    r"self|(self=)?[a-z][a-z0-9-]*/\S+(?<!:0)",
     "PROTOCOL/ADDRESS of a router, self for 127.0.0.1:7447 of this server, or self=PROTOCOL/ADDRESS",
     "ENDPOINT",
 )

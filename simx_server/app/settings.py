@@ -295,7 +295,7 @@ class Settings:
         """Return the settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
 
         With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``. Each
-        is in a domain of ROS 2 of its own, the one after that of the server before.
+        has a separate domain of ROS 2, the one after that of the server before.
         """
         fixed = [port for port in (*self.ports, *map(port_of, self.legacy_ports)) if port]
         offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0

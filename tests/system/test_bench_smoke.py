@@ -39,6 +39,7 @@ from bench.measuring.measure import (
     side_by_side,
 )
 from bench.measuring.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
+from bench.ros2 import steps
 from bench.world import scenes, sensors, vrep_files
 from simx_server.viewer.launching import missing
 
@@ -371,3 +372,10 @@ def test_the_local_way_is_measured_beside_a_client_of_zeromq() -> None:
         for case in (one_host.LOCAL, one_host.ZENOH, one_host.ZMQ)
         for state in (one_host.IDLE, one_host.BUSY, one_host.ONE_CORE)
     )
+
+
+def test_a_node_of_ros_2_is_measured_with_and_without_a_listener() -> None:
+    found = steps.measure(TINY)
+    told = {row.what: row.median for row in found.rows}
+    assert all(told[case] > 0 for case in (steps.STEP, steps.SILENT, steps.HEARD))
+    assert [each.target for each in found.ratios] == [steps.TARGET_US, None]

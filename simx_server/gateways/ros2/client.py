@@ -48,7 +48,7 @@ class Ros2Client:
         self.session.is_onlooker = True  # the server may end while ROS 2 listens
 
     def execute(self, calls: Iterable[Call]) -> None:
-        """Execute calls together, for a message that nobody waits for; failures are in the log, each once."""
+        """Execute calls together for a message, which has no answer; failures are in the log, each once."""
         self._execute(calls, NOT_AWAITED_MS)
         self._replies.clear()
 
@@ -96,10 +96,10 @@ class Ros2Client:
         self._replies += decode_delivery(payload).replies
 
     def publish(self, payload: bytes) -> None:
-        """Do nothing: there are no streams."""
+        """Do nothing: streams of the remote API are not used."""
 
     def publish_picture(self, stream_id: int, payload: bytes) -> None:
-        """Do nothing: there are no streams."""
+        """Do nothing: streams of the remote API are not used."""
 
     def close(self) -> None:
         """Do nothing: ROS 2's session with Zenoh is the gateway's."""

@@ -52,7 +52,7 @@ class Outlet:
         period = self.offer.period * 1e9
         if period <= 0 or now < self._last:
             return True
-        # Compared by whole periods, so that steps that are no fraction of it do not make it longer.
+        # Whole periods are compared, so that steps of another length do not make it longer on average.
         return now // period > self._last // period
 
     def _publish(self, moment: Moment) -> None:
@@ -143,7 +143,7 @@ class Desk:
 
 
 def _readable(problem: BaseException) -> Exception:
-    """Return an error of a message as one of a command, which is no fault of the server."""
+    """Return an error of a message as one of a command: the server has no fault."""
     if isinstance(problem, MessageError):
         return CommandError(str(problem))
     return problem if isinstance(problem, Exception) else RuntimeError(repr(problem))

@@ -1,4 +1,4 @@
-"""What the node offers: topics that it publishes, topics whose messages become commands, and services.
+"""Describe the offers of the node: topics that it publishes, topics whose messages become commands, and services.
 
 This is the place where further topics start. A module of `content/` has a class like `Content`, which is in the list of
 `content/catalogue.py`. One object of it lives as long as the gateway, and yields offers of these kinds:
@@ -12,8 +12,8 @@ This is the place where further topics start. A module of `content/` has a class
 
 All functions are called on the physics thread. `Content.offers` is called again whenever the scene's objects may have
 changed; an offer with the same name, type and QoS as before goes on with the same publisher or subscription. Names have
-a slash in front; the namespace of the settings comes before them, and `~` stands for the node's own name. What goes
-wrong is raised as a CommandError with a text for people: it is logged once, and is the answer of a service.
+a slash in front; the namespace of the settings comes before them, and `~` stands for the node's own name. A problem
+is raised as a CommandError with a text for people: it is logged once, and is the answer of a service.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Commanded:
     type: str
     calls: Callable[[Mapping[str, Any]], Iterable[Call]]
     """Returns the calls of a message, which are executed together. It raises CommandError for a message that cannot be
-    executed. What it changes itself is missing in recordings.
+    executed. Changes that it makes itself are missing in recordings.
     """
 
     qos: Qos = field(default_factory=Qos)
@@ -140,7 +140,7 @@ Offer = Published | Commanded | Served | Followed
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What contents are made of."""
+    """The parts of the server that contents need."""
 
     world: World
     client: Ros2Client

@@ -1,6 +1,6 @@
 """The gateway for ROS 2: after each simulation step it publishes where someone listens, and serves what arrives.
 
-The session with Zenoh has a thread of its own (`wire/session.py`), which may wait for a router for any time.
+The session with Zenoh has a separate thread (`wire/session.py`), which may wait for a router for any time.
 """
 
 from __future__ import annotations
@@ -53,6 +53,8 @@ class Ros2Options:
     place: Place = field(default_factory=Place)
     router: Router = field(default_factory=Router)
     distribution: Distribution = Distribution.NEWER
+    readers: int = link.READERS
+    """Zenoh's threads that read links, of which some may wait; 0: none may."""
 
 
 class Ros2Gateway(Part):
@@ -80,14 +82,9 @@ class Ros2Gateway(Part):
         except LimitReached as problem:
             self._session.close()
             raise GatewayError(str(problem)) from None
-        if options.router.is_self and is_beyond_loopback(endpoint):
-            logger.warning(
-                "everyone who reaches %s can do all that ROS 2 can with this simulation, and with every other node at "
-                "this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in "
-                "through an SSH tunnel (docs/ros2.md)",
-                endpoint,
-            )
-        log, throttle = OutsiderLog(logger), Throttle(link.READERS)
+        if warning := exposure(options.router):
+            logger.warning("%s", warning)
+        log, throttle = OutsiderLog(logger), Throttle(options.readers)
         self._guard = Guard(log, throttle)
         self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
         self._scripts = ScriptTopics(
@@ -115,6 +112,17 @@ class Ros2Gateway(Part):
         loop.world.ros2_topics.serve(self._scripts)
         loop.simulation.attach(self)
         loop.watches.append(self._look)
+
+    @property
+    def is_declared(self) -> bool:
+        """Return whether others can see everything that is offered."""
+        return self._session.keeps(self._endpoints())
+
+    @property
+    def has_listeners(self) -> bool:
+        """Return whether someone listens to a topic that is published after simulation steps."""
+        published = (outlet.publisher for outlet in self._outlets.values())
+        return any(each.is_wanted for each in published if not each.qos.is_transient_local)
 
     def close(self) -> None:
         """Leave ROS 2. No thread runs the server loop meanwhile."""
@@ -270,3 +278,14 @@ def _port(endpoint: str) -> int:
     """Return the port of an endpoint, 0 if it has none."""
     found = re.search(r":(\d+)(?:[?#]|$)", endpoint)
     return int(found[1]) if found else 0
+
+
+def exposure(router: Router) -> str:
+    """Return a warning if the server is a router that other machines reach, with the next step; else nothing."""
+    if not router.is_self or not is_beyond_loopback(router.endpoint):
+        return ""
+    return (
+        f"everyone who reaches {router.endpoint} can do all that ROS 2 can with this simulation, and with every node "
+        "at this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in through "
+        "an SSH tunnel (docs/ros2.md)"
+    )

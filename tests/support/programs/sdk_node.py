@@ -1,14 +1,16 @@
+# pyright: reportMissingImports=false, reportArgumentType=false
 """ROS 2 nodes of the package zenoh-ros2-sdk, in a process of their own: another implementation than ours.
 
     python sdk_node.py PORT
 
 It reads commands as lines of JSON, and answers each with a line `{"done": ...}`:
 
-    {"subscribe": [TOPIC, TYPE, QOS or null]}
+    {"subscribe": [TOPIC, TYPE, QOS or null, DOMAIN (0)]}
     {"publish": [TOPIC, TYPE, {FIELD: VALUE}]}
     {"call": [SERVICE, TYPE, REQUEST, RESPONSE, {FIELD: VALUE}]}     REQUEST, RESPONSE: definitions
     {"serve": [SERVICE, TYPE, REQUEST, RESPONSE, {FIELD: VALUE}]}    answers all calls with these values
-    {"topics": []}, {"services": []}                                 names and types
+    {"topics": [DOMAIN (0)]}, {"services": [DOMAIN (0)]}             names and types
+    {"info": [TOPIC, DOMAIN (0)]}                                    its publishers: node, namespace, hash, QoS
 
 A message that arrives is a line `{"topic": TOPIC, "value": {FIELD: VALUE}}`, a request `{"service": SERVICE, ...}`.
 The standard types come from rosbags: the SDK would fetch them with git.
@@ -35,9 +37,10 @@ from zenoh_ros2_sdk import (
     ROS2ServiceServer,
     ROS2Subscriber,
     get_service_names_and_types,
+    get_topic_info,
     get_topic_names_and_types,
 )
-from zenoh_ros2_sdk.message_registry import get_registry
+from zenoh_ros2_sdk.message_registry import get_registry, load_message_type
 from zenoh_ros2_sdk.session import ZenohSession
 
 PORT = int(sys.argv[1])
@@ -79,10 +82,16 @@ def made(session: Any, kind: Any, values: Mapping[str, Any]) -> Any:
     return session.store.types[kind](**found)
 
 
+MORE = {"simulation_interfaces/msg/Result": "uint8 result\nstring error_message\n"}
+"""Types that rosbags does not have."""
+
+
 def write_definitions(folder: Path) -> None:
+    definitions = dict(MORE)
     for kind in STORE.fielddefs:
+        definitions[kind] = STORE.generate_msgdef(kind, ros_version=2)[0].split("=" * 80)[0]
+    for kind, text in definitions.items():
         package, _, name = kind.split("/")
-        text = STORE.generate_msgdef(kind, ros_version=2)[0].split("=" * 80)[0]
         path = folder / package / "msg" / f"{name}.msg"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -96,11 +105,11 @@ class Node:
         self._publishers: dict[tuple[str, str], Any] = {}
         self._kept: list[Any] = []
 
-    def subscribe(self, topic: str, kind: str, qos: str | None) -> None:
+    def subscribe(self, topic: str, kind: str, qos: str | None, domain: int = 0) -> None:
         def arrived(message: Any) -> None:
             write({"topic": topic, "value": plain(message)})
 
-        self._kept.append(ROS2Subscriber(topic, kind, arrived, router_port=PORT, qos=qos))
+        self._kept.append(ROS2Subscriber(topic, kind, arrived, router_port=PORT, qos=qos, domain_id=domain))
 
     def publish(self, topic: str, kind: str, values: dict[str, Any]) -> None:
         publisher = self._publishers.get((topic, kind))
@@ -128,11 +137,17 @@ class Node:
         self._kept.append(server)
 
 
+def info(topic: str, domain: int = 0) -> Any:
+    return plain(get_topic_info(topic, domain, router_port=PORT, verbose=True))
+
+
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         write_definitions(Path(folder))
         get_registry(folder)
         node = Node()
+        for kind in MORE:
+            load_message_type(kind)
         actions: dict[str, Callable[..., Any]] = {
             "subscribe": node.subscribe,
             "publish": node.publish,
@@ -140,6 +155,7 @@ def main() -> None:
             "serve": node.serve,
             "topics": partial(get_topic_names_and_types, router_port=PORT),
             "services": partial(get_service_names_and_types, router_port=PORT),
+            "info": info,
         }
         for line in sys.stdin:
             ((name, arguments),) = json.loads(line).items()

@@ -52,6 +52,7 @@ STANDARD = {
 
 SCENE = """
 <mujoco>
+  <compiler angle="radian"/>
   <worldbody>
     <light pos="0 0 3"/>
     <geom name="floor" type="plane" size="5 5 0.1" rgba="0.4 0.5 0.6 1"/>
@@ -68,14 +69,14 @@ SCENE = """
       </body>
     </body>
     <body name="box" pos="1 0 0.5"><freejoint/><geom name="cuboid" type="box" size="0.1 0.1 0.1" rgba="1 0 0 1"/></body>
-    <body name="stand" pos="2 0 0.5" euler="0 0 90">
+    <body name="stand" pos="2 0 0.5" euler="0 0 1.5708">
       <geom type="box" size="0.1 0.1 0.1" rgba="0 1 0 1"/>
       <camera name="eye" pos="0 0 1" xyaxes="0 -1 0 0.3 0 1" resolution="64 48" fovy="60" output="rgb"/>
     </body>
   </worldbody>
   <actuator>
-    <position name="shoulder" joint="shoulder" kp="200" kv="20"/>
-    <position name="elbow" joint="elbow" kp="100" kv="10"/>
+    <position name="shoulder" joint="shoulder" kp="5000" kv="300"/>
+    <position name="elbow" joint="elbow" kp="2000" kv="100"/>
     <velocity name="wheel" joint="wheel" kv="0.1"/>
   </actuator>
 </mujoco>
@@ -248,6 +249,8 @@ class Ros2World:
         self._peers: list[Peer] = []
         self._thread = threading.Thread(target=self.loop.run, name="test-server")
         self._thread.start()
+        if options.router.is_self:
+            self.wait_until(lambda: self.gateway.is_declared)
 
     def peer(self, mode: str = "client") -> Peer:
         peer = Peer(self.port, mode)

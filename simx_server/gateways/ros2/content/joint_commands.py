@@ -23,6 +23,9 @@ FIELDS = ("position", "velocity", "effort")
 QOS = Qos(depth=100)
 """Several nodes may command a part of the joints each, many times between two simulation steps."""
 
+LARGEST = 1e9
+"""The greatest magnitude of a number, as limits of V-REP's joints have."""
+
 FULL_SPEED = 1e4
 """Target velocity, rad/s or m/s, of a joint that is moved by an effort: its force is the limit."""
 
@@ -81,9 +84,9 @@ def joint_calls(joints: Joints, handles: Mapping[str, int], message: Mapping[str
             raise CommandError(f"there is no joint '{name[:80]}'{did_you_mean(name[:80], list(handles))}")
         for field, values in columns:
             value = values[position]
-            if math.isinf(value):
+            if abs(value) > LARGEST:
                 raise CommandError(
-                    f"the {field} of '{name[:80]}' is infinite; valid: a number, or NaN for none"
+                    f"the {field} of '{name[:80]}' is {value:g}; valid: numbers up to {LARGEST:g}, or NaN for none"
                 )
             if value == value:
                 wanted.append((handle, field, value))

@@ -1,8 +1,8 @@
 """``/tf`` and ``/tf_static``: where the scene's bodies, dummies and sensors are.
 
 Each body with an object is a frame, below the nearest body above it that is one, or below `world`. Dummies, sensors and
-optical frames of vision sensors are below their body. What physics moves against its parent is in ``/tf``, the rest in
-``/tf_static``, which is sent again when something was placed elsewhere.
+optical frames of vision sensors are below their body. Frames that physics moves against their parent are in ``/tf``,
+the others in ``/tf_static``, which is sent again when something was placed elsewhere.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ATTACHED = (
     ObjectKind.VISION_SENSOR,
     ObjectKind.FORCE_SENSOR,
 )
-"""Kinds of objects that are frames although they are no bodies."""
+"""Kinds of objects that are frames, apart from bodies."""
 
 _OPTICAL: Pose = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 """The optical frame in that of the vision sensor, which looks along z with y up: half a turn about z."""

@@ -15,7 +15,7 @@ SIZE = _HEAD.size + GID_BYTES
 
 
 class Attachment(NamedTuple):
-    """What a message carries beside its payload."""
+    """The data that a message carries beside its payload."""
 
     number: int
     """Counted from 1 for each sender; a gap is a lost message for the receiver."""

@@ -28,7 +28,7 @@ class Described(Protocol):
 
 
 class Endpoint:
-    """What publishers, subscriptions and services have in common.
+    """The common part of publishers, subscriptions and services.
 
     `declare` and `undeclare` are for the thread of the session, which alone calls them.
     """

@@ -34,7 +34,7 @@ class Distribution(Enum):
 
 
 class Kind(Enum):
-    """What an endpoint's token stands for."""
+    """The kind of an endpoint, as its token names it."""
 
     PUBLISHER = "MP"
     SUBSCRIPTION = "MS"
@@ -82,12 +82,12 @@ def key(place: Place, full_name: str, dds_type: str, type_hash: str) -> str:
     return f"{place.domain}/{full_name.strip('/')}/{dds_type}/{type_hash}"
 
 
-def node_token(place: Place, zid: str, node_id: int) -> str:
+def node_token(place: Place, zid: str, node_id: int | str) -> str:
     """Return the token that makes the node visible.
 
     Args:
-        zid: the id of the Zenoh session.
-        node_id: that of the node within the session.
+        zid: the id of the Zenoh session, or `*` to find nodes of any session.
+        node_id: that of the node within the session, or `*`.
     """
     return f"@ros2_lv/{place.domain}/{zid}/{node_id}/{node_id}/NN/%/{_mangled(place.namespace)}/{place.node}"
 

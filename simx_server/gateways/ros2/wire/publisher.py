@@ -1,4 +1,4 @@
-"""A topic that the node publishes. Any thread may put; nothing is sent, or counted, while there is no session."""
+"""A topic that the node publishes. Any thread may put; without a session nothing is sent or counted."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Publisher(Endpoint):
         self._lock = threading.Lock()
         self._publisher: Any = None
         self._error: type[Exception] = Exception
-        """What Zenoh raises; known once it is loaded."""
+        """The error of Zenoh, known once it is loaded."""
 
         self._number, self._gid = 0, b""
         self._last: bytes | None = None
@@ -52,7 +52,7 @@ class Publisher(Endpoint):
             return False
 
     def put(self, payload: bytes | bytearray) -> None:
-        """Send a message, or nothing while there is no session. Never waits: what a full link cannot take is lost."""
+        """Send a message, or nothing without a session. The call never waits: a message for a full link is lost."""
         with self._lock:
             if self.qos.is_transient_local:
                 self._last = bytes(payload)

@@ -1,4 +1,4 @@
-"""A service of the node. Requests wait for the physics thread; the answers leave on a thread of their own."""
+"""A service of the node. Requests wait for the physics thread; answers leave on a separate thread if a link is full."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Service(Endpoint):
             arrived: called when requests wait and none did before, on any thread; it has the physics thread `take`
                 them.
             refusal: returns CDR of the response that says why a request is not executed.
-            send_later: sends an answer of so many bytes, on another thread if it may take long.
+            send_later: sends an answer of this many bytes, on another thread if it may take long.
         """
         super().__init__(place, full_name, described, Qos(), distribution)
         self.key = key(place, full_name, described.dds_name, "*")

@@ -25,6 +25,9 @@ DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 RETRY = 1.0
 """Seconds between two attempts to reach the router, and between two checks that it is still there."""
 
+GRAPH_TIMEOUT = 1.0
+"""Seconds for the router to say which nodes there are."""
+
 CLOSE_TIMEOUT = 2.0
 """Seconds that Zenoh has to close the session."""
 
@@ -97,8 +100,13 @@ class Ros2Session:
             self._wanted, self._is_new = tuple(endpoints), True
             self._changed.notify()
 
+    def keeps(self, endpoints: Sequence[Endpoint]) -> bool:
+        """Return whether all these endpoints are declared. Any thread."""
+        declared = {id(endpoint) for endpoint in self._declared.copy().values()}
+        return all(id(endpoint) in declared for endpoint in endpoints)
+
     def close(self) -> None:
-        """Leave: others notice at once. What takes longer is not waited for."""
+        """Leave: others notice at once. A router that takes nothing any more is not waited for."""
         with self._changed:
             self._is_closing = True
             self._changed.notify()
@@ -157,6 +165,7 @@ class Ros2Session:
                     link.reason(error),
                 )
             return
+        self._warn_of_namesakes()
         self._declare_node()
         self._was_told = False
         logger.info("ROS 2 is connected to the router at %s", self._router.endpoint)
@@ -172,6 +181,19 @@ class Ros2Session:
         else:
             options |= {"mode": "client", "connect/endpoints": [self._router.endpoint]}
         return link.configure(self._zenoh.Config(), options)
+
+    def _warn_of_namesakes(self) -> None:
+        """Log that another node has the same name: both publish the same topics, which confuses all who listen."""
+        place = self._place
+        found = self._session.liveliness().get(node_token(place, "*", "*"), timeout=GRAPH_TIMEOUT)
+        if any(reply.ok is not None for reply in found):
+            logger.warning(
+                "another node of ROS 2 is called %s/%s in domain %d: both publish the same topics; give this server "
+                "another domain, with --ros2 N, or a --ros2-namespace",
+                place.namespace,
+                place.node,
+                place.domain,
+            )
 
     def _declare_node(self) -> None:
         token = node_token(self._place, str(self._session.info.zid()), _NODE_ID)
@@ -197,7 +219,8 @@ class Ros2Session:
             raise self._zenoh.ZError("it is closed")
         if self._router.is_self:
             return
-        is_gone = not self._session.info.routers_zid()
+        info = self._session.info
+        is_gone = not info.routers_zid() and not info.peers_zid()
         if is_gone != self._was_told:
             self._was_told = is_gone
             text = "has gone; ROS 2 waits for it" if is_gone else "is there again"

@@ -20,7 +20,7 @@ MOST_BYTES = 1 << 20
 
 
 class Guard:
-    """What all endpoints share that take messages of others."""
+    """The part that all endpoints share which take messages of others."""
 
     def __init__(self, log: OutsiderLog, throttle: Throttle) -> None:
         """Join them.

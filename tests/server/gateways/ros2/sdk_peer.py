@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -11,7 +12,15 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from other_clients import client_folder, install_line
 from processes import ROOT
+
+from simx_client.protocol.cli.installing import line
+
+PROGRAM = ROOT / "tests" / "support" / "programs" / "sdk_node.py"
+SDK = "zenoh-ros2-sdk==0.1.8"
+NEEDED = ("GitPython", "gitdb", "smmap", "tqdm", "json5")
+"""The packages that the SDK imports, beside those of the extra dev."""
 
 PATIENCE = 60.0
 """Seconds until something that does not come fails the test."""
@@ -31,10 +40,10 @@ class SdkPeer:
 
     def _read(self) -> None:
         assert self._process.stdout is not None
-        for line in self._process.stdout:
-            if not line.startswith("{"):
+        for text in self._process.stdout:
+            if not text.startswith("{"):
                 continue  # the SDK prints too
-            found = json.loads(line)
+            found = json.loads(text)
             with self._changed:
                 (self._messages if "value" in found else self._answers).append(found)
                 self._changed.notify_all()
@@ -91,11 +100,16 @@ class SdkPeer:
 @contextmanager
 def sdk_peer(port: int) -> Iterator[SdkPeer]:
     """Start the SDK as a peer of the router at a port of this machine."""
-    for package in ("zenoh_ros2_sdk", "rosbags"):
-        pytest.importorskip(package, reason="needs zenoh-ros2-sdk and rosbags, which the extra dev has")
-    program = ROOT / "tests" / "support" / "programs" / "sdk_node.py"
+    pytest.importorskip("rosbags", reason=line(["rosbags>=0.11,<0.12"]))
+    folder = client_folder(SDK)
+    if not folder.is_dir():
+        pytest.skip(f"{SDK} is not installed: {install_line(SDK, *NEEDED)}")
     process = subprocess.Popen(
-        [sys.executable, str(program), str(port)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, str(PROGRAM), str(port)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(folder)},
     )
     peer = SdkPeer(process)
     try:
