@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class ScriptTopics:
-    """What scripts publish, subscribe, serve and call; the gateway declares the endpoints."""
+    """The endpoints of scripts, which the gateway declares."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class ScriptTopics:
         Args:
             types: those of the distribution.
             guard: judges what arrives.
-            send_later: sends an answer of so many bytes, on another thread if it may take long.
+            send_later: sends an answer, whose size in bytes it gets, on another thread if it may take long.
             changed: called when `endpoints` has changed.
         """
         self.endpoints: list[Endpoint] = []
@@ -185,7 +185,7 @@ class _ScriptPublisher(_Closable):
         self._publisher, self._type = publisher, type_
 
     def send(self, message: Any) -> None:
-        # Checked even if nobody listens: a script fails in the same way each time.
+        # Checked in any case: a script fails in the same way each time.
         checked = self._type.fill(message)
         if self._publisher.is_wanted:
             self._publisher.put(self._type.encode(checked))

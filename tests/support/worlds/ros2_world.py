@@ -169,9 +169,9 @@ class Peer:
             assert self._changed.wait_for(lambda: any(map(is_wanted, self._tokens)), PATIENCE)
             return next(filter(is_wanted, self._tokens))
 
-    def wait_for_no_token(self) -> None:
+    def wait_for_no_token(self, is_meant: Callable[[str], bool] = lambda _: True) -> None:
         with self._changed:
-            assert self._changed.wait_for(lambda: not self._tokens, PATIENCE)
+            assert self._changed.wait_for(lambda: not any(map(is_meant, self._tokens)), PATIENCE)
 
     @property
     def tokens(self) -> set[str]:

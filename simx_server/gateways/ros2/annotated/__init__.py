@@ -1,1 +1,1 @@
-"""What objects with a `simx:ros2` annotation offer: scans, ranges, odometry, drives, IMUs, groups of joints."""
+"""Topics of objects with a `simx:ros2` annotation: scans, ranges, odometry, drives, IMUs, groups of joints."""

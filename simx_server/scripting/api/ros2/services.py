@@ -89,14 +89,14 @@ class Ros2ServiceFunctions(Ros2Part):
 
 
 class _Service:
-    """What a service's handle stands for."""
+    """A service behind its handle."""
 
     def __init__(self, service: Any) -> None:
         self.close = service.close
 
 
 class _Client:
-    """What a client's handle stands for."""
+    """A client behind its handle."""
 
     def __init__(self, client: ScriptClient) -> None:
         self.client, self.close = client, client.close

@@ -159,14 +159,14 @@ class Ros2TopicFunctions(Ros2Part):
 
 
 class _Publisher:
-    """What a publisher's handle stands for."""
+    """A publisher behind its handle."""
 
     def __init__(self, publisher: ScriptPublisher) -> None:
         self.send, self.close = publisher.send, publisher.close
 
 
 class _Subscription:
-    """What a subscription's handle stands for."""
+    """A subscription behind its handle."""
 
     def __init__(self, subscription: Any) -> None:
         self.close = subscription.close
