@@ -130,7 +130,7 @@ class Settings:
     )
     zmq: str | None = _setting(
         None,
-        "also serve clients of CoppeliaSim's ZeroMQ remote API (23000)",
+        "serve clients of the ZeroMQ remote API (23000; --zmq-viewers: read only)",
         rules.WEB_ADDRESS,
         unset="they are not served",
         lone="23000",
@@ -141,24 +141,33 @@ class Settings:
         rules.WEB_ADDRESS,
         unset="there is none",
         lone="23001",
+        is_told_elsewhere=True,
     )
     ros2: int | None = _setting(
         None,
-        "also be a ROS 2 node, for rmw_zenoh, in a domain (ROS_DOMAIN_ID)",
+        "also be a node of ROS 2 (--ros2-router, -namespace, -distro; docs/ros2.md)",
         rules.ROS_DOMAIN,
         unset="no node of ROS 2",
         lone=rules.FROM_ENVIRONMENT,
     )
     ros2_namespace: str | None = _setting(
-        None, "in front of the names of its node, topics and services", rules.ROS_NAMESPACE, unset="none"
+        None,
+        "in front of the names of its node, topics and services",
+        rules.ROS_NAMESPACE,
+        unset="none",
+        is_told_elsewhere=True,
     )
     ros2_router: str = _setting(
-        "tcp/127.0.0.1:7447", "ROS 2's router; self: this server is it", rules.ROS_ROUTER
+        "tcp/127.0.0.1:7447",
+        "ROS 2's router; self: this server is it",
+        rules.ROS_ROUTER,
+        is_told_elsewhere=True,
     )
     ros2_distro: str = _setting(
         "jazzy",
         "distribution of ROS 2: humble, or a later one (jazzy)",
         rules.one_of("NAME", "humble", "iron", "jazzy", "kilted", "lyrical", "rolling"),
+        is_told_elsewhere=True,
     )
     multicast_scouting: bool = _setting(False, "let others on the network discover it")
     realm: str | None = _setting(

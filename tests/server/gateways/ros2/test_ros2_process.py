@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from processes import ROOT
 from processes import server as server_process
-from ros2_world import CLOCK, SCENE, Peer, free_port
+from ros2_world import CLOCK, JOINT_STATE, SCENE, Peer, free_port
 
 from simx_server.app.embedding import start
 
@@ -70,3 +70,26 @@ def test_an_embedded_simulation_is_a_node_too(scene: Path) -> None:
         server.close()
     peer.wait_for_no_token()
     peer.close()
+
+
+def test_a_recording_of_a_server_is_replayed_without_ros(scene: Path, tmp_path: Path) -> None:
+    port, recording = free_port(), tmp_path / "run.simxlog"
+    router = f"self=tcp/127.0.0.1:{port}"
+    with server_process(
+        scene, "--ros2", "0", "--ros2-router", router, "--speed", "max", "--record", recording
+    ) as started:
+        peer = Peer(port)
+        peer.watch()
+        peer.wait_for_token(lambda token: "%simx%start" in token)
+        joints = f"0/joint_states/{JOINT_STATE}"
+        peer.listen(joints)
+        assert peer.trigger("start")["success"]
+        peer.command(["shoulder"], position=[0.4])
+        peer.next(joints, lambda sent: abs(sent.value["position"][0] - 0.4) < 0.05)
+        peer.close()
+        started.process.terminate()
+        assert started.process.wait(20) == 0
+    command = [sys.executable, "-m", "simx_server", "--replay", str(recording)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "is equal" in done.stderr
