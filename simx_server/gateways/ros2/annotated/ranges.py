@@ -6,10 +6,11 @@ before the first step, nothing is published.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,17 @@ from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.geometry.placing import object_pose
 from simx_server.scene.geometry.poses import Pose, compose, inverse, matrix
-from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.objects import SceneObject
 
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..messages import BY_NAME
 from ..wire.qos import SENSOR_DATA
 from .notes import Names, annotated, period_of, sensors_below, turn_of
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+logger = logging.getLogger(__name__)
 
 RANGE, SCAN = "sensor_msgs/msg/Range", "sensor_msgs/msg/LaserScan"
 
@@ -72,20 +78,16 @@ class Ranges(Content):
 class Ring:
     """The sensors of a scan, and the directions of its values."""
 
-    def __init__(self, sensors: Sequence[SceneObject], poses: Sequence[Pose], note: Annotation) -> None:
+    def __init__(self, poses: Sequence[Pose], note: Annotation) -> None:
         """Measure the ring.
 
         Args:
-            sensors: at least one.
-            poses: of the sensors in the frame of the scan, whose z is the axis of the ring.
+            poses: of at least one sensor, in the frame of the scan, whose z is the axis of the ring.
             note: the annotation; missing angles are those of the sensors.
         """
-        self.handles = [sensor.handle for sensor in sensors]
         axes = np.array([matrix(pose[1]) for pose in poses])[:, :, 2]
-        self._axes = np.arctan2(axes[:, 1], axes[:, 0])
-        """Direction of each sensor in the plane of the scan, rad."""
-
-        angles = np.sort(self._axes)
+        looks = np.arctan2(axes[:, 1], axes[:, 0])
+        angles = np.sort(looks)
         gaps = np.diff(angles)
         gaps = gaps[gaps > _SAME_DIRECTION]
         step = note.get("increment_deg")
@@ -97,7 +99,8 @@ class Ring:
         last = float(angles[-1]) if high is None else math.radians(float(high))
         # A value that lies on the upper limit but for rounding belongs to the scan.
         self.count = max(int((last - self.angle_min) / self.increment + 1e-6), 0) + 1
-        self._blind = self._ranges_without_echo()
+        self._silent = self._places(looks)
+        """For each sensor the value of the direction in which it looks, -1 for one outside."""
 
     @property
     def angle_max(self) -> float:
@@ -112,16 +115,12 @@ class Ring:
             points: (m, 3) the points that those detect, in the frame of the scan.
         """
         found = np.full(self.count, np.nan)
-        found[self._blind[~echoes & (self._blind >= 0)]] = math.inf
+        found[self._silent[~echoes & (self._silent >= 0)]] = math.inf
         places = self._places(np.arctan2(points[:, 1], points[:, 0]))
         inside = places >= 0
         nearest = np.full(self.count, math.inf)
         np.minimum.at(nearest, places[inside], np.hypot(points[inside, 0], points[inside, 1]))
         return np.where(nearest < math.inf, nearest, found).astype("<f4")
-
-    def _ranges_without_echo(self) -> NDArray[np.intp]:
-        """Return for each sensor the value of the direction in which it looks, -1 for one outside."""
-        return self._places(self._axes)
 
     def _places(self, angles: NDArray[np.float64]) -> NDArray[np.intp]:
         """Return the values to which directions belong, -1 for those outside."""
@@ -137,65 +136,77 @@ class Scans(Content):
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
-        simulation = self._world.simulation
-        scene = simulation.scene
+        scene = self._world.simulation.scene
         names = Names(scene)
-        simulation.refresh()
         for item, note in annotated(scene, "scan"):
-            sensors = [
-                each
-                for each in sensors_below(scene, item)
-                if each.kind is ObjectKind.PROXIMITY_SENSOR and each.element == "site"
-            ]
+            sensors = [each for each in sensors_below(scene, item) if each.element == "site"]
             if not sensors:
+                logger.warning(
+                    "ROS 2: %s has no scan, since there is no proximity sensor below it", item.name
+                )
                 continue
-            back = inverse(self._origin(item, note))
-            ring = Ring(sensors, [compose(back, object_pose(simulation, each)) for each in sensors], note)
-            make = partial(self._message, item, note, ring, names.header_frame(item, note))
-            yield Published(names.topic(item, str(note["scan"])), SCAN, make, SENSOR_DATA, period_of(note))
+            scan = Scan(self._world, item, note, sensors, names.header_frame(item, note))
+            topic = names.topic(item, str(note["scan"]))
+            yield Published(topic, SCAN, scan.message, SENSOR_DATA, period_of(note))
 
-    def _origin(self, item: SceneObject, note: Annotation) -> Pose:
-        return compose(object_pose(self._world.simulation, item), ((0.0, 0.0, 0.0), turn_of(note)))
 
-    def _message(
-        self, item: SceneObject, note: Annotation, ring: Ring, frame: str, moment: Moment
-    ) -> Message | None:
-        simulation, proximity = self._world.simulation, self._world.proximity
-        scene = simulation.scene
+class Scan:
+    """The scan of one object, as long as the model is the same."""
+
+    def __init__(
+        self, world: World, item: SceneObject, note: Annotation, sensors: Sequence[SceneObject], frame: str
+    ) -> None:
+        """Measure the ring.
+
+        Args:
+            sensors: at least one, each at a site.
+            frame: of the messages.
+        """
+        self._world, self._item, self._frame = world, item, frame
+        self._turn: Pose = (0.0, 0.0, 0.0), turn_of(note)
+        self._handles = [sensor.handle for sensor in sensors]
+        self._sites = np.array([sensor.id for sensor in sensors], np.intp)
+        simulation = world.simulation
         simulation.refresh()
-        origin, turn = self._origin(scene.get(item.handle), note)
-        echoes = np.zeros(len(ring.handles), np.bool_)
-        local: list[Any] = []
-        sites: list[int] = []
-        farthest = 0.0
-        for row, handle in enumerate(ring.handles):
-            try:
-                found = proximity.read(handle)
-            except CommandError:
-                return None
-            sites.append(scene.objects[handle].id)
-            farthest = max(farthest, proximity.reach(handle))
-            if found is not None:
-                echoes[row] = True
-                local.append(found.point)
-        places = simulation.data.site_xpos[sites]
+        back = inverse(self._origin())
+        poses = [compose(back, object_pose(simulation, each)) for each in sensors]
+        self._ring = Ring(poses, note)
+        self._range_max = max(
+            math.hypot(*pose[0]) + world.proximity.reach(handle)
+            for pose, handle in zip(poses, self._handles, strict=True)
+        )
+
+    def _origin(self) -> Pose:
+        """Return the frame of the scan in the world."""
+        return compose(object_pose(self._world.simulation, self._item), self._turn)
+
+    def message(self, moment: Moment) -> Message | None:
+        """Return the LaserScan of the last simulation step; None while a sensor has no result."""
+        simulation, read = self._world.simulation, self._world.proximity.read
+        try:
+            found = [read(handle) for handle in self._handles]
+        except CommandError:
+            return None  # the simulation is stopped, or a script handles a sensor and has not yet
+        simulation.refresh()
+        ring, data = self._ring, simulation.data
+        origin, turn = self._origin()
+        echoes = np.array([each is not None for each in found])
         points = np.empty((0, 3))
-        rotation = np.array(matrix(turn))
-        if local:
-            turns = simulation.data.site_xmat[sites].reshape(-1, 3, 3)[echoes]
-            world = places[echoes] + np.einsum("nij,nj->ni", turns, np.array(local))
-            points = (world - origin) @ rotation
-        offsets = np.linalg.norm(places - origin, axis=1)
-        values = ring.ranges(echoes, points)
+        if echoes.any():
+            sites = self._sites[echoes]
+            local = np.array([each.point for each in found if each is not None])
+            turns = data.site_xmat[sites].reshape(-1, 3, 3)
+            points = data.site_xpos[sites] + np.einsum("nij,nj->ni", turns, local)
+            points = (points - origin) @ np.array(matrix(turn))
         return {
-            "header": moment.header(frame),
+            "header": moment.header(self._frame),
             "angle_min": ring.angle_min,
             "angle_max": ring.angle_max,
             "angle_increment": ring.increment,
             "time_increment": 0.0,
             "scan_time": simulation.time_step,
             "range_min": 0.0,
-            "range_max": float(offsets.max()) + farthest,
-            "ranges": values,
+            "range_max": self._range_max,
+            "ranges": ring.ranges(echoes, points),
             "intensities": [],
         }
