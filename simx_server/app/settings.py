@@ -145,7 +145,7 @@ class Settings:
     )
     ros2: int | None = _setting(
         None,
-        "also be a node of ROS 2 (--ros2-router, -namespace, -distro; docs/ros2.md)",
+        "be a node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro)",
         rules.ROS_DOMAIN,
         unset="no node of ROS 2",
         lone=rules.FROM_ENVIRONMENT,

@@ -85,7 +85,7 @@ class Ros2Gateway(Part):
         if warning := exposure(options.router):
             logger.warning("%s", warning)
         log, throttle = OutsiderLog(logger), Throttle(options.readers)
-        self._guard = Guard(log, throttle)
+        self._guard = Guard(log, throttle, lambda: loop.simulation.limits.waiting_bytes)
         self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
         self._scripts = ScriptTopics(
             options.place,

@@ -199,19 +199,27 @@ class Peer:
         return found[0]
 
     def put(self, key: str, payload: bytes, data: bytes | None = None) -> None:
-        self.session.put(key, payload, attachment=attachment() if data is None else data)
+        block = zenoh.CongestionControl.BLOCK  # a machine under load must not lose messages of a test
+        attached = attachment() if data is None else data
+        self.session.put(key, payload, attachment=attached, congestion_control=block)
 
     def command(self, names: list[str], key: str = f"0/joint_command/{JOINT_STATE}", **arrays: Any) -> None:
         """Send a JointState."""
         self.put(key, BY_NAME["sensor_msgs/msg/JointState"].encode({"name": names, **arrays}))
 
-    def ask(self, key: str, payload: bytes, data: bytes | None) -> list[tuple[bytes, bytes]]:
+    def ask(
+        self,
+        key: str,
+        payload: bytes,
+        data: bytes | None,
+        target: zenoh.QueryTarget = zenoh.QueryTarget.ALL_COMPLETE,
+    ) -> list[tuple[bytes, bytes]]:
         """Call a service; return payload and attachment of each answer."""
         replies = self.session.get(
             key,
             payload=payload,
             attachment=data,
-            target=zenoh.QueryTarget.ALL_COMPLETE,
+            target=target,
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=PATIENCE,
         )

@@ -7,6 +7,9 @@ from typing import Any, Protocol
 from .names import Distribution, Kind, Place, endpoint_token
 from .qos import Qos
 
+MOST_BYTES = 1 << 20
+"""Bytes of a command or of a request; a larger one is thrown away."""
+
 
 class Described(Protocol):
     """The type of a topic or service, as `messages` describes it."""
@@ -34,6 +37,11 @@ class Endpoint:
     """
 
     kind: Kind
+    key: str
+    """The key expression, whose last part is the hash, or `*` for those of all distributions."""
+
+    most_bytes = MOST_BYTES
+    """Bytes of a message that is read."""
 
     def __init__(
         self, place: Place, full_name: str, described: Described, qos: Qos, distribution: Distribution

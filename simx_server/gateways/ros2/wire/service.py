@@ -78,6 +78,7 @@ class Service(Endpoint):
             self._is_announced = False
             taken = list(self._waiting)
             self._waiting.clear()
+        self._guard.release(sum(len(request.payload) for request in taken))
         for request in taken[MOST_WAITING:]:
             request.answer(self._refusal(f"{MOST_WAITING} calls wait already; call again later"))
         return taken[:MOST_WAITING]
@@ -109,7 +110,7 @@ class Service(Endpoint):
         request = Request(self, query, b"" if payload is None else payload.to_bytes(), sender)
         with self._lock:
             waiting = len(self._waiting)
-            is_full = waiting >= MOST_WAITING + MOST_REFUSED
+            is_full = waiting >= MOST_WAITING + MOST_REFUSED or not self._guard.keep(size)
             if not is_full:
                 self._waiting.append(request)
             is_news = not is_full and not self._is_announced

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -15,22 +16,24 @@ from .qos import Qos
 
 logger = logging.getLogger(__name__)
 
-MOST_BYTES = 1 << 20
-"""Bytes of a message that is a command; a larger one is thrown away."""
-
 
 class Guard:
     """The part that all endpoints share which take messages of others."""
 
-    def __init__(self, log: OutsiderLog, throttle: Throttle) -> None:
+    def __init__(self, log: OutsiderLog, throttle: Throttle, most_waiting: Callable[[], int]) -> None:
         """Join them.
 
         Args:
             log: says what others do wrong.
             throttle: slows down those who send more than is executed.
+            most_waiting: returns the bytes that all messages together may have while they wait to be executed.
         """
         self._log = log
         self._throttle = throttle
+        self._most_waiting = most_waiting
+        self._lock = threading.Lock()
+        self._waiting = 0
+        """Bytes of all messages that wait."""
 
     def says_no(self, endpoint: Endpoint, key_expression: str, size: int) -> str:
         """Return why a message must not be read; empty if it may be.
@@ -39,15 +42,30 @@ class Guard:
             key_expression: the key it was sent to, which ends with the hash of the sender's type.
             size: its bytes.
         """
-        spoken = key_expression.rpartition("/")[2]
+        known, _, spoken = key_expression.rpartition("/")
+        if known != endpoint.key.rpartition("/")[0]:  # a request may be for many services
+            return f"it is for {key_expression[:200]}; valid: one topic or service at a time"
         if spoken not in (endpoint.described.hash, NO_HASH):
             return (
                 f"its sender knows another {endpoint.described.name} (hash {spoken[:80]}); "
                 "build it with the messages of this distribution of ROS 2"
             )
-        if size > MOST_BYTES:
-            return f"it has {size} bytes, and at most {MOST_BYTES} are read"
+        if size > endpoint.most_bytes:
+            return f"it has {size} bytes, and at most {endpoint.most_bytes} are read"
         return ""
+
+    def keep(self, size: int) -> bool:
+        """Return whether one more message of this many bytes may wait, and count it."""
+        with self._lock:
+            if self._waiting + size > self._most_waiting():
+                return False
+            self._waiting += size
+            return True
+
+    def release(self, size: int) -> None:
+        """Note that a message does not wait any more."""
+        with self._lock:
+            self._waiting -= size
 
     def refuse(self, endpoint: Endpoint, why: str, size: int) -> None:
         """Log that a message was thrown away, and have its sender wait."""
@@ -88,18 +106,18 @@ class Subscription(Endpoint):
         self.is_listed = is_listed
         self.key = key(place, full_name, described.dds_name, "*")
         self._guard, self._arrived = guard, arrived
-        self._waiting: deque[bytes] = deque(maxlen=qos.depth)
+        self._lock = threading.Lock()
+        self._waiting: deque[bytes] = deque()
         self._is_announced = False
         self._subscriber: Any = None
 
     def take(self) -> list[bytes]:
         """Return the messages that wait, oldest first. Physics thread."""
-        self._is_announced = False
-        taken: list[bytes] = []
-        while self._waiting and len(taken) < self.qos.depth:
-            taken.append(self._waiting.popleft())
-        if self._waiting:
-            self._announce()
+        with self._lock:
+            self._is_announced = False
+            taken = list(self._waiting)
+            self._waiting.clear()
+        self._guard.release(sum(map(len, taken)))
         return taken
 
     def _take_in(self, sample: Any) -> None:
@@ -108,16 +126,21 @@ class Subscription(Endpoint):
         if why := self._guard.says_no(self, str(sample.key_expr), size):
             self._guard.refuse(self, why, size)
             return
-        is_full = len(self._waiting) >= self.qos.depth
-        self._waiting.append(sample.payload.to_bytes())
-        self._announce()
-        if is_full:
-            self._guard.slow_down(size)
-
-    def _announce(self) -> None:
-        if not self._is_announced:
-            self._is_announced = True
+        with self._lock:
+            is_full = len(self._waiting) >= self.qos.depth
+            if is_full:
+                self._guard.release(len(self._waiting.popleft()))
+            has_room = self._guard.keep(size)
+            if has_room:
+                self._waiting.append(sample.payload.to_bytes())
+            is_news = has_room and not self._is_announced
+            self._is_announced |= is_news
+        if is_news:
             self._arrived(self)
+        if not has_room:
+            self._guard.refuse(self, "too much waits to be executed", size)
+        elif is_full:
+            self._guard.slow_down(size)
 
     def _declare(self, zenoh: Any, session: Any) -> None:
         callback = zenoh.handlers.Callback(self._take_in, indirect=False)

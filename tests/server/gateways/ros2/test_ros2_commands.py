@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import math
 import struct
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -152,6 +154,23 @@ def test_a_message_with_another_hash_is_thrown_away_with_a_warning(
 def test_a_message_beyond_the_limit_is_not_read(server: Ros2World, caplog: pytest.LogCaptureFixture) -> None:
     server.peer().put(KEY, bytes(3 << 20))
     server.wait_until(lambda: "at most 1048576 are read" in caplog.text)
+
+
+def test_waiting_messages_meet_the_limit_of_a_client(
+    server: Ros2World, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server.gateway._guard, "_most_waiting", lambda: 100_000)
+    peer, may_go_on = server.peer(), threading.Event()
+    server.loop.post(may_go_on.wait)
+    for _ in range(5):
+        peer.put(KEY, hostile(name=["x" * 60_000], position=[1.0]))
+    end = time.monotonic() + 30
+    while "too much waits to be executed" not in caplog.text:
+        assert time.monotonic() < end
+    may_go_on.set()
+    peer.command(["shoulder"], position=[0.31])
+    wait_for_target(server, "shoulder", 0.31)
+    assert server.gateway._guard._waiting == 0
 
 
 def test_of_a_flood_the_newest_messages_are_executed_and_others_are_served(server: Ros2World) -> None:

@@ -222,6 +222,15 @@ def test_a_request_without_valid_attachment_or_hash_ends_without_answer(
     assert "knows another std_srvs/srv/Trigger" in caplog.text
 
 
+def test_a_request_for_many_services_at_once_calls_none(
+    server: Ros2World, caplog: pytest.LogCaptureFixture
+) -> None:
+    key, empty = f"0/simx/*/{TRIGGER}", bytes.fromhex("0001000000")
+    assert server.peer().ask(key, empty, attachment(), zenoh.QueryTarget.ALL) == []
+    assert "one topic or service at a time" in caplog.text
+    assert state(server) is SimulationState.STOPPED
+
+
 def test_an_unreadable_request_is_answered_with_the_reason(
     server: Ros2World, caplog: pytest.LogCaptureFixture
 ) -> None:
