@@ -141,9 +141,7 @@ class Scans(Content):
         for item, note in annotated(scene, "scan"):
             sensors = [each for each in sensors_below(scene, item) if each.element == "site"]
             if not sensors:
-                logger.warning(
-                    "ROS 2: %s has no scan, since there is no proximity sensor below it", item.name
-                )
+                logger.warning("ROS 2: %s has no scan, since no proximity sensor is below it", item.name)
                 continue
             scan = Scan(self._world, item, note, sensors, names.header_frame(item, note))
             topic = names.topic(item, str(note["scan"]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ..annotated.drives import Drives
+from ..annotated.helper import Helper
 from ..annotated.imu import Imus
 from ..annotated.joint_groups import JointGroups
 from ..annotated.ranges import Ranges, Scans
@@ -27,6 +28,7 @@ CONTENT: Sequence[Callable[[Context], Content]] = (
     Cameras,
     JointCommands,
     Drives,
+    Helper,
     Control,
 )
 """One object of each is made with the gateway. Topics of one moment leave in this order."""

@@ -6,10 +6,12 @@ import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from processes import ROOT
-from real_world import BLOCKING
+from ray_painter import RayPainter
+from real_world import BLOCKING, render_with
 from ros2_contents import HEAD, Contents, in_frame, matrix
 
 import simx_client as v
@@ -310,6 +312,30 @@ def test_the_scene_sets_rate_root_and_whether_there_are_transforms(node: Make) -
     assert not {"/tf", "/tf_static"} & without.topics()
 
 
+def test_a_camera_has_other_names_and_a_jpeg_of_its_image(node: Make) -> None:
+    scene = node(
+        HEAD + '<body name="ball" pos="0 0.5 0.3"><geom size="0.3" rgba="1 0 0 1"/></body>'
+        '<camera name="eye" pos="0 -2 0" xyaxes="1 0 0 0 0 1" resolution="64 48"/></worldbody><custom>'
+        '<text name="simx:ros2:eye" data="topic=front/camera frame=lens rate=10 compressed=yes"/>'
+        "</custom></mujoco>"
+    )
+    render_with(scene.world, RayPainter())
+    assert "/eye/image_raw" not in scene.topics()
+    image = scene.message("/front/camera/image_raw")
+    packed = scene.message("/front/camera/image_raw/compressed")
+    assert packed["header"] == image["header"]
+    assert packed["header"]["frame_id"] == "lens"
+    assert packed["format"] == "rgb8; jpeg compressed bgr8"
+    wanted = image["data"].reshape(48, 64, 3).astype(int)
+    found = cv2.imdecode(packed["data"], cv2.IMREAD_COLOR)[:, :, ::-1].astype(int)
+    assert np.abs(found - wanted).mean() < 4
+    top, bottom = wanted[:24, :, 0].mean(), wanted[24:, :, 0].mean()
+    assert top > bottom + 5  # the red ball is above the middle
+    # z of the frame looks forward, x to the right, y down.
+    turn = in_frame(scene.transforms(), "lens", "world")[:3, :3]
+    assert np.allclose(turn, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-9)
+
+
 def test_joints_are_renamed_and_left_out(node: Make) -> None:
     scene = node(
         HEAD + '<body name="a"><joint name="one"/><geom size="0.1"/>'
@@ -369,5 +395,5 @@ def test_a_wrong_annotation_is_refused_with_what_is_valid(data: str, said: str) 
 
 def test_a_wrong_key_of_the_scene_is_refused() -> None:
     text = HEAD + '</worldbody><custom><text name="simx:ros2:world" data="odom=/odom"/></custom></mujoco>'
-    with pytest.raises(SceneError, match="has odom=; valid for the scene are rate, tf, root"):
+    with pytest.raises(SceneError, match="has odom=; valid for the scene are rate, tf, root, helper"):
         load_text(text)
