@@ -28,7 +28,7 @@ from . import messages
 from .client import Ros2Client
 from .content.catalogue import CONTENT
 from .desk import Desk, Intake, Outlet
-from .endpoints import Commanded, Context, Followed, Moment, Offer, Published, Served
+from .endpoints import Commanded, Content, Context, Followed, Moment, Offer, Published, Served
 from .scripts import ScriptTopics
 from .wire.endpoint import Endpoint
 from .wire.names import Distribution, Place
@@ -106,7 +106,7 @@ class Ros2Gateway(Part):
         self._seen: tuple[object, int] = (None, -1)
         """Scene and model version when the offers were listed."""
 
-        self._next_repeat = 0.0
+        self._next_repeat = self._next_renewal = 0.0
         self._renew()
         self._session.start()
         loop.world.ros2_topics.serve(self._scripts)
@@ -143,8 +143,13 @@ class Ros2Gateway(Part):
         for outlet in self._outlets.values():
             outlet.step(moment)
         for followed in self._followed:
-            if calls := followed.due(moment):
-                self._client.post(partial(self._client.execute, calls))
+            try:
+                calls = followed.due(moment)
+            except Exception as problem:
+                self._client.failed(followed.name, problem)
+            else:
+                if calls:
+                    self._client.post(partial(self._client.execute, calls))
 
     def model_changed(self, twins: Twins | None) -> None:
         self._seen = None, -1
@@ -156,9 +161,12 @@ class Ros2Gateway(Part):
     def _look(self) -> None:
         """List the offers again if they may have changed, and repeat messages while no steps are made."""
         simulation = self._simulation
-        if self._seen != (simulation.model, simulation.model_version):
-            self._renew()
         now = time.monotonic()
+        if self._seen[0] is not simulation.model:
+            self._renew()
+        elif self._seen[1] != simulation.model_version and now >= self._next_renewal:
+            self._next_renewal = now + REPEAT  # a script may write the model in each simulation step
+            self._renew()
         if simulation.state is SimulationState.RUNNING or now < self._next_repeat:
             return
         self._next_repeat = now + REPEAT
@@ -174,7 +182,7 @@ class Ros2Gateway(Part):
     def _renew(self) -> None:
         """List what the present scene offers; keep what was offered before."""
         self._seen = self._simulation.model, self._simulation.model_version
-        offers = [offer for content in self._contents for offer in content.offers()]
+        offers = [offer for content in self._contents for offer in self._offers_of(content)]
         outlets, intakes, desks = self._outlets, self._intakes, self._desks
         self._outlets, self._intakes, self._desks, self._followed = {}, {}, {}, []
         for offer in offers:
@@ -184,6 +192,14 @@ class Ros2Gateway(Part):
 
     def _keep_endpoints(self) -> None:
         self._session.keep(self._endpoints())
+
+    def _offers_of(self, content: Content) -> Sequence[Offer]:
+        """Return the offers of a content; none if it has a fault, which must not stop the simulation."""
+        try:
+            return list(content.offers())
+        except Exception as problem:
+            self._client.failed(type(content).__name__, problem)
+            return ()
 
     def _endpoints(self) -> Sequence[Endpoint]:
         return [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import Future
+from functools import partial
 
 from simx_server.errors import CommandError
 from simx_server.world.simulation import SimulationState
@@ -116,12 +117,11 @@ class Run:
     def step_finished(self) -> None:
         """Be told of a simulation step; what follows waits until it is recorded."""
         if self._steps:
-            self._client.post(self._count)
+            self._client.post(partial(self._count, self._steps[0]))
 
-    def _count(self) -> None:
-        if not self._steps:
-            return
-        first = self._steps[0]
+    def _count(self, first: _Steps) -> None:
+        if not self._steps or self._steps[0] is not first:
+            return  # it was interrupted meanwhile
         first.left -= 1
         if first.left:
             self._go_on()

@@ -8,6 +8,7 @@ the others in ``/tf_static``, which is sent again when something was placed else
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -42,6 +43,9 @@ _OPTICAL: Pose = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 _ALONG_X: Pose = ((0.0, 0.0, 0.0), (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0))
 """The frame of a range in that of its sensor, which looks along z: x is along the axis."""
+
+BETWEEN_LOOKS = 0.5
+"""Least seconds between two comparisons of the static transforms of one model."""
 
 _PRODUCT = np.zeros((4, 4, 4))
 """Factor of a[i] b[j] in component k of the product of a's conjugate and b: quaternions w, x, y, z."""
@@ -84,9 +88,14 @@ class Transforms(Content):
     def __init__(self, context: Context) -> None:
         self._simulation = context.world.simulation
         self._odometers = Odometers(context.world)
-        self._tree = FrameTree(self._simulation, self._odometers)
+        self._made: FrameTree | None = None
+        """The frames of the present scene, made when they are first needed."""
+
         self._seen: tuple[object, int] = (None, -1)
         """Model and its version when the static transforms were last compared."""
+
+        self._next_look = 0.0
+        """When they may be compared again, if the model is the same."""
 
         self._sent: list[Mapping[str, Any]] | None = None
         """The static transforms that were sent last."""
@@ -101,13 +110,19 @@ class Transforms(Content):
     def offers(self) -> Iterable[Offer]:
         scene = self._simulation.scene
         self._odometers.renew(Names(scene))
-        self._tree = FrameTree(self._simulation, self._odometers)
+        self._made = None
         self._seen = None, -1
         if scene.annotations.ros2.get("tf", True):
             period = scene_period(scene)
             yield Published("/tf", TYPE, self._moving, TRANSFORMS, period=period, repeats=False)
             yield Published("/tf_static", TYPE, self._static, LATCHED)
         yield from self._odometers.offers()
+
+    @property
+    def _tree(self) -> FrameTree:
+        if self._made is None:
+            self._made = FrameTree(self._simulation, self._odometers)
+        return self._made
 
     def _moving(self, moment: Moment) -> Message | None:
         found = [
@@ -120,7 +135,10 @@ class Transforms(Content):
         seen = self._simulation.model, self._simulation.model_version
         if seen == self._seen:
             return None
-        self._seen = seen
+        now = time.monotonic()
+        if seen[0] is self._seen[0] and now < self._next_look:
+            return None  # a script may write the model in each simulation step
+        self._seen, self._next_look = seen, now + BETWEEN_LOOKS
         transforms = self._tree.fixed_transforms()
         if self._sent is not None and _are_same(transforms, self._sent):
             return None
