@@ -17,6 +17,9 @@ import zenoh
 from real_world import RealWorld
 from routers import free_port
 
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
 from simx_server.gateways.ros2.messages import BY_NAME, SERVICES
 from simx_server.gateways.ros2.wire.names import Distribution, Place
@@ -259,6 +262,14 @@ class Ros2World:
         self._thread.start()
         if options.router.is_self:
             self.wait_until(lambda: self.gateway.is_declared)
+
+    def client(self) -> int:
+        """Return the id of a client of the remote API, which leaves the loop to its thread."""
+        link = LoopbackTransport(self.loop, name="own", port=19997, turns=False)
+        made = Connection(lambda: link, where=link.client, timeout=PATIENCE)
+        number = CLIENTS.add(made)
+        made.connect(PATIENCE)
+        return number
 
     def peer(self, mode: str = "client") -> Peer:
         peer = Peer(self.port, mode)

@@ -103,7 +103,12 @@ OF_OBJECTS: dict[str, Callable[[str], Value]] = {
     "up": one_of(*AXES),
 }
 
-OF_SCENE: dict[str, Callable[[str], Value]] = {"rate": positive, "tf": switch, "root": frame, "helper": switch}
+OF_SCENE: dict[str, Callable[[str], Value]] = {
+    "rate": positive,
+    "tf": switch,
+    "root": frame,
+    "helper": switch,
+}
 """Keys of `simx:ros2:world`."""
 
 ROS2_KEYS: dict[str, Callable[[str], Value]] = {**OF_OBJECTS, **OF_SCENE}

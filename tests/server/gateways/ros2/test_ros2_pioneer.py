@@ -67,7 +67,7 @@ def wanted_scan(cid: int) -> list[float]:
 def test_pioneer_driven_by_the_sdk_measures_what_the_remote_api_reads(
     pioneer: Ros2World, sdk: SdkPeer
 ) -> None:
-    cid = pioneer.world.client()
+    cid = pioneer.client()
     for topic, kind, qos in (
         ("/scan", "sensor_msgs/msg/LaserScan", None),
         ("/odom", "nav_msgs/msg/Odometry", None),

@@ -82,7 +82,7 @@ def send(peer: Peer, topic: str, kind: str, value: dict[str, Any]) -> None:
 
 
 def start(world: Ros2World) -> int:
-    cid = world.world.client()
+    cid = world.client()
     assert v.simxStartSimulation(cid, BLOCKING) == v.simx_return_ok
     return cid
 

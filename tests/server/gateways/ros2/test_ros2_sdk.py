@@ -87,7 +87,7 @@ def test_its_standard_service_is_answered(server: Ros2World, sdk: SdkPeer) -> No
 
 
 def test_its_image_is_that_of_the_remote_api_turned_upright(server: Ros2World, sdk: SdkPeer) -> None:
-    cid = server.world.client()
+    cid = server.client()
     code, (width, height), pixels = v.simxGetVisionSensorImage(cid, handle_of(cid, "eye"), 0, BLOCKING)
     assert code == v.simx_return_ok
     rows = np.array(pixels, np.int16).astype(np.uint8).reshape(height, width, 3)
@@ -106,7 +106,7 @@ def test_the_ur5_follows_its_joint_states_while_an_old_script_reads(tmp_path: Pa
     goals = [0.3, -0.4, 0.5, -0.2, 0.4, 0.6]
     ur5 = ROOT / "scenes" / "ur5_rg2_kinect.xml"
     with ros2_world(tmp_path, scene=ur5) as server, sdk_peer(server.port) as sdk:
-        cid = server.world.client()
+        cid = server.client()
         joints = [handle_of(cid, name) for name in names]
         sdk.do("subscribe", "/tf_static", "tf2_msgs/msg/TFMessage", ":1:,1:,:,:,,")
         fixed = {each["child_frame_id"] for each in sdk.next("/tf_static")["transforms"]}
