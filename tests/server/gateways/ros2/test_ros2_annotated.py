@@ -327,7 +327,7 @@ def test_a_camera_has_other_names_and_a_jpeg_of_its_image(node: Make) -> None:
     assert packed["header"]["frame_id"] == "lens"
     assert packed["format"] == "rgb8; jpeg compressed bgr8"
     wanted = image["data"].reshape(48, 64, 3).astype(int)
-    found = cv2.imdecode(packed["data"], cv2.IMREAD_COLOR)[:, :, ::-1].astype(int)
+    found = np.asarray(cv2.imdecode(packed["data"], cv2.IMREAD_COLOR))[:, :, ::-1].astype(int)
     assert np.abs(found - wanted).mean() < 4
     top, bottom = wanted[:24, :, 0].mean(), wanted[24:, :, 0].mean()
     assert top > bottom + 5  # the red ball is above the middle

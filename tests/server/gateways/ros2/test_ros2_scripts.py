@@ -49,7 +49,7 @@ function sysCall_thread()
 end
 """
 
-Make = Callable[[str], Ros2World]
+Make = Callable[..., Ros2World]
 
 
 def scene_with(script: str, language: str = "lua") -> str:
@@ -65,9 +65,11 @@ def make(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Make]:
     """Opens a world with a script."""
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with ExitStack() as stack:
-        yield lambda script, language="lua": stack.enter_context(
-            ros2_world(tmp_path, scene=scene_with(script, language))
-        )
+
+        def opened(script: str, language: str = "lua") -> Ros2World:
+            return stack.enter_context(ros2_world(tmp_path, scene=scene_with(script, language)))
+
+        yield opened
 
 
 def key(topic: str, kind: str) -> str:
@@ -142,6 +144,83 @@ def test_arrays_of_bytes_are_lists_or_strings(make: Make) -> None:
     peer.wait_for_token(lambda token: "/MS/" in token and "%bytes/" in token)
     send(peer, "/bytes", "std_msgs/msg/UInt8MultiArray", {"data": bytes([7, 0, 255])})
     assert peer.next(echo).value["data"].tolist() == [3, 7]
+
+
+def test_a_script_gets_bytes_as_strings_where_it_asks_for_them(make: Make) -> None:
+    world = make(
+        "function sysCall_init()\n"
+        "  echo = simROS2.createPublisher('/echo', 'std_msgs/msg/UInt8MultiArray')\n"
+        "  simROS2.publisherTreatUInt8ArrayAsString(echo)\n"
+        "  local sub = simROS2.createSubscription('/bytes', 'std_msgs/msg/UInt8MultiArray', function(msg)\n"
+        "    simROS2.publish(echo, {data = msg.data .. '!'})\n"
+        "  end)\n"
+        "  simROS2.subscriptionTreatUInt8ArrayAsString(sub)\n"
+        "  simROS2.serviceTreatUInt8ArrayAsString(simROS2.createService('/s', 'std_srvs/srv/Empty',\n"
+        "    function(r) end))\n"
+        "  simROS2.clientTreatUInt8ArrayAsString(simROS2.createClient('/c', 'std_srvs/srv/Empty'))\n"
+        "  simROS2.spinSome()\n"
+        "end\n"
+    )
+    peer = world.peer()
+    echo = key("/echo", "std_msgs/msg/UInt8MultiArray")
+    peer.listen(echo)
+    peer.watch()
+    start(world)
+    peer.wait_for_token(lambda token: "/MS/" in token and "%bytes/" in token)
+    send(peer, "/bytes", "std_msgs/msg/UInt8MultiArray", {"data": b"\0ab"})
+    assert bytes(peer.next(echo).value["data"]) == b"\0ab!"
+
+
+def test_a_script_closes_what_it_has_opened(make: Make) -> None:
+    world = make(
+        "function sysCall_init()\n"
+        "  local bool, empty = 'std_msgs/msg/Bool', 'std_srvs/srv/Empty'\n"
+        "  simROS2.shutdownPublisher(simROS2.createPublisher('/one', bool))\n"
+        "  local sub = simROS2.createSubscription('/two', bool, function(m) end)\n"
+        "  simROS2.shutdownSubscription(sub)\n"
+        "  simROS2.shutdownSubscription(sub)\n"
+        "  simROS2.shutdownService(simROS2.createService('/three', empty, function(r) end))\n"
+        "  simROS2.shutdownClient(simROS2.createClient('/four', empty))\n"
+        "  simROS2.imageTransportShutdownPublisher(simROS2.imageTransportCreatePublisher('/five'))\n"
+        "  simROS2.imageTransportShutdownSubscription(\n"
+        "    simROS2.imageTransportCreateSubscription('/six', function(data, width, height) end))\n"
+        "  simROS2.createPublisher('/last', bool)\n"
+        "end\n"
+    )
+    peer = world.peer()
+    peer.watch()
+    start(world)
+    peer.wait_for_token(lambda token: "%last/" in token)
+    names = ("%one/", "%two/", "%three/", "%four/", "%five/", "%six/")
+    assert not any(name in token for token in peer.tokens for name in names)
+
+
+def test_a_script_sees_images_lowest_row_first(make: Make) -> None:
+    world = make(
+        "function sysCall_init()\n"
+        "  echo = simROS2.createPublisher('/echo', 'std_msgs/msg/Int32MultiArray')\n"
+        "  simROS2.imageTransportCreateSubscription('/view', function(data, width, height)\n"
+        "    simROS2.publish(echo, {data = {width, height, data:byte(1, -1)}})\n"
+        "  end)\n"
+        "end\n"
+    )
+    peer = world.peer()
+    echo = key("/echo", "std_msgs/msg/Int32MultiArray")
+    peer.listen(echo)
+    peer.watch()
+    start(world)
+    peer.wait_for_token(lambda token: "/MS/" in token and "%view/" in token)
+    picture = {
+        "width": 1,
+        "height": 2,
+        "step": 4,
+        "encoding": "bgr8",
+        "data": bytes([3, 2, 1, 0, 6, 5, 4, 0]),
+    }
+    for wrong in ({"encoding": "mono8"}, {"step": 2}, {"data": b"123"}):
+        send(peer, "/view", "sensor_msgs/msg/Image", {**picture, **wrong})
+    send(peer, "/view", "sensor_msgs/msg/Image", picture)
+    assert peer.next(echo).value["data"].tolist() == [1, 2, 4, 5, 6, 1, 2, 3]
 
 
 def test_topics_of_a_script_end_with_it(make: Make) -> None:
