@@ -48,6 +48,7 @@ MEASUREMENTS = {
     "edits": "bench.world.edits",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",
+    "ros2": "bench.ros2.steps",
 }
 """By name the module whose function ``measure`` makes it, in the order of the report."""
 

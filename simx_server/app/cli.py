@@ -79,6 +79,7 @@ def make_parser() -> argparse.ArgumentParser:
     group = parser.add_argument_group()
     for name, setting in SETTINGS.items():
         spellings = [word for word in (setting.letter, setting.flag) if word]
+        shown = argparse.SUPPRESS if setting.is_told_elsewhere else setting.help
         if setting.heading:
             group = parser.add_argument_group(setting.heading)
         if setting.is_positional:
@@ -95,11 +96,10 @@ def make_parser() -> argparse.ArgumentParser:
                 nargs="?",
                 const=setting.lone,
                 metavar=setting.metavar,
-                help=setting.help,
+                help=shown,
             )
         else:
             action = "append" if setting.many else "store"
-            shown = argparse.SUPPRESS if setting.is_told_elsewhere else setting.help
             group.add_argument(*spellings, dest=name, action=action, metavar=setting.metavar, help=shown)
         for flag, meaning in setting.shortcuts.items():
             # The setting's own help names them: a screen has few lines.

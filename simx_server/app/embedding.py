@@ -38,7 +38,7 @@ _NOT_EMBEDDED = (
 )  # fmt: skip
 """Settings that need a separate process."""
 
-_WAYS_IN = ("ports", "legacy_ports", "listen", "connect", "zmq", "zmq_viewers")
+_WAYS_IN = ("ports", "legacy_ports", "listen", "connect", "zmq", "zmq_viewers", "ros2")
 """Settings each of which lets other processes connect."""
 
 

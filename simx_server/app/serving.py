@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
+from simx_client.protocol import link
 from simx_client.protocol.local.offer import is_possible
 from simx_client.protocol.messages import Pace
 from simx_client.protocol.windows import ADD_ON as WINDOWS
@@ -25,6 +27,9 @@ from simx_server.viewer.windows import Windows
 from simx_server.world.world import World
 
 from .settings import Settings
+
+if TYPE_CHECKING:
+    from simx_server.gateways.ros2.gateway import Ros2Gateway
 
 logger = logging.getLogger(__name__)
 
@@ -113,9 +118,29 @@ def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, 
             further = ZmqGateway(loop, address, may_only_read=may_only_read)
             others.callback(further.close)
             gateway.more_endpoints.append(further.endpoint)
+        if settings.ros2 is not None:
+            node = _open_ros2(settings, settings.ros2, loop)
+            others.callback(node.close)
+            gateway.more_endpoints.append(node.endpoint)
         kept = others.pop_all()
         stack.pop_all()
     return gateway, kept, legacy.ports
+
+
+def _open_ros2(settings: Settings, domain: int, loop: ServerLoop) -> Ros2Gateway:
+    """Be a node of ROS 2. Raises GatewayError: it cannot be the router, as it is told to."""
+    from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options  # slow, and often not needed
+    from simx_server.gateways.ros2.wire.names import Distribution, Place
+    from simx_server.gateways.ros2.wire.session import Router
+
+    humble, newer = Distribution.HUMBLE, Distribution.NEWER
+    options = Ros2Options(
+        place=Place(domain, settings.ros2_namespace or ""),
+        router=Router.of(settings.ros2_router),
+        distribution=humble if settings.ros2_distro == "humble" else newer,
+        readers=link.READERS if settings.config is None and not settings.multicast_scouting else 0,
+    )
+    return Ros2Gateway(loop, options)
 
 
 def _open_local(settings: Settings, loop: ServerLoop) -> LocalGateway | None:

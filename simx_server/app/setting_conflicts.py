@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .setting_rules import SettingError
+from .setting_rules import LAST_ROS_DOMAIN, SettingError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 _OF_SERVERS = (
     "ports", "start", "auto_start", "temporary_port", "script_ports", "speed", "quit_after_stop", "listen", "connect",
-    "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq", "zmq_viewers",
+    "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq", "zmq_viewers", "ros2",
+    "ros2_namespace", "ros2_router", "ros2_distro",
 )  # fmt: skip
 """Fields without a meaning when no client is served."""
 
@@ -27,7 +28,7 @@ DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit", "
 
 def refuse_conflicts(settings: Settings) -> None:
     """Raise SettingError for the first conflict. A variable may hold a setting that only other runs need."""
-    for conflicts in (_ports, _count, _recording, _pictures, _without_clients):
+    for conflicts in (_ports, _count, _ros2, _recording, _pictures, _without_clients):
         for name, problem in conflicts(settings):
             raise SettingError(f"{settings.origins[name]}: {problem}")
 
@@ -83,6 +84,26 @@ def _count(settings: Settings) -> Conflicts:
                 f"the ports of {settings.count} servers go beyond 65535; "
                 "valid: fewer, lower ports, or --port 0 for free ones"
             ),
+        )
+
+
+def _ros2(settings: Settings) -> Conflicts:
+    if settings.ros2 is None:
+        for name in ("ros2_namespace", "ros2_router", "ros2_distro"):
+            if _is_flag(settings, name):
+                yield name, "has no meaning without a node of ROS 2; valid: with --ros2"
+        return
+    if settings.count is None:
+        return
+    if settings.ros2_router.startswith("self"):
+        yield (
+            "ros2_router",
+            "with --count all servers would listen on the same endpoint; valid: the ENDPOINT of one router for all",
+        )
+    if settings.ros2 + settings.count - 1 > LAST_ROS_DOMAIN:
+        yield (
+            "ros2",
+            f"the domains of {settings.count} servers go beyond {LAST_ROS_DOMAIN}; valid: fewer, or a lower domain",
         )
 
 

@@ -17,6 +17,12 @@ from simx_client.protocol.nearest import did_you_mean
 
 _T = TypeVar("_T")
 
+FROM_ENVIRONMENT = "ROS_DOMAIN_ID"
+"""Stands for the domain that this variable holds, 0 without it."""
+
+LAST_ROS_DOMAIN = 232
+"""The highest domain that ROS 2 allows."""
+
 LARGEST_SIDE = 4096
 """Pixels of the longest side of an image, see sensors/picture.py."""
 
@@ -191,6 +197,11 @@ def next_address(address: str, number: int) -> str:
     return f"{host}:{int(port) and int(port) + number}"
 
 
+def _ros_domain(text: str) -> int | str:
+    """Return a domain of ROS 2, or the word for that of the environment."""
+    return FROM_ENVIRONMENT if text == FROM_ENVIRONMENT else int(between(0, LAST_ROS_DOMAIN).parse(text))
+
+
 def _picture_size(text: str) -> tuple[int, int]:
     width, height = map(_side, text.lower().split("x"))
     return width, height
@@ -225,5 +236,22 @@ LEGACY_ADDRESS = Rule(
     "a port, 0 for a free one, or HOST:PORT with an IPv4 address of this machine, such as 0.0.0.0:19997",
     legacy_address,
     "PORT",
+)
+ROS_DOMAIN = replace(
+    between(0, LAST_ROS_DOMAIN),
+    valid="a domain from 0 to 232, or ROS_DOMAIN_ID for that of the environment",
+    parse=_ros_domain,
+    metavar="DOMAIN",
+    words=(FROM_ENVIRONMENT,),
+)
+ROS_NAMESPACE = matching(
+    r"(/[A-Za-z_][A-Za-z0-9_]*)+",
+    "a slash and a name of letters, digits and underscores, such as /arm",
+    "/NAME",
+)
+ROS_ROUTER = matching(
+    r"self|(self=)?[a-z][a-z0-9-]*/\S+(?<!:0)",
+    "PROTOCOL/ADDRESS of a router, self for 127.0.0.1:7447 of this server, or self=PROTOCOL/ADDRESS",
+    "ENDPOINT",
 )
 PICTURE_SIZE = Rule(f"WIDTHxHEIGHT, each from 16 to {LARGEST_SIDE}, such as 1280x720", _picture_size, "WxH")

@@ -130,7 +130,7 @@ class Settings:
     )
     zmq: str | None = _setting(
         None,
-        "also serve clients of CoppeliaSim's ZeroMQ remote API (23000)",
+        "serve clients of the ZeroMQ remote API (23000; --zmq-viewers: read only)",
         rules.WEB_ADDRESS,
         unset="they are not served",
         lone="23000",
@@ -141,6 +141,33 @@ class Settings:
         rules.WEB_ADDRESS,
         unset="there is none",
         lone="23001",
+        is_told_elsewhere=True,
+    )
+    ros2: int | None = _setting(
+        None,
+        "be a node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro)",
+        rules.ROS_DOMAIN,
+        unset="no node of ROS 2",
+        lone=rules.FROM_ENVIRONMENT,
+    )
+    ros2_namespace: str | None = _setting(
+        None,
+        "in front of the names of its node, topics and services",
+        rules.ROS_NAMESPACE,
+        unset="none",
+        is_told_elsewhere=True,
+    )
+    ros2_router: str = _setting(
+        "tcp/127.0.0.1:7447",
+        "ROS 2's router; self: this server is it",
+        rules.ROS_ROUTER,
+        is_told_elsewhere=True,
+    )
+    ros2_distro: str = _setting(
+        "jazzy",
+        "distribution of ROS 2: humble, or a later one (jazzy)",
+        rules.one_of("NAME", "humble", "iron", "jazzy", "kilted", "lyrical", "rolling"),
+        is_told_elsewhere=True,
     )
     multicast_scouting: bool = _setting(False, "let others on the network discover it")
     realm: str | None = _setting(
@@ -272,6 +299,9 @@ class Settings:
                 values[name] = setting.read(given, origin)
         if "ports" not in values and (legacy := values.get("legacy_ports")):
             values["ports"] = _give_way(legacy)
+        if values.get("ros2") == rules.FROM_ENVIRONMENT:
+            domain = environment.get(rules.FROM_ENVIRONMENT, "").strip() or "0"
+            values["ros2"] = SETTINGS["ros2"].read(domain, f"environment {rules.FROM_ENVIRONMENT}")
         settings = cls(**values, origins=MappingProxyType(origins))
         refuse_conflicts(settings)
         return settings
@@ -279,7 +309,8 @@ class Settings:
     def member(self, number: int) -> Settings:
         """Return the settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
 
-        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``.
+        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``. Each
+        has a separate domain of ROS 2, the one after that of the server before.
         """
         fixed = [port for port in (*self.ports, *map(port_of, self.legacy_ports)) if port]
         offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0
@@ -289,6 +320,7 @@ class Settings:
             legacy_ports=tuple(_moved(address, offset) for address in self.legacy_ports),
             temporary_port=self.temporary_port + (offset if self.temporary_port in fixed else 0),
             realm=self.realm and f"{self.realm}-{number}",
+            ros2=None if self.ros2 is None else self.ros2 + number,
             zmq=self.zmq and rules.next_address(self.zmq, number),
             count=None,
         )

@@ -26,7 +26,7 @@ def exposure(endpoints: Sequence[str], config: Any) -> str | None:
     open_ones = [
         endpoint
         for endpoint in endpoints
-        if _is_beyond_loopback(endpoint) and not (has_certificates and endpoint.startswith(_ENCRYPTED))
+        if is_beyond_loopback(endpoint) and not (has_certificates and endpoint.startswith(_ENCRYPTED))
     ]
     if not open_ones:
         return None
@@ -43,7 +43,7 @@ def plain_exposure(addresses: Sequence[str]) -> str | None:
     Args:
         addresses: ``HOST:PORT`` each.
     """
-    open_ones = [address for address in addresses if _is_beyond_loopback(f"tcp/{address}")]
+    open_ones = [address for address in addresses if is_beyond_loopback(f"tcp/{address}")]
     if not open_ones:
         return None
     return (
@@ -61,7 +61,8 @@ def _has_login(config: Any) -> bool:
     )
 
 
-def _is_beyond_loopback(endpoint: str) -> bool:
+def is_beyond_loopback(endpoint: str) -> bool:
+    """Return whether other machines can reach a Zenoh endpoint."""
     protocol, _, address = endpoint.partition("/")
     if protocol not in _NETWORK:
         return False

@@ -369,6 +369,10 @@ class Joints(Machine):
         self._apply(handle)
         self._place(handle, self._follow)
 
+    def moves_by_profile(self, handle: int) -> bool:
+        """Return whether a target starts a motion profile: outside force mode, with a greatest acceleration."""
+        return self._moves_by_profile(*self._single(handle))
+
     def _moves_by_profile(self, binding: Binding, state: JointState) -> bool:
         """Return whether a target starts a motion profile."""
         if state.acceleration <= 0 or binding.element != "joint" or state.mode == JointMode.FORCE:

@@ -28,6 +28,7 @@ from .scene_files import files_of
 
 if TYPE_CHECKING:
     from simx_server.app.settings import Settings
+    from simx_server.runtime.sessions import ClientSession
     from simx_server.scene.formats.sources import Sources
     from simx_server.world.world import World
 
@@ -47,6 +48,7 @@ class RecordedLoop(Protocol):
     """The part of the server loop that a recorder needs; the loop calls the recorder."""
 
     recorder: Any
+    sessions: dict[str, ClientSession]
 
     @property
     def is_serving(self) -> bool: ...
@@ -103,6 +105,8 @@ class Recorder(Part):
         """Record this server loop from now on."""
         self._loop = loop
         loop.recorder = self
+        for session in loop.sessions.values():  # a gateway's own client is there before clients can come
+            self.joined(session.client, session.name, session.port, is_zmq=session.serve is not None)
         points = self._world.simulation.interruptions
         points.script_point = points.physics_point = self._count_point
 

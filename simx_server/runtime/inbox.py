@@ -303,14 +303,18 @@ class Inbox:
         box = self._boxes.get(client)
         return box is not None and (len(box.items) >= MUCH or box.size > MUCH_BYTES)
 
-    def put_last(self, client: str, event: Event) -> None:
-        """Queue an event behind the messages of a client; it is served while a script runs, as soon as they are."""
+    def put_last(self, client: str, event: Event, *, waits_for_scripts: bool = False) -> None:
+        """Queue an event behind the messages of a client; it is served while a script runs, as soon as they are.
+
+        Args:
+            waits_for_scripts: it is served after scripts.
+        """
         box = self._boxes.get(client)
         if box is None:
             return
         with box.lock:
             if not box.is_leaving:
-                self._add(box, event, False)
+                self._add(box, event, waits_for_scripts)
 
     def put_first(self, client: str, event: Event) -> None:
         """Queue an event for the client's next turn, in front of its messages, and after scripts."""

@@ -215,9 +215,13 @@ class ServerLoop(Part):
         """Execute a batch next that the physics thread has read while it waited; False: ``submit`` it."""
         return self._inbox.hand_over(client, payload)
 
-    def post_behind(self, client: str, event: Event) -> None:
-        """Schedule an event behind the messages of a client that wait now."""
-        self._inbox.put_last(client, event)
+    def post_behind(self, client: str, event: Event, *, waits_for_scripts: bool = False) -> None:
+        """Schedule an event behind the messages of a client that wait now.
+
+        Args:
+            waits_for_scripts: it does what must not be done while a script runs.
+        """
+        self._inbox.put_last(client, event, waits_for_scripts=waits_for_scripts)
 
     @property
     def sockets(self) -> Sockets:

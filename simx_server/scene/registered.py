@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import ENTITY_PREFIX, FREE, WORLD, Annotation, Value
+from simx_server.scene.formats.annotations.ros2_keys import JOINT_LISTS, renamed_joints
 from simx_server.scene.formats.texts.graph_streams import renamed_streams
 from simx_server.scene.formats.texts.values import read_steps, write_steps
 
@@ -188,6 +189,8 @@ def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str,
     def new(kind: str, key: str, value: Value) -> Value:
         if (kind, key) == ("graph", "streams"):
             return renamed_streams(str(value), names)
+        if kind == "ros2" and key in JOINT_LISTS:
+            return renamed_joints(key, str(value), names)
         return _renamed(str(value), names) if key in _REFERENCES and kind not in FREE else value
 
     return {kind: {key: new(kind, key, value) for key, value in note.items()} for kind, note in notes.items()}

@@ -12,7 +12,7 @@ from simx_server.parts.status_bar import as_log_line
 
 from ..scene.properties import SCRIPTS_INACTIVE
 from .bodies import with_call_backs
-from .interpreter import TIME_LIMIT, Interpreter, ScriptError
+from .interpreter import TIME_LIMIT, Function, Interpreter, ScriptError
 from .lua.interpreter import LuaInterpreter
 from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, Spaces, script_folder
 
@@ -164,6 +164,12 @@ class Lives:
     def resume(self, script: Script) -> None:
         if script.has_thread and script.enabled and self._may_run(script):
             script.has_thread = bool(self._attempt(script, lambda interpreter: interpreter.resume()))
+
+    def deliver(self, script: Script, function: Function, *arguments: Any) -> list[Any] | None:
+        """Call a function that a script gave for an event; return None if the script may not run. An error ends it."""
+        if not script.enabled or not self._may_run(script):
+            return None
+        return self._attempt(script, lambda _: function(*arguments))
 
     def call_scheduled(self, script: Script, now: float) -> None:
         """Make the calls of a script that are due. `now`: seconds of the wall clock."""

@@ -16,7 +16,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.world.part import Part
 
 from .exchange import check_results
-from .interpreter import ScriptError
+from .interpreter import Function, ScriptError
 from .lives import Lives, OpenSpaces
 from .named_ports import named_ports
 from .phases import Phases
@@ -249,6 +249,10 @@ class Scripts(Part):
             ScriptError: the script failed.
         """
         return self._lives.run(script, function, *arguments)
+
+    def deliver(self, script: Script, function: Function, *arguments: Any) -> list[Any] | None:
+        """Call a function that a script gave for an event; return None if the script may not run. An error ends it."""
+        return self._lives.deliver(script, function, *arguments)
 
     def remove(self, script: Script) -> None:
         """Remove a script from the scene; it ends when the present call into it returns.

@@ -9,6 +9,7 @@ from simx_server.kinematics import IkGroups
 from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
+from simx_server.parts.communication.ros2_topics import Ros2Topics
 from simx_server.parts.communication.script_ports import ScriptPorts
 from simx_server.parts.communication.signals import Signals
 from simx_server.parts.communication.simulator_messages import SimulatorMessages
@@ -122,6 +123,7 @@ def build_world(
         wireless=Wireless(sim),
         script_parameters=ScriptParameters(sim),
         script_ports=script_ports,
+        ros2_topics=Ros2Topics(sim),
         scripts=Scripts(
             sim,
             signals,
@@ -174,6 +176,7 @@ def build_world(
         world.user_interface,
         world.graphs,
         world.scripts,
+        world.ros2_topics,  # closes those of scripts that have ended
         world.ik_groups,
         world.path_plannings,
         world.drawings,

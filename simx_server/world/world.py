@@ -10,6 +10,7 @@ from simx_server.kinematics import IkGroups
 from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
+from simx_server.parts.communication.ros2_topics import Ros2Topics
 from simx_server.parts.communication.script_ports import ScriptPorts
 from simx_server.parts.communication.signals import Signals
 from simx_server.parts.communication.simulator_messages import SimulatorMessages
@@ -75,6 +76,7 @@ class World:
     wireless: Wireless
     script_parameters: ScriptParameters
     script_ports: ScriptPorts
+    ros2_topics: Ros2Topics
     scripts: Scripts
     ik_groups: IkGroups
     path_plannings: PathPlannings

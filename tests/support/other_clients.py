@@ -21,10 +21,11 @@ def client_folder(requirement: str) -> Path:
     return CLIENTS / requirement
 
 
-def install_line(requirement: str) -> str:
+def install_line(requirement: str, *needed: str) -> str:
     """The command that puts a client there.
 
     Args:
         requirement: As pip reads it.
+        needed: further packages that it imports.
     """
-    return f"{line([requirement])} --no-deps --target .clients/{requirement}"
+    return f"{line([requirement, *needed])} --no-deps --target .clients/{requirement}"

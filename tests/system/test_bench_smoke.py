@@ -53,6 +53,7 @@ from bench.measuring.report import (
     compose,
     details,
 )
+from bench.ros2 import steps
 from bench.world import edits, growth, scenes, sensors, step, vrep_files
 from simx_server.viewer.launching import missing
 
@@ -493,3 +494,10 @@ def test_reads_on_one_host_are_measured_beside_the_rivals_that_are_installed() -
     aims = [ratio.target for ratio in found.ratios if ratio.target]
     assert aims == (6 * [one_host.TARGET] if has_zmq else []) + [one_host.MOST_SWITCHES]
     assert any("ZeroMQ" in note for note in found.notes) is not has_zmq
+
+
+def test_a_node_of_ros_2_is_measured_with_and_without_a_listener() -> None:
+    found = steps.measure(TINY)
+    told = {row.what: row.median for row in found.rows}
+    assert all(told[case] > 0 for case in (steps.STEP, steps.SILENT, steps.HEARD))
+    assert [each.target for each in found.ratios] == [steps.TARGET_US, None]

@@ -60,6 +60,7 @@ from .properties.functions import PropertyFunctions
 from .properties.several_values import TablePropertyFunctions
 from .properties.single_values import SinglePropertyFunctions
 from .remote_api import RemoteApiFunctions, RemoteApiNamespace
+from .ros2.sim_ros2 import SimRos2
 from .scripts.attributes import ScriptAttributeFunctions
 from .scripts.main_scripts import MainScriptFunctions
 from .scripts.making import ScriptMakingFunctions
@@ -71,7 +72,6 @@ from .simx import SimxFunctions
 from .stand_ins.devices import SimChai3d, SimMtb
 from .stand_ins.messaging import SimB0, SimZmq
 from .stand_ins.ros import OldRosFunctions, SimRos
-from .stand_ins.ros2 import SimRos2
 from .stand_ins.ros_bridge import RosBridgeFunctions
 from .user_interface.old_uis import CustomUIFunctions
 from .user_interface.sim_ui_namespace import SimUi

@@ -140,6 +140,7 @@ def test_settings_cannot_be_changed_afterwards() -> None:
             "flag --zmq-viewers: with --count all servers would want the same",
         ),
         ({"replay": "R", "zmq": "0"}, "flag --zmq: has no meaning beside --replay; valid: one of both"),
+        ({"replay": "R", "ros2": "0"}, "flag --ros2: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "view": "0"}, "flag --view: has no meaning beside --replay; valid: one of both"),
         ({"replay": "R", "time_step": "0.01"}, "flag --time-step: has no meaning beside --replay"),
         ({"replay": "R", "duration": "3"}, "flag --duration: has no meaning beside --replay"),
@@ -220,3 +221,51 @@ def test_the_zeromq_port_of_each_of_many_servers_follows_the_one_before() -> Non
     assert Settings.gather({"zmq": "0.0.0.0:0"}, {}).member(5).zmq == "0.0.0.0:0"
     with pytest.raises(SettingError, match="go beyond 65535"):
         Settings.gather({"zmq": "65535", "count": "2", "ports": ["0"]}, {})
+
+
+@pytest.mark.parametrize(
+    ("flags", "environment", "domain"),
+    [
+        ({}, {"ROS_DOMAIN_ID": "5"}, None),
+        ({"ros2": "ROS_DOMAIN_ID"}, {}, 0),
+        ({"ros2": "ROS_DOMAIN_ID"}, {"ROS_DOMAIN_ID": "5"}, 5),
+        ({"ros2": "7"}, {"ROS_DOMAIN_ID": "5"}, 7),
+        ({}, {"SIMX_ROS2": "7", "ROS_DOMAIN_ID": "5"}, 7),
+    ],
+)
+def test_the_domain_of_ros_2_is_the_given_one_else_that_of_the_environment(
+    flags: dict[str, str], environment: dict[str, str], domain: int | None
+) -> None:
+    assert Settings.gather(flags, environment).ros2 == domain
+
+
+@pytest.mark.parametrize(
+    ("flags", "environment", "complaint"),
+    [
+        ({"ros2": "233"}, {}, "a domain from 0 to 232"),
+        (
+            {"ros2": "ROS_DOMAIN_ID"},
+            {"ROS_DOMAIN_ID": "abc"},
+            "environment ROS_DOMAIN_ID: 'abc' cannot be used",
+        ),
+        ({"ros2": "0", "ros2_namespace": "arm"}, {}, "a slash and a name"),
+        ({"ros2": "0", "ros2_namespace": "/3d"}, {}, "a slash and a name"),
+        ({"ros2": "0", "ros2_router": "localhost"}, {}, "PROTOCOL/ADDRESS of a router"),
+        ({"ros2": "0", "ros2_router": "self=tcp/127.0.0.1:0"}, {}, "PROTOCOL/ADDRESS of a router"),
+        ({"ros2": "0", "ros2_distro": "foxy"}, {}, "humble, iron"),
+        ({"ros2_router": "self"}, {}, "flag --ros2-router: has no meaning without a node of ROS 2"),
+        ({"ros2": "0", "ros2_router": "self", "count": "2"}, {}, "listen on the same endpoint"),
+        ({"ros2": "232", "count": "2"}, {}, "go beyond 232"),
+    ],
+)
+def test_settings_of_ros_2_that_cannot_be_are_told_with_what_is_valid(
+    flags: dict[str, str], environment: dict[str, str], complaint: str
+) -> None:
+    with pytest.raises(SettingError, match=complaint):
+        Settings.gather(flags, environment)
+
+
+def test_each_of_many_servers_is_in_the_next_domain_of_ros_2() -> None:
+    settings = Settings.gather({"ros2": "4", "count": "3"}, {})
+    assert [settings.member(number).ros2 for number in range(3)] == [4, 5, 6]
+    assert Settings.gather({"count": "3"}, {}).member(2).ros2 is None

@@ -28,6 +28,8 @@ class Annotations:
     """Custom data of the scene itself: bytes in base64 by name."""
     scene: Annotation = field(default_factory=dict[str, Value])
     """Settings of the whole scene."""
+    ros2: Annotation = field(default_factory=dict[str, Value])
+    """Those that concern ROS 2."""
     time_step: float | None = None
 
 

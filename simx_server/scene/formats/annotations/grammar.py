@@ -25,6 +25,7 @@ from simx_server.scene.formats.annotations.checks import (
     switch,
     three_numbers,
 )
+from simx_server.scene.formats.annotations.ros2_keys import ROS2_KEYS
 from simx_server.scene.formats.texts.graph_streams import check_curves, check_streams
 from simx_server.scene.formats.texts.old_uis import UI_TEXT
 from simx_server.scene.formats.texts.path_points import check_points
@@ -206,6 +207,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "mount": {"on": str, "ahead": number},
     "copies": {"count": count, "x": number, "y": number, "z": number, "turn_deg": number},
     "ui": {"file": str},
+    "ros2": ROS2_KEYS,
     UI_TEXT: {},
 }
 

@@ -6,6 +6,7 @@ import mujoco
 
 from simx_server.scene.formats.annotations.annotation import PREFIX, Annotation, Annotations, SceneError
 from simx_server.scene.formats.annotations.grammar import FREE, GRAMMAR, REGISTERED, WORLD
+from simx_server.scene.formats.annotations.ros2_keys import check_keys
 from simx_server.scene.formats.texts.old_uis import UI_TEXT, read_ui_text
 from simx_server.scene.formats.texts.scripts import TEXT_KINDS, place_script
 from simx_server.scene.formats.texts.values import decode
@@ -50,6 +51,8 @@ def _file(found: Annotations, kind: str, name: str, note: Annotation) -> None:
         found.main_script = {**(found.main_script or {}), **note}
     elif (kind, name) == ("data", WORLD):
         found.data.update(note)
+    elif (kind, name) == ("ros2", WORLD):
+        found.ros2.update(note)
     elif kind == "scene":
         if name != WORLD:
             raise SceneError(f"text '{PREFIX}scene:{name}' is not known; valid is '{PREFIX}scene:{WORLD}'")
@@ -94,6 +97,8 @@ def parse(kind: str, data: str, element: str) -> Annotation:
             ) from None
     if kind == "proximity":
         _check_volume(values, element)
+    elif kind == "ros2":
+        check_keys(values, element, is_scene=element == f"{PREFIX}ros2:{WORLD}")
     return values
 
 

@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from simx_server.scene.formats.annotations.annotation import PREFIX, Annotation, Annotations, SceneError
 from simx_server.scene.formats.annotations.grammar import ENTITY_PREFIX, WORLD
+from simx_server.scene.formats.annotations.ros2_keys import check_kind
 from simx_server.scene.formats.texts.graph_streams import (
     DISTANCE,
     MOST_STREAMS,
@@ -46,6 +47,8 @@ def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
                 raise SceneError(
                     f"text '{PREFIX}{kind}:{name}' is for a {wanted}, but '{name}' is a {kinds_of[name]}"
                 )
+            if kind == "ros2":
+                check_kind(by_kind[kind], f"{PREFIX}ros2:{name}", kinds_of[name], kinds_of)
     _check_names(annotations, kinds_of)
 
 

@@ -55,6 +55,8 @@ def test_ros_2_gives_messages_to_fill_in(world: ScriptWorld) -> None:
         """
     )
     assert world.value("#simROS2.createInterface('nav_msgs/msg/Odometry').pose.covariance") == 36
+    assert world.value("#simROS2.supportedInterfaces()") == len(supported_messages())
+    assert world.value("simROS2.getInterfaceConstants('sensor_msgs/msg/Range').INFRARED") == 1
     assert world.value("next(simROS2.createInterface('my_msgs/msg/Own')) == nil") is True
     assert world.lua(
         "return simROS2.waitForService(simROS2.createClient('/s', 't'), 1), simROS2.call(1, {})"
@@ -62,7 +64,7 @@ def test_ros_2_gives_messages_to_fill_in(world: ScriptWorld) -> None:
         [False],
         [False, None],
     )
-    assert told(world, "ROS is not there") == 1
+    assert told(world, "ROS 2 is not there (--ros2)") == 1
 
 
 def test_times_of_ros_2(world: ScriptWorld) -> None:

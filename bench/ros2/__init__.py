@@ -1,0 +1,1 @@
+"""What a node of ROS 2 costs the physics thread."""

@@ -1,0 +1,180 @@
+"""Drives of mobile bases: `cmd_vel` becomes target velocities of wheels.
+
+The place of each wheel, and the direction in which its joint turns, are measured in the scene. A wheel of radius r at
+(x, y) of the base moves with v = (vx - w y, vy + w x). A plain wheel turns with v_x / r, a mecanum wheel with
+(v_x ± v_y) / r, since its rollers stand at 45 degrees: minus in front on the left and behind on the right.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+from simx_server.errors import CommandError
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.geometry.placing import object_pose
+from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, rotate
+from simx_server.scene.objects import ObjectKind, SceneObject
+
+from ..endpoints import Call, Commanded, Content, Context, Followed, Moment, Offer
+from ..wire.qos import Qos
+from .notes import DRIVE_TOPICS, Names, annotated, topic_of, turn_of
+
+logger = logging.getLogger(__name__)
+
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+
+TIMEOUT = 0.5
+"""Seconds of simulated time without a command after which a base stops, unless its annotation has others."""
+
+_NEWEST = Qos(depth=1)
+"""Only the last command counts."""
+
+_UPRIGHT = 0.5
+"""Least share of a wheel's axis that points across the base; sine of 30 degrees."""
+
+
+class Wheel(NamedTuple):
+    """A driven wheel."""
+
+    handle: int
+    x: float
+    """Place in the frame of the base, metres."""
+
+    y: float
+    rate: float
+    """Target velocity of the joint for 1 m/s at the wheel, rad/m; negative for a joint that turns backward."""
+
+    sideways: float
+    """Share of the sideways velocity at the wheel: 0 for a plain wheel, 1 or -1 for a mecanum wheel."""
+
+    def target(self, vx: float, vy: float, w: float) -> float:
+        """Return the target velocity of the joint, rad/s, for velocities of the base, m/s and rad/s."""
+        return self.rate * (vx - w * self.y + self.sideways * (vy + w * self.x))
+
+
+class Drive:
+    """The wheels of one base, and when they were commanded last."""
+
+    def __init__(self, wheels: Sequence[Wheel], topic: str, timeout: float) -> None:
+        self.wheels, self.topic = wheels, topic
+        self._timeout = round(timeout * 1e9)
+        self._commanded: int | None = None
+        """Simulated nanoseconds of the last command that is not 0; None while the base is to stand."""
+
+    def calls(self, now: int, message: Mapping[str, Any]) -> Sequence[Call]:
+        """Return the calls of a Twist."""
+        wanted = message["linear"]["x"], message["linear"]["y"], message["angular"]["z"]
+        if not all(map(math.isfinite, wanted)):
+            raise CommandError(
+                f"{self.topic} has linear.x, linear.y and angular.z of {wanted}; valid: finite numbers, m/s and rad/s"
+            )
+        self._commanded = now if any(wanted) else None
+        return self._targets(*wanted)
+
+    def due(self, moment: Moment) -> Sequence[Call]:
+        """Return the calls that stop the base, once no command has come for a while."""
+        since = self._commanded
+        if since is None or since <= moment.nanoseconds < since + self._timeout:
+            return ()
+        self._commanded = None
+        return self._targets(0.0, 0.0, 0.0)
+
+    def forget(self) -> None:
+        """Forget the last command: the run ends."""
+        self._commanded = None
+
+    def _targets(self, vx: float, vy: float, w: float) -> Sequence[Call]:
+        return [
+            Call("simxSetJointTargetVelocity", [wheel.handle, wheel.target(vx, vy, w)])
+            for wheel in self.wheels
+        ]
+
+
+class Drives(Content):
+    """Takes Twist and TwistStamped for each base with a drive."""
+
+    def __init__(self, context: Context) -> None:
+        self._simulation = context.world.simulation
+        self._drives: dict[int, Drive] = {}
+
+    def run_stopped(self) -> None:
+        for drive in self._drives.values():
+            drive.forget()
+
+    def offers(self) -> Iterable[Offer]:
+        before, self._drives = self._drives, {}
+        names = Names(self._simulation.scene)
+        for item, note in annotated(self._simulation.scene, "drive"):
+            topic = names.topic(item, topic_of(note, "cmd") or DRIVE_TOPICS["cmd"])
+            wheels = self._wheels(item, note)
+            if not wheels:
+                continue
+            drive = before.get(item.handle)
+            if drive is None:
+                drive = Drive(wheels, topic, float(note.get("timeout", TIMEOUT)))
+            drive.wheels, drive.topic = wheels, topic
+            self._drives[item.handle] = drive
+            yield from self._commands(drive, str(note.get("stamped", "auto")))
+            yield Followed(f"drive {item.handle}", drive.due)
+
+    def _commands(self, drive: Drive, stamped: str) -> Iterable[Offer]:
+        if stamped != "yes":
+            yield Commanded(drive.topic, TWIST, partial(self._plain, drive), _NEWEST)
+        if stamped != "no":
+            is_listed = stamped == "yes"
+            yield Commanded(drive.topic, STAMPED, partial(self._stamped, drive), _NEWEST, is_listed)
+
+    def _plain(self, drive: Drive, message: Mapping[str, Any]) -> Sequence[Call]:
+        return drive.calls(self._now(), message)
+
+    def _stamped(self, drive: Drive, message: Mapping[str, Any]) -> Sequence[Call]:
+        # The stamp is not compared: many senders have the wall clock's.
+        return drive.calls(self._now(), message["twist"])
+
+    def _now(self) -> int:
+        return Moment.of(self._simulation.step_count, self._simulation.time_step).nanoseconds
+
+    def _wheels(self, item: SceneObject, note: Annotation) -> Sequence[Wheel]:
+        """Return the wheels of a drive; none if one is missing or cannot be one, which the log says."""
+        simulation = self._simulation
+        simulation.refresh()
+        base = compose(object_pose(simulation, item), ((0.0, 0.0, 0.0), turn_of(note)))
+        found: list[Wheel] = []
+        for side in ("left", "right"):
+            for name in str(note[side]).split(","):
+                handle = simulation.scene.by_name(name)
+                joint = None if handle is None else simulation.scene.objects[handle]
+                if joint is None or joint.kind is not ObjectKind.JOINT or joint.element != "joint":
+                    logger.warning("ROS 2: %s has no drive, since its wheel %s is missing", item.name, name)
+                    return ()
+                wheel = self._wheel(joint, base, note, 1.0 if side == "left" else -1.0)
+                if wheel is None:
+                    logger.warning(
+                        "ROS 2: %s has no drive, since the axis of %s is not across the base; set forward= and up=",
+                        item.name,
+                        name,
+                    )
+                    return ()
+                found.append(wheel)
+        return found if note["drive"] == "diff" else _with_rollers(found)
+
+    def _wheel(self, joint: SceneObject, base: Pose, note: Annotation, side: float) -> Wheel | None:
+        data = self._simulation.data
+        axis = rotate(conjugate(base[1]), data.xaxis[joint.id].tolist())
+        (x, y, _), _ = compose(inverse(base), (tuple(data.xanchor[joint.id].tolist()), (1.0, 0.0, 0.0, 0.0)))
+        if abs(axis[1]) < _UPRIGHT:
+            return None
+        track = note.get("track")
+        if track is not None:
+            y = side * float(track) / 2
+        return Wheel(joint.handle, x, y, math.copysign(1 / float(note["radius"]), axis[1]), 0.0)
+
+
+def _with_rollers(wheels: Sequence[Wheel]) -> Sequence[Wheel]:
+    """Return the same wheels as mecanum wheels."""
+    middle = sum(wheel.x for wheel in wheels) / len(wheels)
+    return [wheel._replace(sideways=-1.0 if (wheel.x > middle) == (wheel.y > 0) else 1.0) for wheel in wheels]

@@ -1,0 +1,34 @@
+"""The list of what the node offers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ..annotated.drives import Drives
+from ..annotated.helper import Helper
+from ..annotated.imu import Imus
+from ..annotated.joint_groups import JointGroups
+from ..annotated.ranges import Ranges, Scans
+from ..endpoints import Content, Context
+from .cameras import Cameras
+from .clock import Clock
+from .control import Control
+from .joint_commands import JointCommands
+from .joint_states import JointStates
+from .transforms import Transforms
+
+CONTENT: Sequence[Callable[[Context], Content]] = (
+    Clock,
+    JointStates,
+    JointGroups,
+    Transforms,
+    Scans,
+    Ranges,
+    Imus,
+    Cameras,
+    JointCommands,
+    Drives,
+    Helper,
+    Control,
+)
+"""One object of each is made with the gateway. Topics of one moment leave in this order."""

@@ -1,0 +1,159 @@
+"""Start, stop, pause, reset and step the simulation for services; in recordings as calls of the remote API."""
+
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import Future
+from functools import partial
+
+from simx_server.errors import CommandError
+from simx_server.world.simulation import SimulationState
+
+from ..endpoints import Call, Context
+
+START = Call("simxStartSimulation", [])
+STOP = Call("simxStopSimulation", [])
+PAUSE = Call("simxPauseSimulation", [])
+
+MOST_STEPS = 1_000_000
+"""Simulation steps of one request."""
+
+
+class WrongState(CommandError):
+    """The simulation is in a state in which the request has no meaning."""
+
+
+class _Steps:
+    """A request for simulation steps that is under way."""
+
+    def __init__(self, count: int) -> None:
+        self.left = count
+        self.done: Future[None] = Future()
+
+
+class Run:
+    """The run of the simulation, as services control it. Physics thread."""
+
+    def __init__(self, context: Context) -> None:
+        self._client = context.client
+        self._simulation = context.world.simulation
+        self._steps: deque[_Steps] = deque()
+        """Requests for steps; the first of them is under way."""
+
+    @property
+    def state(self) -> SimulationState:
+        """Return the state; a simulation that makes single steps is paused for those who ask."""
+        return SimulationState.PAUSED if self._steps else self._simulation.state
+
+    def start(self) -> str:
+        """Start, or continue after a pause; return a sentence that says what was done."""
+        before = self.state
+        if before is SimulationState.RUNNING:
+            return "the simulation runs already"
+        self._end_steps("the simulation was started")
+        self._client.ask([START])
+        return "the simulation is started" if before is SimulationState.STOPPED else "the simulation goes on"
+
+    def stop(self) -> str:
+        """Stop: the state of the start is restored. Return as `start`."""
+        if self.state is SimulationState.STOPPED:
+            return "the simulation is stopped already"
+        self._client.ask([STOP])
+        return "the simulation is stopped"
+
+    def pause(self) -> str:
+        """Pause; return as `start`.
+
+        Raises:
+            WrongState: the simulation is stopped.
+        """
+        if self.state is SimulationState.STOPPED:
+            raise WrongState("the simulation is stopped, so it cannot be paused; start it first")
+        if self._steps:
+            self._end_steps("the simulation was paused")
+            return "the simulation is paused"
+        if self.state is SimulationState.PAUSED:
+            return "the simulation is paused already"
+        self._client.ask([PAUSE])
+        return "the simulation is paused"
+
+    def reset(self) -> str:
+        """Restore the state of the start; then run or pause, as before. Return as `start`."""
+        before = self.state
+        if before is SimulationState.STOPPED:
+            return "the simulation is stopped, so it is reset already"
+        self._client.ask([STOP, START, PAUSE] if before is SimulationState.PAUSED else [STOP, START])
+        return "the simulation is reset"
+
+    def step(self, count: int) -> Future[None]:
+        """Make simulation steps and pause again; return a future that is done then, or has a CommandError.
+
+        Raises:
+            WrongState: the simulation is not paused.
+            CommandError: the count is not valid.
+        """
+        if not 0 < count <= MOST_STEPS:
+            raise CommandError(f"a number of steps is from 1 to {MOST_STEPS}, not {count}")
+        if self.state is not SimulationState.PAUSED:
+            raise WrongState(
+                f"single steps are made while the simulation is paused, and it is {self.state.value}; "
+                f"{'pause' if self.state is SimulationState.RUNNING else 'start and pause'} it first"
+            )
+        steps = _Steps(count)
+        self._steps.append(steps)
+        if len(self._steps) == 1:
+            self._go_on()
+        return steps.done
+
+    def _go_on(self) -> None:
+        """Have the next simulation step made."""
+        session = self._client.session
+        session.set_stepping(True)
+        if self._simulation.state is SimulationState.PAUSED:
+            self._client.ask([START])
+        if self._steps:  # the start may have failed, and the simulation be stopped
+            session.trigger(is_running=True)
+
+    def step_finished(self) -> None:
+        """Be told of a simulation step; what follows waits until it is recorded."""
+        if self._steps:
+            self._client.post(partial(self._count, self._steps[0]))
+
+    def _count(self, first: _Steps) -> None:
+        if not self._steps or self._steps[0] is not first:
+            return  # it was interrupted meanwhile
+        first.left -= 1
+        if first.left:
+            self._go_on()
+            return
+        self._steps.popleft()
+        if self._steps:
+            first.done.set_result(None)
+            self._go_on()
+            return
+        self._client.session.set_stepping(False)
+        self._client.ask([PAUSE])
+        first.done.set_result(None)
+
+    def run_paused(self) -> None:
+        """Be told of a pause."""
+        self._interrupt("the simulation was paused by another client")
+
+    def run_stopped(self) -> None:
+        """Be told of a stop."""
+        self._interrupt("the simulation was stopped")
+
+    def _end_steps(self, why: str) -> None:
+        """End the requests for steps; the simulation is paused then."""
+        if self._steps:
+            self._interrupt(why)
+            self._client.ask([PAUSE])
+
+    def _interrupt(self, why: str) -> None:
+        """Answer the requests for steps that are under way, which no step follows any more."""
+        steps, self._steps = self._steps, deque()
+        if not steps:
+            return
+        self._client.session.set_stepping(False)
+        for each in steps:
+            each.done.set_exception(CommandError(f"{why} before all steps were made"))

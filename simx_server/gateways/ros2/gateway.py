@@ -1,0 +1,220 @@
+"""The gateway for ROS 2: after each simulation step it publishes where someone listens, and serves what arrives.
+
+The session with Zenoh has a separate thread (`wire/session.py`), which may wait for a router for any time.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simx_client.protocol import link
+from simx_server.limits import LimitReached
+from simx_server.scene.editing.twins import Twins
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
+
+from ..errors import GatewayError
+from ..exposure import is_beyond_loopback
+from ..outsider_log import OutsiderLog
+from ..posting import Care, Postman
+from ..throttle import Throttle
+from . import messages
+from .client import Ros2Client
+from .content.catalogue import CONTENT
+from .endpoints import Content, Context, Moment, Offer
+from .offered import Offered
+from .scripts import ScriptTopics
+from .wire.endpoint import Endpoint
+from .wire.names import Distribution, Place
+from .wire.session import Ros2Session, Router
+from .wire.subscription import Guard
+
+if TYPE_CHECKING:
+    from simx_server.runtime.server_loop import ServerLoop
+
+logger = logging.getLogger(__name__)
+
+REPEAT = 1.0
+"""Seconds between two messages of a topic while the simulation is paused or stopped: nodes that come then need them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Options:
+    """Where the node is, and for whom."""
+
+    place: Place = field(default_factory=Place)
+    router: Router = field(default_factory=Router)
+    distribution: Distribution = Distribution.NEWER
+    readers: int = link.READERS
+    """Zenoh's threads that read links, of which some may wait; 0: none may."""
+
+
+class Ros2Gateway(Part):
+    """The node of one server loop. Physics thread."""
+
+    def __init__(self, loop: ServerLoop, options: Ros2Options) -> None:
+        """Declare the node and what it offers, as soon as there is a router.
+
+        Raises:
+            GatewayError: it is to be the router itself, and cannot listen; or there are too many clients.
+        """
+        self._loop, self._options = loop, options
+        self._simulation = loop.simulation
+        is_humble = options.distribution is Distribution.HUMBLE
+        self._types = messages.humble() if is_humble else messages.Types(messages.BY_NAME, messages.SERVICES)
+        self._session = Ros2Session(options.place, options.router)
+        endpoint = options.router.endpoint
+        self.endpoint = f"ros2/{'router/' if options.router.is_self else ''}{endpoint}"
+        """For the line that says that the server is ready."""
+
+        try:
+            self._client = Ros2Client(
+                loop, f"ros2 {options.place.namespace}/{options.place.node}", _port(endpoint)
+            )
+        except LimitReached as problem:
+            self._session.close()
+            raise GatewayError(str(problem)) from None
+        if warning := exposure(options.router):
+            logger.warning("%s", warning)
+        log, throttle = OutsiderLog(logger), Throttle(options.readers)
+        self._guard = Guard(log, throttle, lambda: loop.simulation.limits.waiting_bytes)
+        self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
+        self._scripts = ScriptTopics(
+            options.place,
+            options.distribution,
+            self._types,
+            self._client,
+            self._guard,
+            self._postman.send,
+            self._keep_endpoints,
+        )
+        context = Context(loop.world, self._client, options.place, options.distribution)
+        self._contents = [content(context) for content in CONTENT]
+        loop.simulation.attach(*self._contents)
+        self._offered = Offered(
+            options.place,
+            options.distribution,
+            self._types,
+            self._client,
+            self._guard,
+            self._postman.send,
+        )
+        self._seen: tuple[object, int] = (None, -1)
+        """Scene and model version when the offers were listed."""
+
+        self._next_repeat = self._next_renewal = 0.0
+        self._renew()
+        self._session.start()
+        loop.world.ros2_topics.serve(self._scripts)
+        loop.simulation.attach(self)
+        loop.watches.append(self._look)
+
+    @property
+    def is_declared(self) -> bool:
+        """Return whether others can see everything that is offered."""
+        return self._session.keeps(self._endpoints())
+
+    @property
+    def has_listeners(self) -> bool:
+        """Return whether someone listens to a topic that is published after simulation steps."""
+        published = (outlet.publisher for outlet in self._offered.outlets)
+        return any(each.is_wanted for each in published if not each.qos.is_transient_local)
+
+    def close(self) -> None:
+        """Leave ROS 2. No thread runs the server loop meanwhile."""
+        self._loop.watches.remove(self._look)
+        self._loop.world.ros2_topics.serve(None)
+        for part in (self, *self._contents):
+            self._simulation.detach(part)
+        self._session.close()
+        self._client.leave()
+
+    # --- after simulation steps, and now and then -------------------------------------------------
+
+    def step_finished(self) -> None:
+        """Publish the new state."""
+        if self._seen[0] is not self._simulation.model:
+            self._renew()
+        moment = self._moment()
+        for outlet in self._offered.outlets:
+            outlet.step(moment)
+        for followed in self._offered.followed:
+            try:
+                calls = followed.due(moment)
+            except Exception as problem:
+                self._client.failed(followed.name, problem)
+            else:
+                if calls:
+                    self._client.post(partial(self._client.execute, calls))
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._seen = None, -1
+
+    def run_stopped(self) -> None:
+        """Have the restored state and the time of 0 published soon."""
+        self._next_repeat = 0.0
+
+    def _look(self) -> None:
+        """List the offers again if they may have changed, and repeat messages while no steps are made."""
+        simulation = self._simulation
+        now = time.monotonic()
+        if self._seen[0] is not simulation.model:
+            self._renew()
+        elif self._seen[1] != simulation.model_version and now >= self._next_renewal:
+            self._next_renewal = now + REPEAT  # a script may write the model in each simulation step
+            self._renew()
+        if simulation.state is SimulationState.RUNNING or now < self._next_repeat:
+            return
+        self._next_repeat = now + REPEAT
+        moment = self._moment()
+        for outlet in self._offered.outlets:
+            outlet.repeat(moment)
+
+    def _moment(self) -> Moment:
+        return Moment.of(self._simulation.step_count, self._simulation.time_step)
+
+    # --- offers ----------------------------------------------------------------------------------
+
+    def _renew(self) -> None:
+        """List what the present scene offers; keep what was offered before."""
+        self._seen = self._simulation.model, self._simulation.model_version
+        offers = [offer for content in self._contents for offer in self._offers_of(content)]
+        if self._offered.replace(offers):
+            self._keep_endpoints()
+
+    def _keep_endpoints(self) -> None:
+        self._session.keep(self._endpoints())
+
+    def _endpoints(self) -> Sequence[Endpoint]:
+        return [*self._offered.endpoints(), *self._scripts.endpoints]
+
+    def _offers_of(self, content: Content) -> Sequence[Offer]:
+        """Return the offers of a content; none if it has a fault, which must not stop the simulation."""
+        try:
+            return list(content.offers())
+        except Exception as problem:
+            self._client.failed(type(content).__name__, problem)
+            return ()
+
+
+def _port(endpoint: str) -> int:
+    """Return the port of an endpoint, 0 if it has none."""
+    found = re.search(r":(\d+)(?:[?#]|$)", endpoint)
+    return int(found[1]) if found else 0
+
+
+def exposure(router: Router) -> str:
+    """Return a warning if the server is a router that other machines reach, with the next step; else nothing."""
+    if not router.is_self or not is_beyond_loopback(router.endpoint):
+        return ""
+    return (
+        f"everyone who reaches {router.endpoint} can do all that ROS 2 can with this simulation, and with every node "
+        "at this router, unasked: it has no password and no certificate; listen on 127.0.0.1 and let others in through "
+        "an SSH tunnel (docs/ros2.md)"
+    )

@@ -1,0 +1,217 @@
+"""Topics and services of the scene's scripts, as `parts/communication/ros2_topics.py` asks for them. Physics thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol.nearest import did_you_mean
+from simx_server.errors import CommandError
+from simx_server.parts.communication.ros2_topics import TopicQuality
+from simx_server.sensors.vision.futures import then
+
+from . import messages
+from .messages import MessageError, MessageType, ServiceType
+from .wire.endpoint import Endpoint
+from .wire.names import Distribution, Place, is_name
+from .wire.publisher import Publisher
+from .wire.qos import Qos
+from .wire.service import Request, Service
+from .wire.service_client import ServiceClient
+from .wire.subscription import Guard, Subscription
+
+if TYPE_CHECKING:
+    from .client import Ros2Client
+
+
+class ScriptTopics:
+    """The endpoints of scripts, which the gateway declares."""
+
+    def __init__(
+        self,
+        place: Place,
+        distribution: Distribution,
+        types: messages.Types,
+        client: Ros2Client,
+        guard: Guard,
+        send_later: Callable[[Callable[[], object], int], object],
+        changed: Callable[[], object],
+    ) -> None:
+        """Offer nothing yet.
+
+        Args:
+            types: those of the distribution.
+            guard: judges what arrives.
+            send_later: sends an answer, whose size in bytes it gets, on another thread if it may take long.
+            changed: called when `endpoints` has changed.
+        """
+        self.endpoints: list[Endpoint] = []
+        self._place, self._distribution, self._types = place, distribution, types
+        self._client, self._guard = client, guard
+        self._send_later, self._changed = send_later, changed
+
+    def knows(self, kind: str) -> bool:
+        return kind in self._types.messages or kind in self._types.services
+
+    def publish(self, topic: str, kind: str, quality: TopicQuality) -> _ScriptPublisher:
+        type_ = self._message(kind)
+        publisher = Publisher(
+            self._place, self._full(topic), messages.BY_NAME[kind], _qos(quality), self._distribution
+        )
+        self.add(publisher)
+        return _ScriptPublisher(self, publisher, type_)
+
+    def subscribe(
+        self, topic: str, kind: str, quality: TopicQuality, receive: Callable[[Mapping[str, Any]], object]
+    ) -> _Closable:
+        type_ = self._message(kind)
+
+        def take() -> None:
+            for payload in subscription.take():
+                try:
+                    message = type_.decode(payload)
+                except MessageError as problem:
+                    self._client.failed(subscription.full_name, problem)
+                    continue
+                if subscription in self.endpoints:  # a script closes it within `receive` too
+                    receive(message)
+
+        subscription = Subscription(
+            self._place,
+            self._full(topic),
+            messages.BY_NAME[kind],
+            _qos(quality),
+            self._distribution,
+            is_listed=True,
+            guard=self._guard,
+            arrived=lambda _: self._client.post(take),
+        )
+        self.add(subscription)
+        return _Closable(self, subscription)
+
+    def serve(self, service: str, kind: str, answer: Callable[[Mapping[str, Any]], Any]) -> _Closable:
+        type_ = self._service(kind)
+
+        def take() -> None:
+            for request in server.take():
+                self._answer(server, type_, request, answer)
+
+        server = Service(
+            self._place,
+            self._full(service),
+            messages.SERVICES[kind],
+            self._distribution,
+            guard=self._guard,
+            arrived=lambda _: self._client.post(take),
+            refusal=lambda why: type_.response.encode(_refused(type_, why)),
+            send_later=self._send_later,
+        )
+        self.add(server)
+        return _Closable(self, server)
+
+    def _answer(
+        self,
+        server: Service,
+        type_: ServiceType,
+        request: Request,
+        answer: Callable[[Mapping[str, Any]], Any],
+    ) -> None:
+        """Have a script answer a request; what goes wrong is logged, and said where the response has room for it."""
+        try:
+            wanted = type_.request.decode(request.payload)
+            made = answer(wanted) if server in self.endpoints else None
+            if made is None:
+                raise CommandError(f"the script that serves {server.full_name} has given no response")
+            response = type_.response.encode(type_.response.fill(made))
+        except CommandError as problem:
+            self._client.failed(server.full_name, problem)
+            response = type_.response.encode(_refused(type_, str(problem)))
+        request.answer(response)
+
+    def client(self, service: str, kind: str) -> _ScriptClient:
+        type_ = self._service(kind)
+        made = ServiceClient(self._place, self._full(service), messages.SERVICES[kind], self._distribution)
+        self.add(made)
+        return _ScriptClient(self, made, type_)
+
+    def add(self, endpoint: Endpoint) -> None:
+        """Have an endpoint declared."""
+        self.endpoints.append(endpoint)
+        self._changed()
+
+    def remove(self, endpoint: Endpoint) -> None:
+        """Take an endpoint back."""
+        self.endpoints.remove(endpoint)
+        self._changed()
+
+    def _full(self, name: str) -> str:
+        """Return the full name of a topic or service of a script. Raises CommandError."""
+        plain = name if name.startswith(("/", "~")) else f"/{name}"
+        full = self._place.full(plain)
+        if not is_name(full):
+            raise CommandError(
+                f"'{name[:80]}' is not a name of ROS 2; valid are letters, digits, underscores, and slashes between "
+                "parts, none of which starts with a digit"
+            )
+        return full
+
+    def _message(self, kind: str) -> MessageType:
+        if kind not in self._types.messages:
+            raise CommandError(
+                f"the type '{kind[:80]}' is not known{did_you_mean(kind, list(self._types.messages))}"
+            )
+        return self._types.messages[kind]
+
+    def _service(self, kind: str) -> ServiceType:
+        if kind not in self._types.services:
+            raise CommandError(
+                f"the type '{kind[:80]}' is not known{did_you_mean(kind, list(self._types.services))}"
+            )
+        return self._types.services[kind]
+
+
+class _Closable:
+    def __init__(self, topics: ScriptTopics, endpoint: Endpoint) -> None:
+        self._topics, self._endpoint = topics, endpoint
+
+    def close(self) -> None:
+        self._topics.remove(self._endpoint)
+
+
+class _ScriptPublisher(_Closable):
+    def __init__(self, topics: ScriptTopics, publisher: Publisher, type_: MessageType) -> None:
+        super().__init__(topics, publisher)
+        self._publisher, self._type = publisher, type_
+
+    def send(self, message: Any) -> None:
+        # Checked in any case: a script fails in the same way each time.
+        checked = self._type.fill(message)
+        if self._publisher.is_wanted:
+            self._publisher.put(self._type.encode(checked))
+
+
+class _ScriptClient(_Closable):
+    def __init__(self, topics: ScriptTopics, client: ServiceClient, type_: ServiceType) -> None:
+        super().__init__(topics, client)
+        self._client, self._type = client, type_
+
+    @property
+    def is_served(self) -> bool:
+        return self._client.is_served
+
+    def call(self, request: Any) -> Future[dict[str, Any]]:
+        payload = self._type.request.encode(self._type.request.fill(request))
+        return then(self._client.call(payload), self._type.response.decode)
+
+
+def _qos(quality: TopicQuality) -> Qos:
+    return Qos(quality.depth, quality.is_reliable, quality.is_transient_local)
+
+
+def _refused(type_: ServiceType, why: str) -> Mapping[str, Any]:
+    """Return a response that says that a request was not executed, as far as the type can."""
+    response = type_.response.default()
+    if "message" in response and "success" in response:
+        response["message"] = why
+    return response
