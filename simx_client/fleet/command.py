@@ -9,6 +9,7 @@ import math
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from typing import Any, cast
 
 from simx_client.cli.command_parser import command_parser
@@ -37,7 +38,7 @@ exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted
 
 
 def main(argv: Sequence[str]) -> int:
-    """Do what is asked; return 0, or 1 with the reason on stderr."""
+    """Run the action; return 0, or 1 with the reason on stderr."""
     words = list(argv)
     flags = words[words.index("--") + 1 :] if "--" in words else []
     parser = make_parser()
@@ -46,14 +47,17 @@ def main(argv: Sequence[str]) -> int:
         parser.error(f"only `up` takes flags of simx-server, not {' '.join(flags)}")
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
     try:
-        ray = join(options.ray)
-        try:
-            return options.run(ray, options, flags)
-        finally:
-            ray.shutdown()
-    except FleetError as error:
+        with redirect_stdout(sys.stderr):  # Ray reports lost hosts on stdout
+            ray = join(options.ray)
+            try:
+                code, text = options.run(ray, options, flags)
+            finally:
+                ray.shutdown()
+    except (FleetError, ValueError) as error:
         sys.stderr.write(f"{error}\n")
         return FAILURE
+    sys.stdout.write(text)
+    return code
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -110,7 +114,7 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _up(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> int:
+def _up(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[int, str]:
     wanted = cluster.Wanted(
         options.name,
         os.path.abspath(options.scene) if os.path.exists(options.scene) else options.scene,
@@ -123,11 +127,10 @@ def _up(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> int:
     )
     servers = cluster.up(ray, wanted)
     endpoints = list(wanted.connect or (wanted.listen,))
-    sys.stdout.write(json.dumps({"fleet": wanted.name, "routers": endpoints, "servers": servers}) + "\n")
-    return DONE
+    return DONE, json.dumps({"fleet": wanted.name, "routers": endpoints, "servers": servers}) + "\n"
 
 
-def _status(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> int:
+def _status(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[int, str]:
     found = cluster.find(ray, options.name)
     told = cluster.answers(ray, {realm: each.describe.remote() for realm, each in found.members.items()})
     endpoints = options.connect or found.endpoints
@@ -137,20 +140,17 @@ def _status(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> int:
         ray, {realm: each.log.remote(options.log) for realm, each in found.members.items()}
     )
     records = [_record(realm, place, measured.get(realm)) for realm, place in told.items()]
+    code = FAILURE if any(record["state"] == "restarting" for record in records) else DONE
     if options.json:
         for record in records:
             record["log"] = logs[record["realm"]] or []
-        sys.stdout.write(json.dumps({"routers": endpoints, "servers": records}, indent=1) + "\n")
-    else:
-        sys.stdout.write("\n".join(_table(records)) + "\n")
-        for realm, lines in logs.items():
-            sys.stdout.writelines(f"{realm}: {line}\n" for line in lines or ())
-    return DONE if all(record["state"] != "restarting" for record in records) else FAILURE
+        return code, json.dumps({"routers": endpoints, "servers": records}, indent=1) + "\n"
+    newest = [f"{realm}: {line}" for realm, lines in logs.items() for line in lines or ()]
+    return code, "\n".join([*_table(records), *newest]) + "\n"
 
 
-def _down(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> int:
-    sys.stdout.write(f"{cluster.down(ray, options.name)} servers ended\n")
-    return DONE
+def _down(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[int, str]:
+    return DONE, f"{cluster.down(ray, options.name)} servers ended\n"
 
 
 def _record(realm: str, place: dict[str, Any] | None, status: Any) -> dict[str, Any]:

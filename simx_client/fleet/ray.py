@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from importlib import import_module
 from typing import Any
 
@@ -9,6 +10,9 @@ from simx_client.errors import SimxError
 
 NAMESPACE = "simx"
 """Namespace of all fleets in a Ray cluster."""
+
+HEAD_WITHIN = 5.0
+"""Time-out in seconds for a connection to the head of the cluster."""
 
 
 class FleetError(SimxError):
@@ -41,12 +45,29 @@ def join(address: str) -> Any:
         FleetError: there is none.
     """
     ray = load_ray()
+    if address != "auto":
+        _check_head(address)
     try:
         ray.init(address=address, namespace=NAMESPACE, log_to_driver=False, logging_level="error")
     except (ConnectionError, RuntimeError, ValueError) as error:
-        place = "on this host" if address == "auto" else f"at {address}"
-        reason = str(error).strip().partition("\n")[0]
-        raise FleetError(
-            f"no Ray cluster {place}: {reason}; start one with: ray start --head, or name its head with --ray HOST:PORT"
-        ) from None
+        raise _no_cluster(address, str(error).strip().partition("\n")[0]) from None
     return ray
+
+
+def _check_head(address: str) -> None:
+    """Raise FleetError if no process listens there: Ray would try for minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), HEAD_WITHIN):
+            return
+    except ValueError:
+        raise _no_cluster(address, "this is not HOST:PORT") from None
+    except OSError as error:
+        raise _no_cluster(address, error.strerror or str(error)) from None
+
+
+def _no_cluster(address: str, reason: str) -> FleetError:
+    place = "on this host" if address == "auto" else f"at {address}"
+    return FleetError(
+        f"no Ray cluster {place}: {reason}; start one with: ray start --head, or name its head with --ray HOST:PORT"
+    )
