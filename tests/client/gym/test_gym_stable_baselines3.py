@@ -70,4 +70,4 @@ def test_the_program_of_the_readme_trains(tmp_path: Path) -> None:
         [sys.executable, "-c", shorter], cwd=tmp_path, capture_output=True, text=True, timeout=110
     )
     assert finished.returncode == 0, finished.stderr
-    assert re.fullmatch(r"\d+ mm from the goal\n", finished.stdout), finished.stdout
+    assert re.fullmatch(r"return: -\d+\.\d+\n", finished.stdout), finished.stdout
