@@ -46,6 +46,7 @@ MEASUREMENTS = {
     "edits": "bench.world.edits",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",
+    "growth": "bench.learning.growth",
 }
 """By name the module whose function ``measure`` makes it, in the order of the report."""
 

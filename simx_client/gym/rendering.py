@@ -20,7 +20,8 @@ from .observations import Reading, find_reading
 from .readable import READABLE
 
 MODES = ("rgb_array", "human")
-_NEAREST_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
+"""Variables one of which is set where Linux has a screen."""
 
 
 def check_mode(mode: str | None, modes: Sequence[str]) -> None:
@@ -88,5 +89,5 @@ class RealTime:
 
 def open_browser(address: str) -> None:
     """Open the web viewer in a browser where a screen exists; the viewer prints its address in any case."""
-    if os.name == "nt" or sys.platform == "darwin" or any(os.environ.get(name) for name in _NEAREST_SCREENS):
+    if os.name == "nt" or sys.platform == "darwin" or any(os.environ.get(name) for name in SCREENS):
         webbrowser.open(address)

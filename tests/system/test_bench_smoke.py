@@ -25,6 +25,7 @@ from bench.calls import (
     worlds,
 )
 from bench.images import picture, rendering, sizes
+from bench.learning import growth
 from bench.load import clients, scale, servers, startup, view
 from bench.measuring import baselines, plot, processes
 from bench.measuring.machine import Watch, description
@@ -371,3 +372,14 @@ def test_the_local_way_is_measured_beside_a_client_of_zeromq() -> None:
         for case in (one_host.LOCAL, one_host.ZENOH, one_host.ZMQ)
         for state in (one_host.IDLE, one_host.BUSY, one_host.ONE_CORE)
     )
+
+
+def test_worlds_for_learning_are_counted_here_and_in_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without Ray, which would start a cluster."""
+    monkeypatch.setattr(growth, "COUNTS", (1, 2))
+    monkeypatch.setattr(growth, "ENVIRONMENT", "simx/CartPole-v0")
+    monkeypatch.setattr(growth, "ACTIONS", 1)
+    monkeypatch.setattr(growth, "has_ray", lambda: False)
+    (grid,) = growth.measure(TINY).grids
+    assert [name for name, _ in grid.lines] == ["1", "2"]
+    assert all(value and value > 0 for _, values in grid.lines for value in values)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from processes import server
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.errors import CallsFailed, ConnectionFailed
-from simx_client.gym import TASKS, Choices, Increment, SimxEnv, Uniform
+from simx_client.gym import TASKS, Choices, Increment, SimxEnv, Uniform, rendering
+from simx_server.viewer.launching import missing
 
 SCENE = """
 <mujoco>
@@ -238,6 +240,28 @@ def test_frame_skip_makes_several_simulation_steps(scene: Path) -> None:
     assert np.array_equal(four.step(action)[0], after)
     one.close()
     four.close()
+
+
+@pytest.mark.skipif(missing() is not None, reason="needs the extra viewer")
+def test_human_mode_opens_the_web_viewer_and_runs_at_real_time(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+    waited: list[float] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr(rendering, "SCREENS", ("PATH",))  # a variable that is set, as on a desktop
+    monkeypatch.setattr("time.sleep", waited.append)
+    environment = described(scene, render_mode="human")
+    environment.reset(seed=1)
+    for _ in range(5):
+        environment.step(np.zeros(1, np.float32))
+    # Without sleeping, the fifth step is 0.1 s ahead of real time.
+    assert 0.02 < max(waited) <= 0.1
+    assert environment.render() is None
+    assert opened == [environment.view_address]
+    with urllib.request.urlopen(environment.view_address, timeout=60) as page:
+        assert page.status == 200
+    environment.close()
 
 
 @pytest.mark.parametrize(
