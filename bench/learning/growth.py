@@ -7,6 +7,7 @@ world plays a part of an episode without a message per step, as in a training wi
 from __future__ import annotations
 
 import importlib.util
+import logging
 import os
 import time
 from collections.abc import Callable, Generator
@@ -114,7 +115,11 @@ def _actors(count: int, memory: dict[str, float]) -> Generator[Callable[[int], o
     import ray
 
     ray.init(
-        address="local", num_cpus=count, include_dashboard=False, log_to_driver=False, logging_level="error"
+        address="local",
+        num_cpus=count,
+        include_dashboard=False,
+        log_to_driver=False,
+        logging_level=logging.ERROR,
     )
     try:
         actors: list[Any] = [ray.remote(_Actor).remote() for _ in range(count)]  # pyright: ignore

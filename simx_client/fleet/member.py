@@ -31,7 +31,7 @@ RESTART_PAUSE = 0.5
 
 
 class Order(NamedTuple):
-    """What to start; an actor gets it again when it is restarted."""
+    """The server to start; a restarted actor gets it again."""
 
     scene: str
     realm: str

@@ -1,4 +1,4 @@
-"""What an agent has to do: a scene, what it sees and sets, its reward, and how episodes start and end."""
+"""Tasks of an agent: a scene, what it sees and sets, its reward, and how episodes start and end."""
 
 from __future__ import annotations
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +23,9 @@ from simx_client.connection.discovery import find_servers
 from simx_client.fleet import cluster as fleets
 from simx_client.fleet.command import main
 
-pytest.importorskip("ray", reason="needs the extra ray: Ray is not installed")
-
-from ray import cloudpickle
-from ray.cluster_utils import Cluster
+ray: Any = pytest.importorskip("ray", reason="needs the extra ray: Ray is not installed")
+cloudpickle: Any = import_module("ray.cloudpickle")
+Cluster: Any = import_module("ray.cluster_utils").Cluster
 
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="Ray's test cluster needs Linux"),
@@ -39,7 +40,7 @@ NODE: dict[str, Any] = {"object_store_memory": 80_000_000, "num_cpus": 1}
 
 
 @pytest.fixture(scope="module")
-def ray_cluster() -> Iterator[Cluster]:
+def ray_cluster() -> Iterator[Any]:
     """A head; a test adds the node that it will lose."""
     patch = pytest.MonkeyPatch()
     patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
@@ -53,7 +54,7 @@ def ray_cluster() -> Iterator[Cluster]:
     patch.undo()
 
 
-def run(cluster: Cluster, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+def run(cluster: Any, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
     """Exit code and output of a command."""
     code = main([words[0], "--ray", cluster.address, *words[1:]])
     shown = capsys.readouterr()
@@ -62,7 +63,7 @@ def run(cluster: Cluster, capsys: pytest.CaptureFixture[str], *words: str) -> tu
 
 @pytest.mark.usefixtures("no_connection_left")
 def test_servers_of_a_lost_host_and_lost_servers_come_back_and_clients_go_on(
-    ray_cluster: Cluster, capsys: pytest.CaptureFixture[str], scene: Path
+    ray_cluster: Any, capsys: pytest.CaptureFixture[str], scene: Path
 ) -> None:
     node = ray_cluster.add_node(**NODE)
     endpoint = f"tcp/127.0.0.1:{free_port()}"
@@ -122,7 +123,7 @@ def test_servers_of_a_lost_host_and_lost_servers_come_back_and_clients_go_on(
 
 
 def test_a_fleet_that_cannot_start_leaves_nothing_and_says_why(
-    ray_cluster: Cluster, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    ray_cluster: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     listen = ("--listen", f"tcp/127.0.0.1:{free_port()}")
     code, _, told = run(ray_cluster, capsys, "up", "no_such_scene", *listen)
@@ -139,16 +140,14 @@ def test_a_fleet_that_cannot_start_leaves_nothing_and_says_why(
 
 
 def test_a_training_loses_a_node_and_goes_on_with_equal_results(
-    ray_cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+    ray_cluster: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     train = import_from(Path(__file__).parents[3] / "examples" / "ray", "train", monkeypatch)
     cloudpickle.register_pickle_by_value(train)  # Ray's processes do not import from there
     alone = train.Player(60)
     expected = list(train.learn(lambda tasks: [alone.play(*task) for task in tasks], 3, seed=1))
-    import ray
-
     node = ray_cluster.add_node(**NODE)
-    ray.init(address=ray_cluster.address, log_to_driver=False, logging_level="error")
+    ray.init(address=ray_cluster.address, log_to_driver=False, logging_level=logging.ERROR)
     try:
         play = train.on_cluster(ray, 2, 60)
         found: list[tuple[np.ndarray, float]] = []

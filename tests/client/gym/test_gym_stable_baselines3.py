@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -15,11 +17,10 @@ pytest.importorskip(
     "stable_baselines3", reason="needs the extra learning: Stable-Baselines3 is not installed"
 )
 
-from stable_baselines3.common.env_checker import check_env
-
 from simx_client.gym import TASKS
 from simx_client.gym.stable_baselines3 import VecAdapter
 
+check_env: Any = import_module("stable_baselines3.common.env_checker").check_env
 README = Path(__file__).parents[3] / "README.md"
 
 

@@ -21,7 +21,8 @@ CART_POLE = load_task("cart_pole")
 
 
 def vector(count: int = COUNT, **options: Any) -> SimxVectorEnv:
-    return SimxVectorEnv(CART_POLE, count, **({"processes": 0} | options))
+    chosen: dict[str, Any] = {"processes": 0} | options
+    return SimxVectorEnv(CART_POLE, count, **chosen)
 
 
 def pushes(count: int, steps: int) -> np.ndarray:
@@ -137,7 +138,7 @@ def test_render_returns_an_image_of_each_simulation() -> None:
     images = environment.render()
     assert images is not None
     assert [image.shape for image in images] == [(96, 128, 3)] * 2
-    assert not np.array_equal(*images)
+    assert not np.array_equal(images[0], images[1])
     environment.close()
 
 
