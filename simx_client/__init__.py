@@ -4,7 +4,8 @@
     clientID = vrep.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
 
 New code may use `Client` instead: ``from simx_client import Client``, see `simx_client.client`. `Client` is not part of
-the drop-in surface: it is missing from ``__all__`` and is loaded on first use.
+the drop-in surface: it is missing from ``__all__`` and is loaded on first use. `simx_client.gym` has environments for
+Gymnasium.
 
 The other packages are private and may move:
 

@@ -26,6 +26,7 @@ COMMANDS = {
     "check": ("report what an old script needs and what is missing", "simx_client.checking.command"),
     "run": ("run an unmodified legacy script", "simx_client.launch.run"),
     "status": ("report health and metrics of simulators", "simx_client.cli.status.command"),
+    "fleet": ("run servers on the hosts of a Ray cluster", "simx_client.fleet.command"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 

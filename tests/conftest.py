@@ -54,6 +54,8 @@ SLOW = (
     "test_every_function", "test_exit_codes",
     "test_exposure", "test_faults", "test_files", "test_filming", "test_first_picture", "test_fleet",
     "test_frames_properties", "test_gl_backend", "test_help_examples", "test_history", "test_hostile", "test_idioms",
+    "test_frames_properties", "test_gl_backend", "test_gym_environments", "test_gym_page", "test_gym_stable",
+    "test_gym_vectors", "test_help_examples", "test_hostile", "test_idioms",
     "test_imported_meshes", "test_installing", "test_keyboard", "test_kinematics", "test_legacy", "test_log_",
     "test_many_clients", "test_modern_client", "test_modes_property", "test_namespaces",
     "test_original_hostile", "test_original_library", "test_original_server",

@@ -1,4 +1,4 @@
-"""Draws how the return of the episodes grew, with OpenCV, which is there anyway."""
+"""Collects the returns of episodes, and draws how they grew, with OpenCV, which is there anyway."""
 
 from __future__ import annotations
 
@@ -8,14 +8,38 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from stable_baselines3.common.callbacks import BaseCallback
 
 WIDTH, HEIGHT = 900, 500
 LEFT, RIGHT, TOP, BOTTOM = 80, 25, 50, 60
 INK, GRID, DOT, LINE = (60, 60, 60), (225, 225, 225), (215, 190, 160), (180, 90, 20)
 """Colours, BGR."""
 
+PROGRESS_EVERY = 4_000
+"""Steps between two lines of progress."""
+
 WINDOW = 5
 """Rounds of the running mean; in a round all simulators end an episode."""
+
+
+class Episodes(BaseCallback):
+    """The returns of all episodes of a training, and the number of steps when each ended."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps: list[int] = []
+        self.returns: list[float] = []
+
+    def _on_step(self) -> bool:
+        for info in self.locals["infos"]:
+            if episode := info.get("episode"):
+                self.steps.append(self.num_timesteps)
+                self.returns.append(float(episode["r"]))
+        if self.returns and self.num_timesteps % PROGRESS_EVERY == 0:
+            print(
+                f"{self.num_timesteps} steps, return of the last episodes {np.mean(self.returns[-20:]):.1f}"
+            )
+        return True
 
 
 def draw(path: Path, steps: Sequence[int], returns: Sequence[float], title: str) -> None:

@@ -61,6 +61,9 @@ class EmbeddedServer(Protocol):
     ports: tuple[int, ...]
     """Ports on this host by which other processes can connect; empty unless the settings name one."""
 
+    view_address: str
+    """Address of the web viewer for a browser on this host; empty unless the settings ask for it."""
+
     def connect(self, client: str, name: str, port: int) -> DirectTransport:
         """Return a link for a new client.
 

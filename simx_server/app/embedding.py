@@ -22,7 +22,7 @@ from simx_server.outputs.packages import OutputError
 from simx_server.recording import LogError, Recorder
 from simx_server.sensors.opengl.backend import requested_backend
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.launching import listen, missing, page
+from simx_server.viewer.launching import browser_address, listen, missing, page
 from simx_server.viewer.messages import ADD_ON
 from simx_server.world.simulation import SimulationState
 
@@ -53,6 +53,9 @@ class EmbeddedServer:
         """
         self.ports: tuple[int, ...] = ()
         """Ports on this host by which other processes can connect."""
+
+        self.view_address = ""
+        """Address of the web viewer for a browser on this host; empty without `Settings.view`."""
 
         self._process = os.getpid()
         self._recorder: Recorder | None = None
@@ -91,6 +94,7 @@ class EmbeddedServer:
             if problem := missing():
                 raise GatewayError(problem)
             listener = stack.enter_context(listen(settings.view, "--view"))
+            self.view_address = browser_address(listener)
         gateway = stack.enter_context(open_gateways(self.world, settings, self.loop))
         stack.enter_context(self.loop.answering_while_busy())
         self.ports = gateway.ports

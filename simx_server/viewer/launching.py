@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import ipaddress
 import logging
 import os
 import socket
@@ -54,6 +55,14 @@ def listen(address: str, flag: str) -> socket.socket:
             f"no page at {address}: {reason}; choose another port with {flag} PORT, 0 for a free one, "
             f"or an address of this machine with {flag} HOST:PORT"
         ) from None
+
+
+def browser_address(listener: socket.socket) -> str:
+    """Return the address of the web viewer; empty if others can reach it, because its address then has a token."""
+    host, port = listener.getsockname()[:2]
+    if not ipaddress.ip_address(host).is_loopback:
+        return ""
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/"
 
 
 @contextmanager

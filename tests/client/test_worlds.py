@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from processes import PENDULUM, read_line, running, server, spawn, wait_until
+from world_processes import children
 
 from simx_client.client import Client, Servers, Worlds
 from simx_client.connection.clients import CLIENTS
@@ -114,20 +114,6 @@ threading.Event().wait()
         assert len(workers) == 2
         process.kill()
         assert wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), 30.0)
-
-
-def children(parent: int | None = None) -> set[int]:
-    """Process ids of the worker processes of a process."""
-    found: set[int] = set()
-    for folder in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):
-            status = (folder / "status").read_text()
-            if (
-                f"PPid:\t{parent or os.getpid()}\n" in status
-                and b"worlds.process" in (folder / "cmdline").read_bytes()
-            ):
-                found.add(int(folder.name))
-    return found
 
 
 def test_a_world_draws_pictures(scene: Path) -> None:

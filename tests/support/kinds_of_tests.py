@@ -17,7 +17,8 @@ HELPERS = tuple(TESTS / "support" / folder for folder in ("", "worlds", "vrep_fi
 BROWSER = ("test_view_browser",)
 GL = (
     "test_bench_smoke", "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
-    "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend",
+    "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend", "test_gym_environments",
+    "test_gym_page", "test_gym_stable_baselines3", "test_gym_tasks", "test_gym_vectors",
     "test_hostile_peers", "test_idioms_images", "test_keyboard_example", "test_legacy_scripts",
     "test_models_line_tracer", "test_models_scanner", "test_models_small", "test_models_vehicles",
     "test_original_commands", "test_original_hostile", "test_original_library", "test_over_zenoh", "test_pace",
@@ -30,7 +31,8 @@ GL = (
     "test_zmq_example_images",
 )  # fmt: skip
 STARTS_BY_LIBRARY = (
-    "test_bench_smoke", "test_detect_example", "test_hostile_peers", "test_reach_example", "test_scripts_python",
+    "test_bench_smoke", "test_detect_example", "test_fleets_on_ray", "test_gym_page", "test_hostile_peers", "test_reach_example",
+    "test_scripts_python",
     "test_scripts_twins",
 )  # fmt: skip
 """Files that start processes by functions of the packages, of the examples or of the benchmarks."""

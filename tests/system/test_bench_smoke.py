@@ -27,6 +27,7 @@ from bench.calls import (
     worlds,
 )
 from bench.images import picture, rendering, sizes
+from bench.learning import growth as learning
 from bench.load import clients, scale, servers, startup, view
 from bench.measuring import baselines, drawing_bars, measure, plot, processes, scheduling
 from bench.measuring.bars import Bar, Bars
@@ -501,3 +502,14 @@ def test_a_node_of_ros_2_is_measured_with_and_without_a_listener() -> None:
     told = {row.what: row.median for row in found.rows}
     assert all(told[case] > 0 for case in (steps.STEP, steps.SILENT, steps.HEARD))
     assert [each.target for each in found.ratios] == [steps.TARGET_US, None]
+
+
+def test_worlds_for_learning_are_counted_here_and_in_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without Ray, which would start a cluster."""
+    monkeypatch.setattr(learning, "COUNTS", (1, 2))
+    monkeypatch.setattr(learning, "ENVIRONMENT", "simx/CartPole-v0")
+    monkeypatch.setattr(learning, "ACTIONS", 1)
+    monkeypatch.setattr(learning, "has_ray", lambda: False)
+    (grid,) = learning.measure(TINY).grids
+    assert [name for name, _ in grid.lines] == ["1", "2"]
+    assert all(value and value > 0 for _, values in grid.lines for value in values)

@@ -1,0 +1,161 @@
+"""Actions: how the numbers of an agent become values of quantities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box, Discrete, MultiDiscrete
+from numpy.typing import NDArray
+
+from .lookup import Objects
+from .names import Name, Subject, read_name
+from .writable import WRITABLE, Writable
+
+Bound = float | Sequence[float]
+
+
+@dataclass(frozen=True)
+class Increment:
+    """An action of 1 moves the value by ``size`` within a step, -1 by as much the other way.
+
+    The value starts at the position that the joint or the object has at the start of the episode.
+    """
+
+    size: Bound
+    low: Bound = -math.inf
+    high: Bound = math.inf
+
+
+@dataclass(frozen=True, init=False)
+class Choices:
+    """The action is the index of one of these values."""
+
+    values: tuple[Bound, ...]
+
+    def __init__(self, *values: Bound) -> None:
+        if len(values) < 2:
+            raise ValueError(f"Choices needs at least two values, got {len(values)}")
+        object.__setattr__(self, "values", values)
+
+
+How = Increment | Choices | tuple[Bound, Bound]
+"""A tuple is a range: an action of -1 sets its lower end, 1 the upper end."""
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One quantity that an action sets."""
+
+    name: Name
+    entry: Writable
+    how: How
+    subjects: Sequence[Subject]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    @property
+    def counted_from(self) -> Name | None:
+        """Return the quantity that an increment starts from."""
+        if not isinstance(self.how, Increment):
+            return None
+        of, frame = f"{self.name.object}.{self.entry.counted_from}", self.name.frame
+        return read_name(of if frame is None else f"{of} in {frame}")
+
+    def value(self, action: Any, before: Any) -> NDArray[np.float64]:
+        """Return the numbers to set."""
+        if isinstance(self.how, Choices):
+            return _vector(self.how.values[int(action)], self.entry.size, self.name.text)
+        action = np.clip(np.asarray(action, np.float64), -1.0, 1.0)
+        if isinstance(self.how, Increment):
+            return np.clip(before + action * np.asarray(self.how.size), self.low, self.high)
+        return self.low + (action + 1.0) / 2.0 * (self.high - self.low)
+
+
+class Actions:
+    """All quantities that actions set, and the space of the actions."""
+
+    def __init__(self, chosen: Mapping[str, How], objects: Objects) -> None:
+        """Find the quantities.
+
+        Raises:
+            ValueError: a name, a range or the mixture cannot be used; the text says what is valid.
+        """
+        self.parts = [_part(read_name(text), how, objects) for text, how in chosen.items()]
+        self.space, self._is_discrete = _space(self.parts)
+
+    def values(self, action: Any, before: Mapping[str, Any]) -> list[NDArray[np.float64]]:
+        """Return the numbers to set for each part.
+
+        Args:
+            action: an element of the space; numbers outside of -1..1 count as the nearest of them.
+            before: values of the increments before this step, by name.
+
+        Raises:
+            ValueError: the action is not valid.
+        """
+        if self._is_discrete:
+            if not self.space.contains(action):
+                raise ValueError(f"the action must be in {self.space}, not {action!r}")
+            rows = cast("list[Any]", np.atleast_1d(action).tolist())
+        else:
+            numbers = np.asarray(action, np.float64)
+            if numbers.shape != self.space.shape or not np.isfinite(numbers).all():
+                raise ValueError(
+                    f"the action must be finite numbers of shape {self.space.shape}, not {action!r}"
+                )
+            ends = np.cumsum([part.entry.size for part in self.parts])[:-1]
+            rows = cast("list[Any]", np.split(numbers, ends))
+        return [
+            part.value(row, before.get(part.name.text)) for part, row in zip(self.parts, rows, strict=True)
+        ]
+
+
+def _part(name: Name, how: How, objects: Objects) -> _Part:
+    entry = objects.quantity(name, WRITABLE, "set")
+    low = high = np.zeros(entry.size)
+    if isinstance(how, Choices):
+        for value in how.values:
+            _vector(value, entry.size, name.text)
+    else:
+        if isinstance(how, Increment):
+            if entry.counted_from is None:
+                raise ValueError(f"{name.text!r} takes a range (low, high) or Choices, not an Increment")
+            size = _vector(how.size, entry.size, name.text)
+            if not (np.isfinite(size).all() and (size > 0).all()):
+                raise ValueError(f"the increment of {name.text!r} must be greater than 0, not {how.size}")
+            ends: Any = (how.low, how.high)
+        else:
+            ends = how
+        if not isinstance(ends, (tuple, list)) or len(cast("list[Any]", ends)) != 2:
+            raise ValueError(
+                f"the action {name.text!r} needs a range (low, high), an Increment or Choices, not {ends!r}"
+            )
+        low, high = (_vector(end, entry.size, name.text) for end in cast("list[Bound]", ends))
+        if not (low < high).all() or (not isinstance(how, Increment) and not np.isfinite([low, high]).all()):
+            raise ValueError(f"the range of {name.text!r} must be (low, high) with low < high, not {ends!r}")
+    return _Part(name, entry, how, objects.subjects(name), low, high)
+
+
+def _vector(value: Bound, size: int, text: str) -> NDArray[np.float64]:
+    numbers = np.asarray(value, np.float64)
+    if numbers.shape not in ((), (size,)):
+        raise ValueError(f"{text!r} takes {size} number{'s' * (size > 1)}, not {value!r}")
+    return np.broadcast_to(numbers, (size,))
+
+
+def _space(parts: Sequence[_Part]) -> tuple[gymnasium.Space[Any], bool]:
+    if not parts:
+        raise ValueError(
+            "an environment needs at least one action, such as {'hinge.target_velocity': (-1, 1)}"
+        )
+    sizes = [len(part.how.values) for part in parts if isinstance(part.how, Choices)]
+    if not sizes:
+        return Box(-1.0, 1.0, (sum(part.entry.size for part in parts),), np.float32), False
+    if len(sizes) < len(parts):
+        raise ValueError("actions are either all Choices, or all ranges and Increments; this is a mixture")
+    return Discrete(sizes[0]) if len(sizes) == 1 else MultiDiscrete(sizes), True

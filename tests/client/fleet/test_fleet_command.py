@@ -1,0 +1,79 @@
+"""``simx fleet`` where there is no Ray cluster: usage, and what to do."""
+
+from __future__ import annotations
+
+import sys
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from routers import free_port
+
+from simx_client.fleet import cluster, command
+from simx_client.fleet.ray import FleetError
+
+
+def test_without_ray_it_names_the_line_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    assert command.main(["status"]) == 1
+    told = capsys.readouterr().err
+    assert "a fleet needs Ray; install on every host: " in told
+    assert "ray>=2" in told
+
+
+def test_an_address_without_a_cluster_is_reported_at_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "ray", SimpleNamespace())
+    assert command.main(["status", "--ray", f"127.0.0.1:{free_port()}"]) == 1
+    assert "Connection refused; start one with: ray start --head" in capsys.readouterr().err
+    assert command.main(["down", "--ray", "head"]) == 1
+    assert "no Ray cluster at head: this is not HOST:PORT" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], "ACTION"),
+        (["up"], "SCENE"),
+        (["up", "ur5", "--count", "0"], "'0' cannot be used; valid: 1 to 1000"),
+        (["up", "ur5", "--cpus", "-1"], "'-1' cannot be used; valid: cores from 0"),
+        (["up", "ur5", "--listen", "here"], "here"),
+        (["down", "--", "--speed", "max"], "only `up` takes flags of simx-server, not --speed max"),
+    ],
+)
+def test_wrong_usage_says_what_is_valid(
+    words: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        command.main(words)
+    assert ended.value.code == 2
+    assert says in capsys.readouterr().err
+
+
+def fake(*addresses: str) -> Any:
+    nodes = [{"NodeManagerAddress": address, "Alive": True} for address in addresses]
+    return SimpleNamespace(
+        nodes=lambda: nodes, util=SimpleNamespace(list_named_actors=lambda all_namespaces: [])
+    )
+
+
+def wanted(**more: Any) -> cluster.Wanted:
+    given: dict[str, Any] = {"name": "fleet", "connect": (), "listen": "tcp/127.0.0.1:7447"}
+    return cluster.Wanted(scene="ur5", servers=1, cpus=0.1, flags=(), ready_within=1.0, **(given | more))
+
+
+def test_a_router_on_the_loopback_interface_is_refused_for_several_hosts() -> None:
+    with pytest.raises(FleetError, match=r"the cluster has 2 hosts, .* use --listen tcp/0.0.0.0:7447"):
+        cluster.up(fake("10.0.0.1", "10.0.0.2"), wanted())
+    with pytest.raises(FleetError, match="2 hosts"):
+        cluster.up(fake("10.0.0.1", "10.0.0.2"), wanted(connect=("tcp/localhost:7447",)))
+    with pytest.raises(AttributeError):  # it goes on, to what the fake lacks
+        cluster.up(fake("10.0.0.1", "10.0.0.2"), wanted(connect=("tcp/router:7447",)))
+
+
+def test_a_name_that_cannot_be_a_realm_is_refused() -> None:
+    with pytest.raises(ValueError, match="a/b"):
+        cluster.up(fake("127.0.0.1"), wanted(name="a/b"))

@@ -1,0 +1,74 @@
+"""The environments with Stable-Baselines3: its checker, its learning, and the program of the README."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+pytest.importorskip(
+    "stable_baselines3", reason="needs the extra learning: Stable-Baselines3 is not installed"
+)
+
+from simx_client.gym import TASKS
+from simx_client.gym.stable_baselines3 import VecAdapter
+
+check_env: Any = import_module("stable_baselines3.common.env_checker").check_env
+README = Path(__file__).parents[3] / "README.md"
+
+
+@pytest.mark.parametrize("name", [environment for environment, _ in TASKS.values()])
+def test_registered_environments_pass_the_checker_of_stable_baselines3(name: str) -> None:
+    environment = gymnasium.make(name, render_mode="rgb_array")
+    check_env(environment, skip_render_check=False)
+    environment.close()
+
+
+def test_the_adapter_hands_on_last_observations_and_information() -> None:
+    vector = gymnasium.make_vec(
+        "simx/Reach-v0", 2, processes=0, autoreset_mode="SameStep", max_episode_steps=2
+    )
+    adapter = VecAdapter(vector)
+    adapter.seed(3)
+    first = adapter.reset()
+    _, _, done, infos = adapter.step(np.ones((2, 6), np.float32))
+    assert not done.any()
+    assert infos[0].keys() == {"distance"}
+    after, rewards, done, infos = adapter.step(np.ones((2, 6), np.float32))
+    assert done.all()
+    assert rewards.dtype == np.float32
+    for place, info in enumerate(infos):
+        assert info["TimeLimit.truncated"]
+        assert info["distance"] == pytest.approx(-rewards[place])
+        assert not np.array_equal(info["terminal_observation"], after[place])
+    adapter.seed(3)
+    assert np.array_equal(adapter.reset(), first)
+    adapter.close()
+
+
+def test_the_adapter_refuses_an_environment_that_restarts_in_another_step() -> None:
+    vector = gymnasium.make_vec("simx/CartPole-v0", 1, processes=0)
+    with pytest.raises(ValueError, match=r"AutoresetMode.SAME_STEP; this one has AutoresetMode.NEXT_STEP"):
+        VecAdapter(vector)
+    vector.close()
+
+
+def test_the_program_of_the_readme_trains(tmp_path: Path) -> None:
+    found = re.search(r"^```python reach.py\n(.*?)^```$", README.read_text(), re.MULTILINE | re.DOTALL)
+    assert found
+    lines = [line for line in found[1].splitlines() if line.strip()]
+    assert len(lines) <= 8
+    shorter, changed = re.subn(r"learn\([\d_]+\)", "learn(250)", found[1])
+    assert changed == 1
+    finished = subprocess.run(
+        [sys.executable, "-c", shorter], cwd=tmp_path, capture_output=True, text=True, timeout=110
+    )
+    assert finished.returncode == 0, finished.stderr
+    assert re.fullmatch(r"return: -\d+\.\d+\n", finished.stdout), finished.stdout
