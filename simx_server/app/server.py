@@ -243,6 +243,7 @@ def run_server(
     recorder: Recorder | None = None,
     page_listener: socket.socket | None = None,
     is_one_of_many: bool = False,
+    attach: Callable[[World, ServerLoop], object] = lambda _world, _loop: None,
 ) -> int:
     """Serve one simulation until it is requested to end. Returns the process's exit code.
 
@@ -252,6 +253,7 @@ def run_server(
         page_listener: the socket of the web viewer; None for no viewer.
         is_one_of_many: save memory: the renderer of a scene with cameras is not made before the first image, which then
             comes half a second later.
+        attach: called before the loop runs, for a way in that others do not have.
     """
     simulation = world.simulation
     warm = None if is_one_of_many else warm_up(world)
@@ -272,6 +274,7 @@ def run_server(
             logger.error("%s", error)
             return FAILURE
         add_viewers(world, loop, gateway, has_viewer=page_listener is not None)
+        attach(world, loop)
         with (
             noted(gateway.endpoints),
             _ending_by_signal(loop),
