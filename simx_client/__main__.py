@@ -25,6 +25,7 @@ COMMANDS = {
     "check": ("report what an old script needs and what is missing", "simx_client.checking.command"),
     "run": ("run an unmodified legacy script", "simx_client.launch.run"),
     "status": ("report health and metrics of simulators", "simx_client.cli.status.command"),
+    "classroom": ("run a class: a server for each student, and a page", "simx_client.cli.classroom"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 
