@@ -49,8 +49,8 @@ class Access:
 
     def is_from_here(self, request: Request) -> bool:
         """Return whether a request that changes something comes from this page."""
-        origin = request.headers.get("origin", "")
-        return origin == f"http://{request.headers.get('host', '')}"
+        scheme, _, place = request.headers.get("origin", "").partition("://")
+        return scheme in ("http", "https") and place != "" and place == request.headers.get("host")
 
     @property
     def _teachers_cookie(self) -> str:

@@ -198,7 +198,7 @@ class Metrics:
 
         self.failures: dict[str, Failures] = {}
         self.last_failure = ("", -math.inf)
-        """Text of the last failed call, with the command's name, and its time on the monotonic clock."""
+        """Text of the last failed call, and its time on the monotonic clock."""
 
         self._failing = threading.Lock()
         """For `failed` alone, which the render thread uses too."""
@@ -238,7 +238,7 @@ class Metrics:
                 failures.failed += 1
                 failures.internal += is_internal
                 failures.last = text[:MAX_TEXT]
-                self.last_failure = (f"{name}: {failures.last}", time.monotonic())
+                self.last_failure = (failures.last, time.monotonic())
             else:
                 failures.silent += 1
 

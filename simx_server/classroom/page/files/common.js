@@ -60,7 +60,8 @@ function show(tile, seat) {
   const problem = tile.querySelector(".problem");
   const isNote = seat.note && (seat.error_ago === null || seat.note_ago <= seat.error_ago);
   const isFault = isNote && seat.note !== "the seat was reset";
-  problem.textContent = isNote ? `${seat.note}, ${ago(seat.note_ago)}` : seat.error ? `${seat.error}, ${ago(seat.error_ago)}` : "";
+  const [text, seconds] = isNote ? [seat.note, seat.note_ago] : [seat.error, seat.error_ago];
+  problem.textContent = text ? `${ago(seconds)}: ${text}` : "";
   problem.title = problem.textContent;
   problem.classList.toggle("error", isNote ? isFault : !!seat.error);
   problem.classList.toggle("note", !!isNote && !isFault);
