@@ -292,9 +292,13 @@ class Supervisor:
         if not data:  # it ends, and the descriptor of its process tells when
             self._selector.unregister(page)
             return
-        wanted = channel.unpacked(data).fields.get("reset")
-        for number in self._seats if wanted == "all" else [wanted]:
-            if number in self._seats:
+        try:
+            wanted = channel.unpacked(data).fields.get("reset")
+        except ValueError as problem:
+            logger.error("the page sent something unreadable: %s", problem)
+            return
+        for number in self._seats:
+            if wanted in ("all", number):
                 self._members[number].end("the seat was reset")
 
     def _tell(self, message: dict[str, Any], seat: socket.socket | None = None) -> None:

@@ -34,6 +34,9 @@ class Class:
         assert parts.port is not None
         self.place = parts.hostname, parts.port
         self.token = parse_qs(parts.query)["token"][0]
+        self.folder = Path()
+        """Of the seats' files, where a test chose one."""
+
         self.cookie = f"simx_teacher_{parts.port}={self.token}"
         self.links: list[dict[str, Any]] = json.loads(self.ask("GET", "/links")[1])
 

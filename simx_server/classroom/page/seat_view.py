@@ -116,8 +116,13 @@ class SeatView:
         if not data:  # it ends; the supervisor tells the reason
             asyncio.get_running_loop().remove_reader(self._channel)
             return
-        message = channel.unpacked(data)
-        answer = self._answers.pop(message.fields.get("id", -1), None)
+        try:
+            message = channel.unpacked(data)
+        except ValueError as problem:
+            logger.warning("seat %d sent something unreadable: %s", self.number, problem)
+            return
+        number = message.fields.get("id")
+        answer = self._answers.pop(number, None) if isinstance(number, int) else None
         if answer is not None and not answer.done():
             answer.set_result(message)
 
@@ -157,7 +162,7 @@ class SeatView:
     async def _renew(self) -> None:
         self._asked_at = self._asked_at or time.monotonic()
         with contextlib.suppress(TimeoutError, OSError):
-            self._report = (await self._ask()).fields["report"]
+            self._report = (await self._ask()).fields.get("report", {})
             self._report_at, self._asked_at = time.monotonic(), None
 
     def _renewed(self, _: asyncio.Task[None]) -> None:

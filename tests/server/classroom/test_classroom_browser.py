@@ -7,8 +7,9 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from importlib.util import find_spec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,16 +17,22 @@ from classes import Class, running_class
 from launching import write_script
 from processes import ROOT, running, wait_until
 
+
+def load(name: str, path: Path) -> ModuleType:
+    spec = spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 if find_spec("playwright") is None:
     pytest.skip("needs playwright, of the extra dev", allow_module_level=True)
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
-sys.path.insert(0, str(ROOT / "docs"))
-try:
-    from view_pictures import chromium, find_chromium
-finally:
-    sys.path.pop(0)
-if find_chromium() is None:
+pictures = load("view_pictures", ROOT / "docs" / "view_pictures.py")
+if pictures.find_chromium() is None:
     pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
 
 if TYPE_CHECKING:
@@ -70,7 +77,7 @@ class Room:
         (folder / "swing.xml").write_text(ROOM)
         self.script = write_script(folder, PROGRAM, "swing.py")
         self.simx: Class = stack.enter_context(running_class(folder / "swing.xml", "--seats", SEATS))
-        self.browser: Browser = stack.enter_context(chromium())
+        self.browser: Browser = stack.enter_context(pictures.chromium())
         self.page: Page = self.browser.new_page(viewport={"width": 1200, "height": 900})
         self.page.set_default_timeout(1000 * SOON)
         self.faults: list[str] = []
