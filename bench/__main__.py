@@ -43,6 +43,7 @@ MEASUREMENTS = {
     "view": "bench.load.view",
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",
+    "classroom": "bench.load.classroom",
     "edits": "bench.world.edits",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",

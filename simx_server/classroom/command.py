@@ -62,9 +62,9 @@ def make_parser(program: str = "simx classroom") -> argparse.ArgumentParser:
         description="Run a class: a server for each student, and a page that shows all of them to the teacher.",
         epilog=f"""\
 examples:
-  {program} cart_pole --seats 8                 on this machine alone, to try it
-  {program} cart_pole --seats 30 --host 0.0.0.0 for the network of the classroom
-  {program} cart_pole --names class_7b.txt --tokens class_7b.json --host 0.0.0.0
+  {program} ur5 --seats 8                   on this machine alone, to try it
+  {program} ur5 --seats 30 --host 0.0.0.0   for the network of the classroom
+  {program} ur5 --names class_7b.txt --tokens class_7b.json
                                                 a seat for each name; links stay valid
 """,
         argument_default=argparse.SUPPRESS,

@@ -31,7 +31,7 @@ class Member:
         """
         self.number = number
         self.process_id = 0
-        """0 while there is no process."""
+        """0 before a start and after an end."""
 
         self.death = -1
         """Descriptor of the process (pidfd): readable when it has ended."""
@@ -44,7 +44,7 @@ class Member:
 
         self.is_ready = False
         self.start_at = 0.0
-        """When to start it next, on the monotonic clock, while there is no process."""
+        """When to start it next, on the monotonic clock; counts while none runs."""
 
         self.kill_at = math.inf
         """When to kill it, on the monotonic clock."""

@@ -248,7 +248,7 @@ def test_nonsense_of_a_seat_harms_only_its_own_tile() -> None:
 def test_links_and_lines_lead_to_the_seat() -> None:
     async def work(stage: Stage) -> None:
         links = json.loads((await stage.ask("/links", TEACHER)).body)
-        assert [each["link"] for each in links][0] == "http://192.168.1.5:8088/seat/1?token=token-of-seat-1"
+        assert links[0]["link"] == "http://192.168.1.5:8088/seat/1?token=token-of-seat-1"
         assert links[2]["lines"]["Linux, macOS"][0] == (
             "export SIMX_CONNECT=tcp/192.168.1.5:20011 SIMX_LOGIN=seat-11:token-of-seat-11"
         )
