@@ -244,6 +244,7 @@ def run_server(
     page_listener: socket.socket | None = None,
     is_one_of_many: bool = False,
     attach: Callable[[World, ServerLoop], object] = lambda _world, _loop: None,
+    is_listed: bool = True,
 ) -> int:
     """Serve one simulation until it is requested to end. Returns the process's exit code.
 
@@ -254,6 +255,7 @@ def run_server(
         is_one_of_many: save memory: the renderer of a scene with cameras is not made before the first image, which then
             comes half a second later.
         attach: called before the loop runs, for a way in that others do not have.
+        is_listed: other programs of this user find the server, see `roster`.
     """
     simulation = world.simulation
     warm = None if is_one_of_many else warm_up(world)
@@ -261,10 +263,7 @@ def run_server(
     raise_limit()
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    if not is_one_of_many:
-        simulation.attach(WarmUp(world))
-    if settings.quit_after_stop:
-        simulation.attach(_QuitAfterStop(loop))
+    _attach_parts(world, loop, settings, is_one_of_many=is_one_of_many)
     with ExitStack() as beside:
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
@@ -276,7 +275,7 @@ def run_server(
         add_viewers(world, loop, gateway, has_viewer=page_listener is not None)
         attach(world, loop)
         with (
-            noted(gateway.endpoints),
+            noted(gateway.endpoints if is_listed else ()),
             _ending_by_signal(loop),
             loop.metrics.log.attached(),
         ):
@@ -303,6 +302,13 @@ def run_server(
             if recorder is not None:
                 recorder.ended()
     return DONE
+
+
+def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_of_many: bool) -> None:
+    if not is_one_of_many:
+        world.simulation.attach(WarmUp(world))
+    if settings.quit_after_stop:
+        world.simulation.attach(_QuitAfterStop(loop))
 
 
 def _say_ready(gateway: ZenohGateway, world: World) -> None:

@@ -37,7 +37,14 @@ OF_SERVERS = (
 )  # fmt: skip
 """Settings of ``simx-server`` that hold for every seat."""
 
-MOST_SEATS = 200
+MOST_SEATS = 100
+"""A seat has about 110 threads, and the systems of many users allow 10,000."""
+
+LIMITS = ("load_memory=256M", "stored=100M")
+"""Limits that differ from those of one server, since the memory of one computer is for all seats: the folder for
+temporary files is in memory on many systems. ``--limit`` changes them.
+"""
+
 USUAL_SEATS = 8
 MOST_NAME = 60
 """Characters of a student's name."""
@@ -186,7 +193,7 @@ def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> 
         try:
             host = resolve(options.host, "--host")
             tokens = make_tokens(len(students), options.tokens)
-            base = _with_workspace(base, options.workspace, private)
+            base = _for_seats(base, options.workspace, private)
             seats = make_seats(base, students, tokens, host, options.seat_port, private)
             listener = stack.enter_context(listen(host, options.page_port, "--page-port"))
         except (AddressError, TokensError) as error:
@@ -203,11 +210,11 @@ def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> 
         return run_class(plan, base, listener, most_memory=options.seat_memory << 20)
 
 
-def _with_workspace(base: Settings, chosen: Path | None, private: Path) -> Settings:
+def _for_seats(base: Settings, chosen: Path | None, private: Path) -> Settings:
     if chosen is None:
         chosen = private / "workspaces"
         chosen.mkdir(mode=0o700)
-    return dataclasses.replace(base, workspace=chosen)
+    return dataclasses.replace(base, workspace=chosen, limit=(*LIMITS, *base.limit))
 
 
 def _warn(host: str) -> None:

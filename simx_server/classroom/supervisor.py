@@ -17,6 +17,7 @@ import time
 from collections import deque
 from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from simx_client.protocol import link
@@ -42,6 +43,12 @@ READY_WITHIN = 60.0
 
 LOOK = 2.0
 """Seconds between two looks at the seats' memory."""
+
+NICE = 5
+"""Niceness of seats, above that of the page and the supervisor."""
+
+EXPENDABLE = 500
+"""By how much of 1000 the system prefers to end a seat when memory runs out."""
 
 PAGE = 0
 """The page's number among the members."""
@@ -73,6 +80,15 @@ def run_class(plan: ClassPlan, base: Settings, listener: socket.socket, most_mem
         supervisor = Supervisor(plan, loaded, listener, signals, most_memory)
         stack.callback(supervisor.close)
         return supervisor.run()
+
+
+def _stand_back() -> None:
+    """Have the system prefer other processes to this one: the page must answer while students use all cores, and if
+    memory runs out, a seat has to end and not the teacher's desktop.
+    """
+    os.nice(NICE)
+    with contextlib.suppress(OSError):
+        Path("/proc/self/oom_score_adj").write_text(str(EXPENDABLE), encoding="ascii")
 
 
 class Supervisor:
@@ -178,11 +194,12 @@ class Supervisor:
             return serve_page(self._plan, self._listener, there)
         self._listener.close()
         settings = self._seats[number].settings
+        _stand_back()
         world = self._world or open_world(settings, ExitStack())
         world.simulation.files.move_to(settings.workspace)
         desk = partial(Desk, there, self._plan.camera)
         exit_code = run_server(
-            world, settings, partial(tell_parent, writer), is_one_of_many=True, attach=desk
+            world, settings, partial(tell_parent, writer), is_one_of_many=True, attach=desk, is_listed=False
         )
         world.rendering.close()
         return exit_code

@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import logging
 import socket
+from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from http import HTTPStatus
@@ -30,6 +31,10 @@ SLOW = 10.0
 """Seconds for the rest of a request, and for a browser to take an answer."""
 
 MOST_CONNECTIONS = 400
+"""Connections above which those without a request are closed; twice as many are the most."""
+
+MOST_OF_ONE = 100
+"""Connections from one other machine; a browser makes six."""
 
 SAFE = (
     (
@@ -109,16 +114,26 @@ class HttpServer:
         """Connections without a request at present, those that wait longest first."""
 
         self._count = 0
+        self._by_peer: Counter[str] = Counter()
+        """Connections by the address of the other machine."""
 
     async def listen(self, listener: socket.socket) -> asyncio.Server:
         """Start to accept connections."""
         return await asyncio.start_server(self._serve, sock=listener, limit=MOST_HEAD)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        peer: str = (writer.get_extra_info("peername") or ("",))[0]
         self._count += 1
+        self._by_peer[peer] += 1
         if self._count > MOST_CONNECTIONS and self._waiting:
             next(iter(self._waiting)).transport.abort()
         try:
+            if self._count > 2 * MOST_CONNECTIONS or (
+                self._by_peer[peer] > MOST_OF_ONE and not _is_here(peer)
+            ):
+                raise BadRequest(
+                    HTTPStatus.SERVICE_UNAVAILABLE, "There are too many connections to this page.\n"
+                )
             while await self._serve_one(reader, writer):
                 pass
         except BadRequest as bad:
@@ -127,6 +142,9 @@ class HttpServer:
             logger.debug("a browser went away, or did not send a whole request in time")
         finally:
             self._count -= 1
+            self._by_peer[peer] -= 1
+            if not self._by_peer[peer]:
+                del self._by_peer[peer]
             self._waiting.pop(writer, None)
             writer.close()
 
@@ -156,6 +174,10 @@ class HttpServer:
         async with asyncio.timeout(SLOW):
             await writer.drain()
         return stays
+
+
+def _is_here(peer: str) -> bool:
+    return peer in ("127.0.0.1", "::1")
 
 
 def read_head(head: bytes) -> Request:

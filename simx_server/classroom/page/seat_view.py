@@ -34,6 +34,11 @@ SHORT_WAIT = 0.4
 BUSY_AFTER = 2.0
 """Seconds without an answer after which a seat counts as busy."""
 
+REST = 5.0
+"""Seconds without a request for an image after one that was not answered in time; they double up to `MOST_REST`."""
+
+MOST_REST = 60.0
+
 _numbers = itertools.count(time.monotonic_ns())
 """Numbers of requests; a page that is started again must not take answers to the page before for its own."""
 
@@ -72,6 +77,10 @@ class SeatView:
 
         self._reporting: asyncio.Task[None] | None = None
         self._kept = {size: _Kept() for size in PICTURE_AGE}
+        self._problem = ""
+        """Why the last image could not be made."""
+
+        self._rest, self._rests_until = REST, -1e9
         self._answers: dict[int, asyncio.Future[channel.Message]] = {}
 
     # --- what the supervisor tells ---------------------------------------------------------------
@@ -83,6 +92,7 @@ class SeatView:
         self._channel, self._is_ready = seat, is_ready
         self._report, self._report_at, self._asked_at = {}, -1e9, None
         self._kept = {size: _Kept() for size in PICTURE_AGE}
+        self._problem, self._rest, self._rests_until = "", REST, -1e9
         asyncio.get_running_loop().add_reader(seat, self._read)
 
     def ready(self) -> None:
@@ -186,6 +196,7 @@ class SeatView:
             "calls": report.get("calls", 0),
             "error": error,
             "error_ago": None if ago is None else ago + now - self._report_at,
+            "problem": self._problem,
             "note": self._note,
             "note_ago": now - self._note_at if self._note else None,
         }
@@ -205,17 +216,24 @@ class SeatView:
         return await asyncio.shield(kept.task)
 
     async def _draw(self, kept: _Kept, size: str) -> bytes:
-        if self._asked_at is not None and time.monotonic() - self._asked_at > BUSY_AFTER:
-            raise NoPicture("the seat is busy")  # and must not keep the images of others waiting
+        now = time.monotonic()
+        is_busy = self._asked_at is not None and now - self._asked_at > BUSY_AFTER
+        if is_busy or now < self._rests_until:  # it must not keep the images of other seats waiting
+            raise NoPicture(self._problem or "the seat is busy")
         try:
             async with self._gate:
                 answer = await self._ask(size=size)
         except TimeoutError:
-            raise NoPicture("the seat is busy") from None
+            self._problem = f"an image takes more than {ANSWERS_WITHIN:g} s"
+            self._rests_until = time.monotonic() + self._rest
+            self._rest = min(2 * self._rest, MOST_REST)
+            raise NoPicture(self._problem) from None
         except OSError as problem:
             raise NoPicture(str(problem)) from None
         if not answer.picture:
-            raise NoPicture(str(answer.fields.get("problem", "no image could be made")))
+            self._problem = str(answer.fields.get("problem", "no image could be made"))
+            raise NoPicture(self._problem)
+        self._problem, self._rest = "", REST
         kept.at, kept.jpeg = time.monotonic(), answer.picture
         return answer.picture
 

@@ -24,8 +24,8 @@ def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("--seats", "0"), "a whole number from 1 to 200"),
-        (("--seats", "many"), "a whole number from 1 to 200"),
+        (("--seats", "0"), "a whole number from 1 to 100"),
+        (("--seats", "many"), "a whole number from 1 to 100"),
         (("--page-port", "70000"), "a whole number from 0 to 65535"),
         (("--seat-memory", "5"), "a whole number from 200"),
         (("--host", "a b"), "an address of this machine"),
@@ -50,8 +50,8 @@ def test_names_must_fit_the_seats(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "it has no names" in refused(capsys, "--names", names)
     names.write_bytes(b"\xff\xfe\x00")
     assert "names.txt" in refused(capsys, "--names", names)
-    names.write_text("\n".join(["x"] * 201))
-    assert "at most 200 seats" in refused(capsys, "--names", names)
+    names.write_text("\n".join(["x"] * 101))
+    assert "at most 100 seats" in refused(capsys, "--names", names)
 
 
 def test_scene_that_is_not_there_ends_the_start(

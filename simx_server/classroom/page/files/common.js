@@ -58,12 +58,14 @@ function show(tile, seat) {
   clients.textContent = names.length ? names.join("; ") : "no program connected";
   clients.classList.toggle("connected", names.length > 0);
   const problem = tile.querySelector(".problem");
-  const isNote = seat.note && (seat.error_ago === null || seat.note_ago <= seat.error_ago);
-  const isFault = isNote && seat.note !== "the seat was reset";
+  const wasReset = seat.note === "the seat was reset";
+  const isNote = seat.note && !(wasReset && seat.note_ago > 60) && (seat.error_ago === null || seat.note_ago <= seat.error_ago);
+  const isFault = isNote && !wasReset;
   const [text, seconds] = isNote ? [seat.note, seat.note_ago] : [seat.error, seat.error_ago];
-  problem.textContent = text ? `${ago(seconds)}: ${text}` : "";
+  const image = seat.problem ? `no image: ${seat.problem}` : "";
+  problem.textContent = text ? `${ago(seconds)}: ${text}` : image;
   problem.title = problem.textContent;
-  problem.classList.toggle("error", isNote ? isFault : !!seat.error);
+  problem.classList.toggle("error", isNote ? isFault : !!(seat.error || image));
   problem.classList.toggle("note", !!isNote && !isFault);
 }
 
