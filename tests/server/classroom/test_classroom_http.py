@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
 from http import HTTPStatus
 
 import pytest
@@ -22,26 +23,43 @@ async def echo(request: Request) -> Response:
 
 
 def serving(work: Callable[[tuple[str, int]], Awaitable[None]]) -> None:
-    """Do something with a server at an address."""
+    """Do something with a server at an address; then wait until it has no connection any more."""
 
     async def run() -> None:
         listener = socket.create_server(("127.0.0.1", 0))
-        async with asyncio.timeout(60), await HttpServer(echo).listen(listener):
+        server = HttpServer(echo)
+        async with asyncio.timeout(60), await server.listen(listener):
             await work(listener.getsockname())
+            while server._count:
+                await asyncio.sleep(0)
+            await asyncio.sleep(0)  # transports close in the next turn
 
     asyncio.run(run())
 
 
+Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+
+
+@asynccontextmanager
+async def connections(place: tuple[str, int], count: int) -> AsyncIterator[list[Streams]]:
+    """So many connections, one after the other."""
+    opened = [await asyncio.open_connection(*place) for _ in range(count)]
+    try:
+        yield opened
+    finally:
+        for _, writer in opened:
+            writer.close()
+            with suppress(ConnectionError):
+                await writer.wait_closed()
+
+
 async def answer(place: tuple[str, int], request: bytes) -> bytes:
     """All that comes until the server closes the connection."""
-    reader, writer = await asyncio.open_connection(*place)
-    writer.write(request)
-    try:
-        return await reader.read()
-    except ConnectionResetError:
+    async with connections(place, 1) as [(reader, writer)]:
+        writer.write(request)
+        with suppress(ConnectionResetError):
+            return await reader.read()
         return b""
-    finally:
-        writer.close()
 
 
 def closing(request: bytes) -> bytes:
@@ -117,16 +135,53 @@ def test_silent_and_slow_peers_are_closed(monkeypatch: pytest.MonkeyPatch) -> No
     serving(work)
 
 
+def test_connections_beyond_twice_the_number_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http, "MOST_CONNECTIONS", 3)
+    held: list[Request] = []
+
+    async def work(place: tuple[str, int]) -> None:
+        may_end = asyncio.Event()
+
+        async def hold(request: Request) -> Response:
+            held.append(request)
+            await may_end.wait()
+            return Response(HTTPStatus.OK)
+
+        listener = socket.create_server(("127.0.0.1", 0))
+        async with await HttpServer(hold).listen(listener):
+            place, waiting = listener.getsockname(), []
+            for number in range(6):
+                waiting.append(asyncio.create_task(answer(place, closing(GOOD))))
+                while len(held) <= number:
+                    await asyncio.sleep(0)
+            assert b"503" in await answer(place, b"")
+            may_end.set()
+            assert all(b"200" in said for said in await asyncio.gather(*waiting))
+
+    serving(work)
+
+
+def test_other_machine_may_not_have_very_many_connections(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http, "MOST_OF_ONE", 2)
+    monkeypatch.setattr(http, "_is_here", lambda peer: False)
+
+    async def work(place: tuple[str, int]) -> None:
+        async with connections(place, 2):
+            assert b"503" in await answer(place, b"")
+        while b"200 OK" not in await answer(place, closing(GOOD)):
+            await asyncio.sleep(0)
+
+    serving(work)
+
+
 def test_silent_peers_do_not_keep_others_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(http, "MOST_CONNECTIONS", 5)
 
     async def work(place: tuple[str, int]) -> None:
-        silent = [await asyncio.open_connection(*place) for _ in range(20)]
-        assert (await answer(place, closing(GOOD))).endswith(b"/class")
-        for reader, _ in silent[:10]:  # those that waited longest are closed
-            with pytest.raises((ConnectionResetError, EOFError)):
-                await reader.readexactly(1)
-        for _, writer in silent:
-            writer.close()
+        async with connections(place, 20) as silent:
+            assert (await answer(place, closing(GOOD))).endswith(b"/class")
+            for reader, _ in silent[:10]:  # those that waited longest are closed
+                with pytest.raises((ConnectionResetError, EOFError)):
+                    await reader.readexactly(1)
 
     serving(work)

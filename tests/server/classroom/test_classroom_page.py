@@ -213,6 +213,23 @@ def test_seat_that_does_not_answer_is_busy_and_delays_no_other(monkeypatch: pyte
     staged(work)
 
 
+def test_seat_whose_images_take_too_long_rests_and_tells_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(seat_view, "ANSWERS_WITHIN", 0.05)
+
+    async def work(stage: Stage) -> None:
+        stage.seats[1].is_silent = True
+        for _ in range(5):
+            assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
+        assert len(stage.seats[1].asked) == 1
+        stage.seats[1].is_silent = False
+        assert "takes more than" in json.loads((await stage.ask("/seat/1/state", OWN)).body)["problem"]
+        stage.page.views[1]._rests_until = 0.0
+        assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.OK
+        assert stage.page.views[1]._described()["problem"] == ""
+
+    staged(work)
+
+
 def test_seat_that_ends_is_starting_with_the_reason_until_the_next_is_ready() -> None:
     async def work(stage: Stage) -> None:
         stage.seats[1].is_silent = True
