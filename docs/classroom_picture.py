@@ -77,7 +77,7 @@ def main() -> int:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         (folder / "names.txt").write_text("\n".join(STUDENTS))
-        url = stack.enter_context(running_class(folder, "ur5_rg2_kinect", "--names", "names.txt"))
+        url = stack.enter_context(running_class(folder, "ur5", "--names", "names.txt"))
         playwright = stack.enter_context(sync_playwright())
         browser = stack.enter_context(
             playwright.chromium.launch(executable_path=find_chromium(), args=[*FLAGS])

@@ -92,9 +92,9 @@ class Desk:
         if kept is not None and kept[0] == scene:
             return kept[1]
         try:
-            shot = Shot(self._world, self._camera, SIZES[size])
+            shot = Shot(self._world, self._camera, SIZES[size], is_close=True)
         except CommandError:
-            shot = Shot(self._world, None, SIZES[size])
+            shot = Shot(self._world, None, SIZES[size], is_close=True)
         self._shots[size] = scene, shot
         return shot
 

@@ -52,7 +52,9 @@ class Seat:
         return self.ask().fields["report"]
 
     def picture(self, size: str = "small") -> np.ndarray:
-        return cv2.imdecode(np.frombuffer(self.ask(size=size).picture, np.uint8), cv2.IMREAD_COLOR)
+        picture = cv2.imdecode(np.frombuffer(self.ask(size=size).picture, np.uint8), cv2.IMREAD_COLOR)
+        assert picture is not None
+        return picture
 
     def close(self) -> None:
         self.world.loop.close_sockets()

@@ -139,7 +139,7 @@ def test_connections_beyond_twice_the_number_are_refused(monkeypatch: pytest.Mon
     monkeypatch.setattr(http, "MOST_CONNECTIONS", 3)
     held: list[Request] = []
 
-    async def work(place: tuple[str, int]) -> None:
+    async def work(_: tuple[str, int]) -> None:
         may_end = asyncio.Event()
 
         async def hold(request: Request) -> Response:

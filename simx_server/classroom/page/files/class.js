@@ -45,6 +45,7 @@ function count(seats, test) {
 async function look() {
   const found = await fetchJson("/class");
   document.getElementById("scene").textContent = found.scene;
+  document.getElementById("seats").classList.toggle("many", found.seats.length > 12);
   document.title = `Class ${found.scene}`;
   for (const seat of found.seats) {
     const tile = tiles.get(seat.number) ?? makeTile(seat);
@@ -80,8 +81,10 @@ function draw() {
 
 document.getElementById("links").addEventListener("click", async () => {
   const rows = await allLinks();
-  document.getElementById("list").value = rows.map(row => `${row.number}\t${row.student ? row.student + "\t" : ""}${row.link}`).join("\n");
+  const list = document.getElementById("list");
+  list.value = rows.map(row => `${row.number}\t${row.student ? row.student + "\t" : ""}${row.link}`).join("\n");
   document.getElementById("all-links").showModal();
+  list.scrollTop = 0;
 });
 document.getElementById("copy-all").addEventListener("click", event => copy(document.getElementById("list").value, event.target));
 document.getElementById("close").addEventListener("click", () => document.getElementById("all-links").close());
