@@ -184,8 +184,6 @@ def _students(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
 
 def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> int:
     import_mujoco()
-    from simx_server.files.library import DEFAULT_SCENE
-
     from .supervisor import run_class
 
     with ExitStack() as stack:
@@ -205,8 +203,7 @@ def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> 
         address = options.address or shown_address(host)
         if not is_loopback(host):
             _warn(host)
-        scene = base.scene or DEFAULT_SCENE
-        plan = ClassPlan(seats, tokens.teacher, address, Path(scene).stem, options.camera)
+        plan = ClassPlan(seats, tokens.teacher, address, options.camera)
         return run_class(plan, base, listener, most_memory=options.seat_memory << 20)
 
 

@@ -130,7 +130,6 @@ class Desk:
                 for each in sessions[:MOST_CLIENTS]
             ],
             "connected": len(sessions),
-            "calls": loop.metrics.calls,
             "error": error,
             "error_ago": None if at == -math.inf else time.monotonic() - at,
         }

@@ -51,9 +51,11 @@ class ClassPlan:
     address: str
     """The address by which students reach seats and page."""
 
-    scene: str
     camera: str | None
     """The camera or vision sensor that tiles show; None for the overview."""
+
+    scene: str = ""
+    """Name of the scene, known when it is loaded."""
 
 
 def make_seats(

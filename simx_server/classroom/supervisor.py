@@ -7,6 +7,7 @@ does that. Between the two goes a channel with requests for resets one way, and 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import gc
 import logging
 import os
@@ -70,6 +71,7 @@ def run_class(plan: ClassPlan, base: Settings, listener: socket.socket, most_mem
         except CommandError as error:
             logger.error("%s", error)
             return FAILURE
+        plan = dataclasses.replace(plan, scene=world.simulation.scene.name)
         loaded = world if may_be_copied(world) else None
         if loaded is None:
             world.simulation.close()

@@ -193,7 +193,6 @@ class SeatView:
             "time": report.get("time", 0.0),
             "clients": report.get("clients", []),
             "connected": report.get("connected", 0),
-            "calls": report.get("calls", 0),
             "error": error,
             "error_ago": None if ago is None else ago + now - self._report_at,
             "problem": self._problem,

@@ -133,9 +133,10 @@ class ClassPage:
 
     async def _answer_seat(self, method: str, request: Request, number: int, what: str | None) -> Response:
         seat = self._seats.get(number)
+        is_link = what is None and method == "GET" and "token" in request.query
         if seat is None:  # as for a wrong token: strangers do not learn how many seats there are
-            return _refusal(HTTPStatus.UNAUTHORIZED, _ASK_FOR_LINK)
-        if what is None and method == "GET" and "token" in request.query:
+            return _logged_in(None, "") if is_link else _refusal(HTTPStatus.UNAUTHORIZED, _ASK_FOR_LINK)
+        if is_link:
             return _logged_in(self._access.login(request.query["token"], number), f"/seat/{number}")
         if not self._access.may_use(request, number):
             return _refusal(HTTPStatus.UNAUTHORIZED, _ASK_FOR_LINK)

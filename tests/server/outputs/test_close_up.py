@@ -76,7 +76,7 @@ def test_whole_scene_is_shown_when_something_is_far_away_or_nothing_moves() -> N
 
 
 def test_direction_of_the_users_camera_is_kept() -> None:
-    model, data = scene()
+    _, data = scene()
     view = viewpoint_of(data, 0)
     position, matrix = view.pose()
     assert position == pytest.approx((3.0, -4.0, 0.0))

@@ -11,7 +11,6 @@ function makeTile(seat) {
   const tile = document.getElementById("seat").content.firstElementChild.cloneNode(true);
   tile.id = `seat-${seat.number}`;
   tile.querySelector(".number").textContent = seat.number;
-  tile.querySelector(".student").textContent = seat.student;
   tile.querySelector(".open").href = `/seat/${seat.number}`;
   tile.querySelector("img").alt = `Scene of seat ${seat.number}`;
   tile.querySelector(".copy").addEventListener("click", async event => {
@@ -51,6 +50,9 @@ async function look() {
     const tile = tiles.get(seat.number) ?? makeTile(seat);
     if (tile.state !== seat.state) tile.due = 0;
     tile.state = seat.state;
+    // A student may have loaded another scene.
+    const other = seat.scene && seat.scene !== found.scene ? ` (${seat.scene})` : "";
+    tile.element.querySelector(".student").textContent = seat.student + other;
     show(tile.element, seat);
   }
   const parts = [

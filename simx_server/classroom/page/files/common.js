@@ -3,15 +3,16 @@
 
 const STATE_EVERY = 1000; // milliseconds between two looks at the states
 const SILENCE = 5000; // after which the page says that the class does not answer
+const LONGEST = 15000; // for an answer
 
 async function fetchJson(path) {
-  const answer = await fetch(path);
+  const answer = await fetch(path, { signal: AbortSignal.timeout(LONGEST) });
   if (!answer.ok) throw new Error(await answer.text());
   return answer.json();
 }
 
 async function post(path) {
-  const answer = await fetch(path, { method: "POST" });
+  const answer = await fetch(path, { method: "POST", signal: AbortSignal.timeout(LONGEST) });
   if (!answer.ok) throw new Error(await answer.text());
 }
 
@@ -72,8 +73,10 @@ function show(tile, seat) {
 // Loads the next image of a seat; resolves when it is there or could not be made.
 function nextImage(image, number, size) {
   return new Promise(done => {
-    image.onload = () => { image.classList.add("shown"); done(true); };
-    image.onerror = () => { image.classList.remove("shown"); done(false); };
+    const end = isThere => { clearTimeout(timer); image.onload = image.onerror = null; image.classList.toggle("shown", isThere); done(isThere); };
+    const timer = setTimeout(() => end(false), LONGEST);
+    image.onload = () => end(true);
+    image.onerror = () => end(false);
     image.src = `/seat/${number}/picture?size=${size}&at=${Date.now()}`;
   });
 }
