@@ -160,7 +160,10 @@ def main(argv: Sequence[str] | None = None, program: str = "simx classroom") -> 
     students = _students(parser, options)
     # Nothing here multiplies large matrices; a thread pool costs memory, and prevents a process from forking safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    signal.signal(signal.SIGTERM, _leave)  # until the supervisor handles it: temporary files are removed
+    # Temporary files are removed. From its start the supervisor handles SIGTERM.
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(number, _leave)
     try:
         return _start(options, base, students)
     except KeyboardInterrupt:
