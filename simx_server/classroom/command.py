@@ -187,7 +187,15 @@ def _students(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
 
 def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> int:
     import_mujoco()
+    from simx_server.sensors.opengl.backend import requested_backend
+
     from .supervisor import run_class
+
+    try:
+        requested_backend()  # refuses an unknown MUJOCO_GL now, before the first image
+    except ValueError as error:
+        logger.error("%s", error)
+        return USAGE
 
     with ExitStack() as stack:
         private = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-class-")))

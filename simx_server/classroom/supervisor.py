@@ -27,12 +27,13 @@ from simx_server.app.fleet import may_be_copied, tell_parent
 from simx_server.app.server import open_world, run_server
 from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
+from simx_server.outputs.filming import Shot
 from simx_server.processes.children import become, ending_signals, how_it_ended
 from simx_server.world.world import World
 
 from . import channel
 from .addresses import in_url
-from .desk import Desk
+from .desk import SIZES, Desk
 from .member import Member
 from .page.serving import serve_page
 from .plan import ClassPlan
@@ -68,6 +69,8 @@ def run_class(plan: ClassPlan, base: Settings, listener: socket.socket, most_mem
     with ExitStack() as stack:
         try:
             world = open_world(base, stack)
+            if plan.camera is not None:
+                Shot(world, plan.camera, SIZES["small"])  # refuses a camera that the scene lacks
         except CommandError as error:
             logger.error("%s", error)
             return FAILURE

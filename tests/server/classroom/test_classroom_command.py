@@ -64,6 +64,25 @@ def test_scene_that_is_not_there_ends_the_start(
     assert "no_such_scene" in caplog.text
 
 
+def test_camera_that_the_scene_lacks_ends_the_start(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    words = ["cart_pole", "--camera", "nose", "--page-port", "0", "--seat-port", "0"]
+    assert command.main(words) == 1
+    assert "nose" in caplog.text
+    assert "camera" in caplog.text
+
+
+def test_unknown_way_to_draw_is_refused(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    monkeypatch.setenv("MUJOCO_GL", "crayons")
+    assert command.main(["cart_pole", "--page-port", "0", "--seat-port", "0"]) == 2
+    assert "crayons" in caplog.text
+
+
 def test_port_that_is_taken_ends_the_start(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
