@@ -43,6 +43,9 @@ logger = logging.getLogger(__name__)
 READY_WITHIN = 60.0
 """Seconds until all seats must be ready at the start, and each one later; and one more for each seat."""
 
+RETRY = 5.0
+"""Seconds until the next try when the system allows no further process."""
+
 LOOK = 2.0
 """Seconds between two looks at the seats' memory."""
 
@@ -165,15 +168,26 @@ class Supervisor:
 
     def _start(self, member: Member) -> None:
         """Fork a member. Returns in the parent only."""
-        reader, writer = os.pipe()
-        here, there = channel.pair()
         sys.stdout.flush()
         sys.stderr.flush()
-        process_id = os.fork()
-        if process_id == 0:
-            become(partial(self._child, member.number, reader, writer, here, there), self._lifeline)
-        os.close(writer)
-        there.close()
+        with ExitStack() as opened:
+            try:
+                reader, writer = os.pipe()
+                opened.callback(os.close, writer)
+                kept = opened.enter_context(ExitStack())
+                kept.callback(os.close, reader)
+                here, there = channel.pair()
+                opened.callback(there.close)
+                kept.callback(here.close)
+                process_id = os.fork()
+            except OSError as error:
+                name = self._name(member.number)
+                logger.error("%s cannot be started now and is tried again: %s", name, error.strerror)
+                member.start_at = time.monotonic() + RETRY
+                return
+            if process_id == 0:
+                become(partial(self._child, member.number, reader, writer, here, there), self._lifeline)
+            kept.pop_all()
         member.begin(process_id, reader, here)
         self._selector.register(member.death, selectors.EVENT_READ, partial(self._on_death, member))
         self._selector.register(reader, selectors.EVENT_READ, partial(self._on_ready, member))

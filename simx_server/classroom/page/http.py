@@ -119,7 +119,9 @@ class HttpServer:
 
     async def listen(self, listener: socket.socket) -> asyncio.Server:
         """Start to accept connections."""
-        return await asyncio.start_server(self._serve, sock=listener, limit=MOST_HEAD)
+        return await asyncio.start_server(
+            self._serve, sock=listener, limit=MOST_HEAD, backlog=MOST_CONNECTIONS
+        )
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         peer: str = (writer.get_extra_info("peername") or ("",))[0]
