@@ -80,7 +80,7 @@ def test_page_that_is_killed_comes_back_and_seats_go_on(opened: Class) -> None:
     os.kill(before, signal.SIGKILL)
     assert until(lambda: not is_alive(before))
     assert until(lambda: len(opened.children()) == 3)
-    assert opened.state(1)["state"] == "stopped"  # the system keeps a request until the new page takes it
+    assert until(lambda: opened.state(1)["state"] == "stopped")  # the system keeps requests for the new page
     assert set(opened.children()) - {page_of(opened)} == seats
     assert opened.state(2)["note"] == ""
 
@@ -101,8 +101,8 @@ def test_hundreds_of_silent_browsers_keep_nobody_out(opened: Class) -> None:
     with contextlib.ExitStack() as stack:
         for _ in range(450):
             stack.enter_context(socket.create_connection(opened.place, timeout=SOON))
-        assert opened.state(1)["state"] == "stopped"
-        assert opened.ask("GET", "/seat/1/picture")[0] == 200
+        assert until(lambda: opened.state(1)["state"] == "stopped")
+        assert until(lambda: opened.ask("GET", "/seat/1/picture")[0] == 200)
 
 
 def test_seat_that_takes_too_much_memory_starts_again(opened: Class, tmp_path: Path, log: Path) -> None:
