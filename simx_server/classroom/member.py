@@ -72,7 +72,11 @@ class Member:
         self._began = time.monotonic()
 
     def end(self, reason: str) -> None:
-        """Request the end of the process, and kill it after `GRACE`; the first reason counts."""
+        """Request the end of the process, and kill it after `GRACE`; the first reason counts.
+
+        Without a process, end the pause before the next start.
+        """
+        self.start_at = min(self.start_at, time.monotonic())
         if self.is_running and self.kill_at == math.inf:
             self.reason, self.kill_at = reason, time.monotonic() + GRACE
             self._signal(signal.SIGTERM)

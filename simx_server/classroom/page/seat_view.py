@@ -34,7 +34,7 @@ SHORT_WAIT = 0.4
 BUSY_AFTER = 2.0
 """Seconds without an answer after which a seat counts as busy."""
 
-REST = 5.0
+REST = 3.0
 """Seconds without a request for an image after one that was not answered in time; they double up to `MOST_REST`."""
 
 MOST_REST = 60.0
@@ -80,7 +80,7 @@ class SeatView:
         self._problem = ""
         """Why the last image could not be made."""
 
-        self._rest, self._rests_until = REST, -1e9
+        self._rest, self._rests_until, self._has_drawn = REST, -1e9, False
         self._answers: dict[int, asyncio.Future[channel.Message]] = {}
 
     # --- what the supervisor tells ---------------------------------------------------------------
@@ -92,7 +92,7 @@ class SeatView:
         self._channel, self._is_ready = seat, is_ready
         self._report, self._report_at, self._asked_at = {}, -1e9, None
         self._kept = {size: _Kept() for size in PICTURE_AGE}
-        self._problem, self._rest, self._rests_until = "", REST, -1e9
+        self._problem, self._rest, self._rests_until, self._has_drawn = "", REST, -1e9, False
         asyncio.get_running_loop().add_reader(seat, self._read)
 
     def ready(self) -> None:
@@ -223,18 +223,23 @@ class SeatView:
             async with self._gate:
                 answer = await self._ask(size=size)
         except TimeoutError:
-            self._problem = f"an image takes more than {ANSWERS_WITHIN:g} s"
-            self._rests_until = time.monotonic() + self._rest
-            self._rest = min(2 * self._rest, MOST_REST)
-            raise NoPicture(self._problem) from None
+            self._rest_a_while()
+            raise NoPicture(self._problem or "the renderer of the seat starts") from None
         except OSError as problem:
             raise NoPicture(str(problem)) from None
         if not answer.picture:
             self._problem = str(answer.fields.get("problem", "no image could be made"))
             raise NoPicture(self._problem)
-        self._problem, self._rest = "", REST
+        self._problem, self._rest, self._has_drawn = "", REST, True
         kept.at, kept.jpeg = time.monotonic(), answer.picture
         return answer.picture
+
+    def _rest_a_while(self) -> None:
+        """Request no image for a while, after one that was not answered in time; the first may take longer."""
+        if self._has_drawn or self._rest > REST:
+            self._problem = f"an image takes more than {ANSWERS_WITHIN:g} s"
+        self._rests_until = time.monotonic() + self._rest
+        self._rest = min(2 * self._rest, MOST_REST)
 
 
 def _done(kept: _Kept, task: asyncio.Task[bytes]) -> None:

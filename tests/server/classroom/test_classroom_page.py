@@ -217,15 +217,19 @@ def test_seat_whose_images_take_too_long_rests_and_tells_why(monkeypatch: pytest
     monkeypatch.setattr(seat_view, "ANSWERS_WITHIN", 0.05)
 
     async def work(stage: Stage) -> None:
+        view = stage.page.views[1]
         stage.seats[1].is_silent = True
         for _ in range(5):
             assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
         assert len(stage.seats[1].asked) == 1
+        assert view._described()["problem"] == ""  # its renderer may start
+        view._rests_until = 0.0
+        assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
         stage.seats[1].is_silent = False
         assert "takes more than" in json.loads((await stage.ask("/seat/1/state", OWN)).body)["problem"]
-        stage.page.views[1]._rests_until = 0.0
+        view._rests_until = 0.0
         assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.OK
-        assert stage.page.views[1]._described()["problem"] == ""
+        assert view._described()["problem"] == ""
 
     staged(work)
 

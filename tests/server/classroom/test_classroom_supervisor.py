@@ -74,6 +74,14 @@ def test_process_that_was_told_to_end_is_started_again_at_once(clock: Clock) -> 
     assert not one.is_running
 
 
+def test_reset_ends_the_pause_before_the_next_start(clock: Clock) -> None:
+    one = started(Member(1))
+    one.bury()
+    assert one.start_at > clock.now
+    one.end("the seat was reset")
+    assert one.start_at == clock.now
+
+
 @pytest.fixture
 def supervisor() -> Iterator[Supervisor]:
     """Of one seat; nothing has started."""
