@@ -45,6 +45,7 @@ MEASUREMENTS = {
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",
     "growth": "bench.world.growth",
+    "classroom": "bench.load.classroom",
     "edits": "bench.world.edits",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",

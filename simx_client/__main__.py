@@ -27,6 +27,7 @@ COMMANDS = {
     "run": ("run an unmodified legacy script", "simx_client.launch.run"),
     "status": ("report health and metrics of simulators", "simx_client.cli.status.command"),
     "fleet": ("run servers on the hosts of a Ray cluster", "simx_client.fleet.command"),
+    "classroom": ("run a class: a server for each student, and a page", "simx_client.cli.classroom"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 

@@ -1,7 +1,8 @@
 """Open a client's Zenoh sessions with the user's configuration; report the reason when that fails.
 
 ``SIMX_CONFIG`` names a Zenoh configuration file with certificates, user and password. The script and
-``SIMX_CONNECT`` say where a session goes, never the file. With ``SIMX_ROLE=viewer`` a client may only read.
+``SIMX_CONNECT`` say where a session goes, never the file. ``SIMX_LOGIN`` is ``USER:PASSWORD``, for servers that
+need nothing else of such a file. With ``SIMX_ROLE=viewer`` a client may only read.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ _LEAST_ANSWER = 0.01
 """Minimum time-out of an answer in seconds, after the deadline too."""
 
 CONFIG_VARIABLE = "SIMX_CONFIG"
+LOGIN_VARIABLE = "SIMX_LOGIN"
+"""User and password as ``USER:PASSWORD``; they replace those of the file."""
+
 ROLE_VARIABLE = "SIMX_ROLE"
 
 _KNOCK = bytes([0x01, 0x09, 0xF2]) + os.urandom(16)
@@ -49,8 +53,9 @@ def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, 
 
     Raises:
         zenoh.ZError: no session could be opened.
-        ConnectionFailed: the file of ``SIMX_CONFIG`` cannot be used.
+        ConnectionFailed: the file of ``SIMX_CONFIG`` or the text of ``SIMX_LOGIN`` cannot be used.
     """
+    options = {**options, **_login()}
     file = config_file()
     if file is None:
         return zenoh.open(link.configure(zenoh.Config(), {**defaults, **options}))
@@ -76,6 +81,19 @@ def config_file() -> Path | None:
             f"{CONFIG_VARIABLE}: {text!r} is no existing file; it is to name one of Zenoh settings"
         )
     return path
+
+
+def _login() -> dict[str, str]:
+    """Return Zenoh's options for the login of ``SIMX_LOGIN``. Raises ConnectionFailed for an unreadable text."""
+    text = os.environ.get(LOGIN_VARIABLE, "").strip()
+    if not text:
+        return {}
+    user, colon, password = text.partition(":")
+    if not (user and colon and password):
+        raise ConnectionFailed(
+            f"{LOGIN_VARIABLE}: the text is not USER:PASSWORD, as in seat-07:0Jq2c1; copy the whole line again"
+        )
+    return {"transport/auth/usrpwd/user": user, "transport/auth/usrpwd/password": password}
 
 
 def client_name() -> str:
@@ -149,14 +167,24 @@ def why_closed(address: str, port: int, is_secret: bool = False, deadline: float
     if (
         kind == _INIT
     ):  # it would accept a client without login, so the given login is the reason, or it has just started
-        return f"speaks Zenoh, wants no login and did not let this client in; try again, or without {CONFIG_VARIABLE}"
+        return (
+            "speaks Zenoh, wants no login and did not let this client in; try again, or without "
+            f"{CONFIG_VARIABLE} and {LOGIN_VARIABLE}"
+        )
     return None
 
 
 def _what_to_check() -> str:
     file = os.environ.get(CONFIG_VARIABLE, "").strip()
+    if os.environ.get(LOGIN_VARIABLE, "").strip():
+        return f"check user and password in {LOGIN_VARIABLE}" + (
+            f", and certificates in {file}" if file else ""
+        )
     if not file:
-        return f"{CONFIG_VARIABLE} is not set: it names the Zenoh configuration with user, password and certificates"
+        return (
+            f"{CONFIG_VARIABLE} is not set: it names the Zenoh configuration with user, password and certificates "
+            f"({LOGIN_VARIABLE}=USER:PASSWORD is enough where a login alone is required)"
+        )
     return f"check user, password and certificates in {file} ({CONFIG_VARIABLE})"
 
 

@@ -16,7 +16,6 @@ import selectors
 import signal
 import sys
 import time
-from collections.abc import Generator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -26,6 +25,7 @@ from simx_client.protocol import link
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_server.errors import CommandError
 from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, how_it_ended
 from simx_server.processes.lifeline import end_with
 from simx_server.processes.watchdog import Watchdog
 from simx_server.world.world import World
@@ -37,9 +37,6 @@ logger = logging.getLogger(__name__)
 
 READY_WITHIN = 60.0
 """Seconds until all servers must be ready; on a busy host many of them take turns."""
-
-ENDS_WITHIN = 4.8
-"""Seconds that a server has to end; after that it is killed."""
 
 _CHUNK = 4096
 
@@ -85,13 +82,13 @@ def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
         except CommandError as error:
             logger.error("%s", error)
             return FAILURE
-        loaded = world if _may_be_copied(world) else None
+        loaded = world if may_be_copied(world) else None
         if loaded is None:
             world.simulation.close()
         link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
         gc.collect()
         gc.freeze()  # otherwise the first collection of each server writes to every object, and no memory stays shared
-        signals = stack.enter_context(_signals())
+        signals = stack.enter_context(ending_signals())
         fleet = Fleet(signals, watchdog)
         stack.callback(fleet.close)
         for number in range(settings.count or 1):
@@ -209,14 +206,10 @@ class Fleet:
             logging.ERROR if member.exit_code else logging.INFO,
             "%s ended %s; %d of %d go on",
             member.name,
-            _how(member.exit_code),
+            how_it_ended(member.exit_code),
             len(self._running()),
             len(self._members),
         )
-
-
-def _how(exit_code: int) -> str:
-    return f"with exit code {exit_code}" if exit_code >= 0 else f"by signal {-exit_code}"
 
 
 def _say_ready(members: list[Member]) -> None:
@@ -235,31 +228,25 @@ def _become_server(
     watchdog: Watchdog | None,
 ) -> NoReturn:
     """Run the child process: it must never return into the code of its parent."""
-    exit_code = FAILURE
-    try:
-        signal.set_wakeup_fd(-1)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    def run() -> int:
         if watchdog is not None:
             watchdog.watch(number + 1)
-        os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
-        os.close(lifeline[1])
-        end_with(lifeline[0], ENDS_WITHIN)
-        world = world or open_world(settings, ExitStack())
-        exit_code = run_server(world, settings, partial(_tell_parent, writer), is_one_of_many=True)
-        world.rendering.close()
-    except BaseException:
-        logger.exception("the server failed")
-    finally:
-        logging.shutdown()
-        os._exit(exit_code)
+        simulated = world or open_world(settings, ExitStack())
+        exit_code = run_server(simulated, settings, partial(tell_parent, writer), is_one_of_many=True)
+        simulated.rendering.close()
+        return exit_code
+
+    become(run, lifeline)
 
 
-def _may_be_copied(world: World) -> bool:
+def may_be_copied(world: World) -> bool:
     """Return whether the world can be copied: scripts that run while it is stopped may live in another process."""
     return all(script.interpreter is None for script in world.scripts.all())
 
 
-def _tell_parent(writer: int, gateway: ZenohGateway, world: World) -> None:
+def tell_parent(writer: int, gateway: ZenohGateway, world: World) -> None:
+    """Write a line to the parent: the server can be reached, and where."""
     place = {
         "realm": gateway.realm,
         "ports": list(gateway.ports),
@@ -272,21 +259,3 @@ def _tell_parent(writer: int, gateway: ZenohGateway, world: World) -> None:
 
 def _is_plain(settings: Settings) -> bool:
     return settings.config is None and not settings.multicast_scouting
-
-
-@contextlib.contextmanager
-def _signals() -> Generator[int]:
-    """Deliver SIGINT and SIGTERM only to a file descriptor within the block."""
-    reader, writer = os.pipe()
-    os.set_blocking(writer, False)
-    before = signal.set_wakeup_fd(writer)
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    handlers = {number: signal.signal(number, lambda _number, _frame: None) for number in numbers}
-    try:
-        yield reader
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        signal.set_wakeup_fd(before)
-        os.close(reader)
-        os.close(writer)

@@ -238,6 +238,8 @@ def run_server(
     recorder: Recorder | None = None,
     page_listener: socket.socket | None = None,
     is_one_of_many: bool = False,
+    attach: Callable[[World, ServerLoop], object] = lambda _world, _loop: None,
+    is_listed: bool = True,
 ) -> int:
     """Serve one simulation until it is requested to end. Returns the process's exit code.
 
@@ -246,18 +248,15 @@ def run_server(
         page_listener: the socket of the web viewer; None for no viewer.
         is_one_of_many: save memory: the renderer of a scene with cameras is not made when a client joins but for the
             first image, which then comes half a second later.
+        attach: called before the loop runs, for a way in that others do not have.
+        is_listed: other programs of this user find the server, see `roster`.
     """
     simulation = world.simulation
     loop = make_loop(world, settings)
     raise_limit()
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    if not is_one_of_many:
-        warm_up = WarmUp(world)
-        simulation.attach(warm_up)
-        loop.joined.append(warm_up.client_joined)
-    if settings.quit_after_stop:
-        simulation.attach(_QuitAfterStop(loop))
+    _attach_parts(world, loop, settings, is_one_of_many=is_one_of_many)
     with ExitStack() as beside:
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
@@ -267,8 +266,9 @@ def run_server(
             logger.error("%s", error)
             return FAILURE
         add_viewers(world, loop, gateway, has_viewer=page_listener is not None)
+        attach(world, loop)
         with (
-            noted(gateway.endpoints),
+            noted(gateway.endpoints if is_listed else ()),
             _ending_by_signal(loop),
             loop.metrics.log.attached(),
         ):
@@ -293,6 +293,15 @@ def run_server(
             if recorder is not None:
                 recorder.ended()
     return DONE
+
+
+def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_of_many: bool) -> None:
+    if not is_one_of_many:
+        warm_up = WarmUp(world)
+        world.simulation.attach(warm_up)
+        loop.joined.append(warm_up.client_joined)
+    if settings.quit_after_stop:
+        world.simulation.attach(_QuitAfterStop(loop))
 
 
 def _say_ready(gateway: ZenohGateway, world: World) -> None:

@@ -42,5 +42,10 @@ class SceneFiles:
         self.find: Find = self._find
         """Finds a file. A replay replaces it with a function that finds the recorded files."""
 
+    def move_to(self, workspace: Path) -> None:
+        """Use another workspace from now on, before any client has connected."""
+        self.workspace = workspace.resolve()
+        self.client_files = ClientFiles(self.workspace)
+
     def _find(self, text: str, is_model: bool) -> Path:
         return find_for_client(text, self.workspace, self.open_scene, self.more_folders, model=is_model)

@@ -22,6 +22,7 @@ from simx_client.connection.redirect import VARIABLE, format_redirects
 from simx_client.launch import run
 from simx_server.app import cli
 from simx_server.app.settings import Settings
+from simx_server.classroom import command as classroom
 from simx_server.viewer.page import command as view
 
 SCRIPT = """
@@ -50,11 +51,11 @@ def of_help(parser: argparse.ArgumentParser) -> list[str]:
 COMMANDS = [
     example
     for name, (_, module) in simx.COMMANDS.items()
-    if name not in ("check", "run")
+    if name not in ("check", "classroom", "run")
     for example in of_help(import_module(module).make_parser())
 ]
 PAGE = examples("examples:\n" + (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8"))
-OF_PAGE = [line for line in PAGE if line.startswith("simx ")]
+OF_PAGE = [line for line in PAGE if line.startswith("simx ") and not line.startswith("simx classroom ")]
 
 
 def test_examples_are_found() -> None:
@@ -170,6 +171,17 @@ def test_example_of_simx_check_checks(
     assert words[0] == "simx-check"
     assert check.main(words[1:]) == 0
     assert "simxStart" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("example", of_help(classroom.make_parser()))
+def test_example_of_a_class_is_understood(
+    example: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "class_7b.txt").write_text("Ada\nBen\n")
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(example)
+    assert words[:2] == ["simx", "classroom"]
+    assert classroom.make_parser().parse_args(words[2:]).scene
 
 
 @pytest.mark.parametrize("example", of_help(view.make_parser()))

@@ -14,11 +14,14 @@ import pytest
 
 TESTS = Path(__file__).parents[1]
 HELPERS = tuple(TESTS / "support" / folder for folder in ("", "worlds", "vrep_files"))
-BROWSER = ("test_view_browser",)
+BROWSER = ("test_classroom_browser", "test_view_browser")
 GL = (
     "test_bench_smoke", "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
     "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend", "test_gym_environments",
     "test_gym_page", "test_gym_stable_baselines3", "test_gym_tasks", "test_gym_vectors",
+    "test_bench_smoke", "test_classroom", "test_classroom_browser",
+    "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
+    "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend",
     "test_hostile_peers", "test_idioms_images", "test_keyboard_example", "test_legacy_scripts",
     "test_models_line_tracer", "test_models_scanner", "test_models_small", "test_models_vehicles",
     "test_original_commands", "test_original_hostile", "test_original_library", "test_over_zenoh", "test_pace",

@@ -28,7 +28,7 @@ from bench.calls import (
 )
 from bench.images import picture, rendering, sizes
 from bench.learning import growth as learning
-from bench.load import clients, scale, servers, startup, view
+from bench.load import classroom, clients, scale, servers, startup, view
 from bench.measuring import baselines, drawing_bars, measure, plot, processes, scheduling
 from bench.measuring.bars import Bar, Bars
 from bench.measuring.machine import Watch, description
@@ -379,6 +379,15 @@ def test_a_fleet_and_a_router_are_measured(monkeypatch: pytest.MonkeyPatch) -> N
     assert {scale.DIRECT, scale.ROUTED} <= set(told)
     assert told["bytes of a blocking read on the wire, question"] > 0
     assert all(ratio.value > 0 for ratio in found.ratios)
+
+
+@pytest.mark.usefixtures("without_opengl")
+def test_a_class_is_measured_before_and_while_it_is_looked_at() -> None:
+    found = classroom.measure(TINY, seats=(2,))
+    ((seats, figures),) = found.grids[0].lines
+    assert seats == "2"
+    assert len(figures) == len(found.grids[0].head) - 1
+    assert all(figure is not None and figure >= 0 for figure in figures)
 
 
 @pytest.mark.usefixtures("without_opengl")

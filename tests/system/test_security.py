@@ -209,6 +209,28 @@ def test_wrong_password_is_refused_in_time_and_said(guard: Guard, recipes: Path,
 
 
 @needs_openssl
+def test_login_in_a_variable_is_enough_and_replaces_that_of_the_file(
+    guard: Guard, recipes: Path, monkeypatch, caplog
+) -> None:
+    place = guard("password-server.json5")
+    monkeypatch.setenv("SIMX_LOGIN", "teacher:correct horse")
+    assert hinge(place.come(None, endpoint=""))
+    assert hinge(place.come(changed(recipes, "password-client.json5", "correct horse", "wrong horse")))
+    v.simxFinish(-1)
+    for login, reason in (
+        ("teacher:wrong horse", "check user and password in SIMX_LOGIN"),
+        ("stranger:correct horse", "check user and password in SIMX_LOGIN"),
+        ("teacher", "not USER:PASSWORD"),
+        (":correct horse", "not USER:PASSWORD"),
+    ):
+        caplog.clear()
+        monkeypatch.setenv("SIMX_LOGIN", login)
+        assert place.come(None, endpoint="") == -1
+        assert reason in caplog.text
+        assert "horse" not in caplog.text
+
+
+@needs_openssl
 def test_login_that_nobody_wants_is_said(recipes: Path, monkeypatch, caplog) -> None:
     with server(recipes / "pendulum.xml") as process:
         monkeypatch.setenv("SIMX_CONFIG", str(recipes / "password-client.json5"))

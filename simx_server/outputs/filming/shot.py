@@ -14,6 +14,8 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.vision.futures import then
 from simx_server.sensors.vision.image import CameraView, Viewpoint
 
+from .close_up import CloseUp, viewpoint_of
+
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
@@ -40,12 +42,20 @@ class Shot:
     set; in another size its view is rendered again. One that shows depth gives that in grey.
     """
 
-    def __init__(self, world: World, camera: str | None = None, size: tuple[int, int] | None = None) -> None:
+    def __init__(
+        self,
+        world: World,
+        camera: str | None = None,
+        size: tuple[int, int] | None = None,
+        *,
+        is_close: bool = False,
+    ) -> None:
         """Make a shot.
 
         Args:
             camera: a name or path, None for the overview.
             size: width and height in pixels, None for the camera's own.
+            is_close: an overview is as near as the things that move allow.
 
         Raises:
             CommandError: the scene has no such camera.
@@ -55,6 +65,8 @@ class Shot:
         self._camera = camera
         self._chosen_size = size
         self._viewpoint: tuple[int, Viewpoint] | None = None
+        self._is_close = is_close
+        self._close_up: CloseUp | None = None
         item = self._find()
         self.name = item.name if item is not None else "overview"
         self.size = size or self._own_size(item) or DEFAULT_SIZE
@@ -68,8 +80,8 @@ class Shot:
         """
         item = self._find()
         vision = self._vision
-        if item is None:
-            return then(vision.look_from(self._overview()), _upright)
+        if item is None or (self._is_close and self._camera is None):
+            return then(vision.look_from(self._overview(item)), _upright)
         if item.kind == ObjectKind.VISION_SENSOR and self._chosen_size is None:
             return then(vision.image(item.handle, as_grey=False), _unpacked)
         background = None if item.kind == ObjectKind.VISION_SENSOR else PAPER
@@ -98,10 +110,11 @@ class Shot:
         settings = self._vision.settings(item.handle)
         return settings.width, settings.height
 
-    def _overview(self) -> CameraView:
+    def _overview(self, users_camera: SceneObject | None) -> CameraView:
         """Return MuJoCo's free camera in its initial pose, which a scene may set by `<statistic>` and `<global>`.
 
-        It stays in place while a scene is edited.
+        It stays in place while a scene is edited. A close overview has the direction of the users' camera, if the scene
+        has one.
         """
         model = self._sim.model
         eye, clip = model.vis.global_, model.vis.map
@@ -112,6 +125,13 @@ class Shot:
             mujoco.mjv_defaultFreeCamera(model, free)
             stand = Viewpoint(tuple(free.lookat.tolist()), free.distance, free.azimuth, free.elevation)  # pyright: ignore[reportArgumentType]
             self._viewpoint = self._sim.scene_id, stand
+        viewpoint = self._viewpoint[1]
+        if users_camera is not None:
+            viewpoint = viewpoint_of(self._sim.data, users_camera.id)
+        if self._is_close:
+            if self._close_up is None or self._close_up.model is not model:
+                self._close_up = CloseUp(model)
+            viewpoint = self._close_up.viewpoint(self._sim.data, viewpoint)
         extent = float(model.stat.extent)
         try:
             return CameraView(
@@ -123,7 +143,7 @@ class Shot:
                 far=float(clip.zfar) * extent,
                 background=PAPER,
                 orthographic_size=fovy * max(1.0, width / height) if eye.orthographic else None,
-                viewpoint=self._viewpoint[1],
+                viewpoint=viewpoint,
                 is_users=True,
             )
         except ValueError as problem:

@@ -7,6 +7,7 @@ Everything belongs to the physics thread, except where it says otherwise. `repor
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from bisect import bisect_left, bisect_right
@@ -136,6 +137,8 @@ class LogCount(logging.Handler):
         self.errors = 0
         self.last_warning = ""
         self.last_error = ""
+        self.error_at = -math.inf
+        """When the last error was logged, on the monotonic clock."""
 
     @contextmanager
     def attached(self) -> Generator[None]:
@@ -152,7 +155,7 @@ class LogCount(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         text = record.getMessage()[:MAX_TEXT]
         if record.levelno >= logging.ERROR:
-            self.errors, self.last_error = self.errors + 1, text
+            self.errors, self.last_error, self.error_at = self.errors + 1, text, time.monotonic()
         else:
             self.warnings, self.last_warning = self.warnings + 1, text
 
@@ -194,6 +197,9 @@ class Metrics:
         """Names of calls that another protocol brings, beside the table's commands."""
 
         self.failures: dict[str, Failures] = {}
+        self.last_failure = ("", -math.inf)
+        """Text of the last failed call, and its time on the monotonic clock."""
+
         self._failing = threading.Lock()
         """For `failed` alone, which the render thread uses too."""
 
@@ -232,6 +238,7 @@ class Metrics:
                 failures.failed += 1
                 failures.internal += is_internal
                 failures.last = text[:MAX_TEXT]
+                self.last_failure = (failures.last, time.monotonic())
             else:
                 failures.silent += 1
 

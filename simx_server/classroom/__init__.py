@@ -1,0 +1,1 @@
+"""A class: a server for each student, a page that shows all of them, and a token for each seat (docs/classroom.md)."""

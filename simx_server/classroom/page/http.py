@@ -1,0 +1,218 @@
+"""A small HTTP/1.1 server on asyncio for one page: bounded heads, bodies, times and connections, and no files.
+
+The standard library's ``http.server`` has a thread for each connection and no bounds; a hostile browser would hold as
+many threads as it likes. Here all connections share one thread, and when there are too many, those that wait longest
+without a request are closed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import socket
+from collections import Counter
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs, urlsplit
+
+logger = logging.getLogger(__name__)
+
+MOST_HEAD = 16_384
+MOST_BODY = 4096
+"""Bytes of a request's head and body."""
+
+IDLE = 30.0
+"""Seconds until a connection without a request is closed."""
+
+SLOW = 10.0
+"""Seconds for the rest of a request, and for a browser to take an answer."""
+
+MOST_CONNECTIONS = 400
+"""Connections above which those without a request are closed; twice as many are the most."""
+
+MOST_OF_ONE = 100
+"""Connections from one other machine; a browser makes six."""
+
+SAFE = (
+    (
+        "Content-Security-Policy",
+        "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    ),
+    ("X-Content-Type-Options", "nosniff"),
+    ("Referrer-Policy", "no-referrer"),
+    ("Cross-Origin-Resource-Policy", "same-origin"),
+    ("Cache-Control", "no-store"),
+)
+"""Headers of every answer: other sites cannot frame the page, and an address with a token stays here."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request whose form was checked."""
+
+    method: str
+    path: str
+    query: Mapping[str, str]
+    headers: Mapping[str, str]
+    """Names in lower case."""
+
+    def cookie(self, name: str) -> str:
+        """Return a cookie's value; empty without it."""
+        try:
+            found = SimpleCookie(self.headers.get("cookie", "")).get(name)
+        except CookieError:
+            return ""
+        return "" if found is None else found.value
+
+
+@dataclass(frozen=True)
+class Response:
+    """An answer."""
+
+    status: HTTPStatus
+    body: bytes = b""
+    kind: str = "text/plain; charset=utf-8"
+    headers: tuple[tuple[str, str], ...] = field(default=())
+
+    def packed(self, *, is_head: bool, stays: bool) -> bytes:
+        """Return the answer as bytes, without its body for a HEAD."""
+        lines = [
+            f"HTTP/1.1 {self.status.value} {self.status.phrase}",
+            f"Content-Type: {self.kind}",
+            f"Content-Length: {len(self.body)}",
+            f"Connection: {'keep-alive' if stays else 'close'}",
+            *(f"{name}: {value}" for name, value in (*SAFE, *self.headers)),
+        ]
+        return "\r\n".join(lines).encode("latin-1") + b"\r\n\r\n" + (b"" if is_head else self.body)
+
+
+class BadRequest(Exception):
+    """A request that has no answer but this one; the connection is closed."""
+
+    def __init__(self, status: HTTPStatus, text: str) -> None:
+        super().__init__(text)
+        self.response = Response(status, text.encode())
+
+
+Handle = Callable[[Request], Awaitable[Response]]
+
+
+class HttpServer:
+    """Answers requests at a listening socket with a function."""
+
+    def __init__(self, handle: Handle) -> None:
+        """Listen to nothing yet.
+
+        Args:
+            handle: makes the answer. An exception in it becomes a 500 and a line in the log.
+        """
+        self._handle = handle
+        self._waiting: dict[asyncio.StreamWriter, None] = {}
+        """Connections without a request at present, those that wait longest first."""
+
+        self._count = 0
+        self._by_peer: Counter[str] = Counter()
+        """Connections by the address of the other machine."""
+
+    async def listen(self, listener: socket.socket) -> asyncio.Server:
+        """Start to accept connections."""
+        return await asyncio.start_server(
+            self._serve, sock=listener, limit=MOST_HEAD, backlog=MOST_CONNECTIONS
+        )
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        peer: str = (writer.get_extra_info("peername") or ("",))[0]
+        self._count += 1
+        self._by_peer[peer] += 1
+        if self._count > MOST_CONNECTIONS and self._waiting:
+            next(iter(self._waiting)).transport.abort()
+        try:
+            if self._count > 2 * MOST_CONNECTIONS or (
+                self._by_peer[peer] > MOST_OF_ONE and not _is_here(peer)
+            ):
+                raise BadRequest(
+                    HTTPStatus.SERVICE_UNAVAILABLE, "There are too many connections to this page.\n"
+                )
+            while await self._serve_one(reader, writer):
+                pass
+        except BadRequest as bad:
+            writer.write(bad.response.packed(is_head=False, stays=False))
+        except (OSError, TimeoutError, EOFError):
+            logger.debug("a browser went away, or did not send a whole request in time")
+        finally:
+            self._count -= 1
+            self._by_peer[peer] -= 1
+            if not self._by_peer[peer]:
+                del self._by_peer[peer]
+            self._waiting.pop(writer, None)
+            writer.close()
+
+    async def _serve_one(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
+        """Answer one request. Returns whether the connection stays for another."""
+        self._waiting[writer] = None
+        try:
+            async with asyncio.timeout(IDLE):
+                head = await reader.readuntil(b"\r\n\r\n")
+        except asyncio.LimitOverrunError:
+            raise BadRequest(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, "The head is too large.\n") from None
+        finally:
+            self._waiting.pop(writer, None)
+        request = read_head(head)
+        if length := _length(request):
+            async with asyncio.timeout(SLOW):
+                await reader.readexactly(length)  # no request here needs its body
+        try:
+            response = await self._handle(request)
+        except Exception:
+            logger.exception("a request could not be dealt with; the page goes on")
+            response = Response(
+                HTTPStatus.INTERNAL_SERVER_ERROR, b"The page has a fault; its log has the details.\n"
+            )
+        stays = request.headers.get("connection", "").lower() != "close" and self._count <= MOST_CONNECTIONS
+        writer.write(response.packed(is_head=request.method == "HEAD", stays=stays))
+        async with asyncio.timeout(SLOW):
+            await writer.drain()
+        return stays
+
+
+def _is_here(peer: str) -> bool:
+    return peer in ("127.0.0.1", "::1")
+
+
+def read_head(head: bytes) -> Request:
+    """Return the request in the bytes of its head.
+
+    Raises:
+        BadRequest: it is not HTTP/1.1, or has a form that no browser sends.
+    """
+    lines = head[:-4].decode("latin-1").split("\r\n")
+    words = lines[0].split(" ")
+    if len(words) != 3 or words[2] not in ("HTTP/1.1", "HTTP/1.0") or not words[1].startswith("/"):
+        raise BadRequest(HTTPStatus.BAD_REQUEST, "That is not an HTTP request.\n")
+    headers: dict[str, str] = {}
+    for line in lines[1:]:
+        name, colon, value = line.partition(":")
+        if not colon or name != name.strip() or not name:
+            raise BadRequest(HTTPStatus.BAD_REQUEST, "That is not a header of HTTP.\n")
+        headers[name.lower()] = value.strip()
+    if "transfer-encoding" in headers:
+        raise BadRequest(HTTPStatus.NOT_IMPLEMENTED, "No request here has a body in parts.\n")
+    if words[2] == "HTTP/1.0":
+        headers["connection"] = "close"
+    with contextlib.suppress(ValueError):
+        target = urlsplit(words[1])
+        query = {name: values[-1] for name, values in parse_qs(target.query, max_num_fields=10).items()}
+        return Request(words[0], target.path, query, headers)
+    raise BadRequest(HTTPStatus.BAD_REQUEST, "That is not an address.\n")
+
+
+def _length(request: Request) -> int:
+    text = request.headers.get("content-length", "0")
+    if not (text.isascii() and text.isdecimal() and len(text) < 10):
+        raise BadRequest(HTTPStatus.BAD_REQUEST, "That is not a length.\n")
+    if int(text) > MOST_BODY:
+        raise BadRequest(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "No request here needs such a body.\n")
+    return int(text)

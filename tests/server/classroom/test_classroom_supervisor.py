@@ -1,0 +1,137 @@
+"""The supervisor of a class: pauses between starts, what it does when no process can be made, messages of the page."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+
+import pytest
+
+from simx_server.app.settings import Settings
+from simx_server.classroom import channel, member
+from simx_server.classroom.member import PAUSES, Member
+from simx_server.classroom.plan import ClassPlan, Seat
+from simx_server.classroom.supervisor import PAGE, RETRY, Supervisor
+
+if sys.platform != "linux":
+    pytest.skip("classes run on Linux", allow_module_level=True)
+
+
+class Clock:
+    """A clock that the test moves."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(member, "time", clock)
+    return clock
+
+
+def started(one: Member, program: str = "/bin/true") -> Member:
+    reader, writer = os.pipe()
+    os.close(writer)
+    here, there = channel.pair()
+    there.close()
+    one.begin(os.posix_spawn(program, [program, "1000"], {}), reader, here)
+    return one
+
+
+def test_process_that_ends_soon_again_and_again_is_started_after_growing_pauses(clock: Clock) -> None:
+    one = Member(1)
+    pauses: list[float] = []
+    for _ in range(len(PAUSES) + 1):
+        clock.now += 1.0
+        assert started(one).bury() == 0
+        pauses.append(one.start_at - clock.now)
+    assert pauses == [*PAUSES[1:], PAUSES[-1], PAUSES[-1]]
+    started(one)
+    clock.now += member.STEADY
+    one.bury()
+    assert one.start_at == clock.now
+
+
+def test_process_that_was_told_to_end_is_started_again_at_once(clock: Clock) -> None:
+    one = started(Member(1), "/bin/sleep")
+    one.end("the seat was reset")
+    one.end("another reason")
+    assert one.reason == "the seat was reset"
+    assert one.kill_at == clock.now + member.GRACE
+    assert one.bury() == -signal.SIGTERM
+    assert one.start_at == clock.now
+    assert not one.is_running
+
+
+def test_reset_ends_the_pause_before_the_next_start(clock: Clock) -> None:
+    one = started(Member(1))
+    one.bury()
+    assert one.start_at > clock.now
+    one.end("the seat was reset")
+    assert one.start_at == clock.now
+
+
+@pytest.fixture
+def supervisor() -> Iterator[Supervisor]:
+    """Of one seat; nothing has started."""
+    seats = (Seat(1, "", "seat-01", "token-of-seat-1", 20_001, Settings()),)
+    with ExitStack() as stack:
+        listener = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+        signals, sender = (stack.enter_context(end) for end in socket.socketpair())
+        assert sender.fileno() >= 0  # open: a closed one would count as a signal
+        plan = ClassPlan(seats, "token-of-teacher", "127.0.0.1", None)
+        one = Supervisor(plan, None, listener, signals.fileno(), 1 << 30)
+        stack.callback(one.close)
+        yield one
+
+
+def test_system_without_room_for_a_process_is_asked_again_later(
+    supervisor: Supervisor, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fork() -> int:
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr(os, "fork", fork)
+    before, now = len(os.listdir("/proc/self/fd")), time.monotonic()
+    supervisor._start_due()
+    assert len(os.listdir("/proc/self/fd")) == before
+    assert all(not each.is_running and each.start_at >= now + RETRY for each in supervisor._members.values())
+    assert "seat-01 cannot be started now" in caplog.text
+    assert "the page cannot be started now" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("message", "ends"),
+    [
+        (b'{"reset": 1}', True),
+        (b'{"reset": "all"}', True),
+        (b'{"reset": 2}', False),
+        (b'{"reset": [1]}', False),
+        (b'{"reset": {"all": 1}}', False),
+        (b"{}", False),
+        (b"[]", False),
+        (b"\xff\n", False),
+    ],
+)
+def test_only_a_reset_of_a_seat_ends_it(supervisor: Supervisor, message: bytes, ends: bool) -> None:
+    seat = started(supervisor._members[1], "/bin/sleep")
+    here, page = channel.pair()
+    with closing(page), closing(here):
+        supervisor._members[PAGE].channel = here
+        page.send(message)
+        supervisor._on_page(1)
+        assert (seat.reason == "the seat was reset") is ends
+        supervisor._members[PAGE].channel = None
+    seat.kill()
+    seat.bury()
