@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import compileall
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -10,6 +11,7 @@ import simx_client as vrep
 from bench.calls.client import JOINTS, check, connected, handle_of
 from bench.measuring import processes
 from bench.measuring.measure import Effort, difference, in_turn, ratio
+from bench.measuring.processes import ROOT
 from bench.measuring.report import Findings, Ratio, Row
 from bench.measuring.resources import memory_mb
 
@@ -39,7 +41,12 @@ _TIMED_IMPORT = "import time; began = time.perf_counter(); import {}; print(time
 
 
 def measure(effort: Effort) -> Findings:
-    """Each in processes of its own, in turn; files are in the system's cache from the second on."""
+    """Each in separate processes, in turn; files are in the system's cache from the second on."""
+    for package in (
+        "simx_client",
+        "simx_server",
+    ):  # as after an installation, also where Python writes no bytecode
+        compileall.compile_dir(ROOT / package, quiet=2)
     with ExitStack() as stack:
         port = stack.enter_context(processes.server()).port
         cases: dict[str, Callable[[], float]] = {
@@ -57,7 +64,11 @@ def measure(effort: Effort) -> Findings:
             effort.count(7),
         )
     found = Findings("Start-up", topic="Start and memory")
+    memory, memory_later = _memory_of_server()
     found.rows = [Row.of(what, rounds, "ms") for what, rounds in taken.items()]
+    found.rows.append(
+        Row("memory of a server that has had a client, with its renderer", memory_later, None, "MB")
+    )
     own = difference(taken[CLIENT], taken[PYTHON])
     found.ratios = [
         Ratio(
@@ -67,7 +78,7 @@ def measure(effort: Effort) -> Findings:
         ),
         Ratio("import simx_client / starting Python", ratio(own, taken[PYTHON]), target=IMPORT_MOST),
         Ratio("memory of import simx_client", _memory_of_import(), "MB", IMPORT_MB),
-        Ratio("memory of an idle server", _memory_of_server(), "MB", SERVER_MB),
+        Ratio("memory of an idle server", memory, "MB", SERVER_MB),
     ]
     return found
 
@@ -82,12 +93,15 @@ def _memory_of_import() -> float:
     return with_it - without
 
 
-def _memory_of_server() -> float:
+def _memory_of_server() -> tuple[float, float]:
+    """Return the memory of a server in MB, before its first client and after it."""
     with processes.server() as server:
+        time.sleep(SETTLES_S)
+        before = memory_mb([server.process_id])
         with connected(server.port) as client:
             check(vrep.simxGetPingTime(client))
         time.sleep(SETTLES_S)
-        return memory_mb([server.process_id])
+        return before, memory_mb([server.process_id])
 
 
 def _server_start() -> float:
