@@ -15,11 +15,9 @@ import selectors
 import socket
 import sys
 import time
-from collections import deque
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from simx_client.protocol import link
 from simx_client.protocol.cli.exit_codes import FAILURE, INTERRUPTED
@@ -36,6 +34,7 @@ from .addresses import in_url
 from .desk import SIZES, Desk
 from .member import Member
 from .page.serving import serve_page
+from .page_link import PageLink
 from .plan import ClassPlan
 
 logger = logging.getLogger(__name__)
@@ -117,9 +116,7 @@ class Supervisor:
         self._members = {number: Member(number) for number in (PAGE, *self._seats)}
         self._selector = selectors.DefaultSelector()
         self._selector.register(signals, selectors.EVENT_READ, self._on_signal)
-        self._outgoing: deque[tuple[dict[str, Any], socket.socket | None]] = deque()
-        """Messages for the page, some with the channel of a seat."""
-
+        self._page = PageLink(self._selector, self._reset)
         # It stays empty: every child ends when this end closes, so together with this process.
         self._lifeline = os.pipe()
         self._signalled = 0
@@ -192,14 +189,13 @@ class Supervisor:
         self._selector.register(member.death, selectors.EVENT_READ, partial(self._on_death, member))
         self._selector.register(reader, selectors.EVENT_READ, partial(self._on_ready, member))
         if member.number != PAGE:
-            self._tell({"seat": member.number}, here)
+            self._page.tell({"seat": member.number}, here)
             return
-        self._outgoing.clear()
-        self._selector.register(here, selectors.EVENT_READ, self._on_page)
+        self._page.open(here)
         for seat in self._seats:
             other = self._members[seat]
             if other.channel is not None:
-                self._tell({"seat": seat, "is_ready": other.is_ready}, other.channel)
+                self._page.tell({"seat": seat, "is_ready": other.is_ready}, other.channel)
 
     def _child(self, number: int, reader: int, writer: int, here: socket.socket, there: socket.socket) -> int:
         """Do a member's work in its process. Returns the exit code."""
@@ -242,9 +238,8 @@ class Supervisor:
         self._selector.unregister(member.death)
         with contextlib.suppress(KeyError):  # unregistered when it was ready
             self._selector.unregister(member.reader)
-        if member.number == PAGE and member.channel is not None:
-            with contextlib.suppress(KeyError):  # unregistered when the page closed its end
-                self._selector.unregister(member.channel)
+        if member.number == PAGE:
+            self._page.close()
         reason, process_id = member.reason, member.process_id
         how = how_it_ended(member.bury())
         if self._signalled:
@@ -254,15 +249,17 @@ class Supervisor:
             logger.error("%s, process %d, ended %s and is started again", name, process_id, how)
             reason = f"the server ended {how} and was started again"
         if member.number != PAGE:
-            self._tell({"gone": member.number, "reason": reason})
+            self._page.tell({"gone": member.number, "reason": reason})
 
     def _on_ready(self, member: Member, _: int) -> None:
+        if not member.is_running:  # its end was handled a moment ago
+            return
         data = os.read(member.reader, _CHUNK)
         self._selector.unregister(member.reader)
         if data:
             member.is_ready = True
             if member.number != PAGE:
-                self._tell({"ready": member.number})
+                self._page.tell({"ready": member.number})
 
     def _open(self) -> bool:
         """Print the page's address when all are ready for the first time. Returns False if that is impossible."""
@@ -303,61 +300,13 @@ class Supervisor:
             elif self._is_open and not member.is_ready and member.age > READY_WITHIN:
                 member.kill("the server did not get ready and was started again")
 
+    def _reset(self, wanted: object) -> None:
+        for number in self._seats:
+            if wanted in ("all", number):
+                self._members[number].end("the seat was reset")
+
     def _running(self) -> list[Member]:
         return [member for member in self._members.values() if member.is_running]
 
     def _name(self, number: int) -> str:
         return "the page" if number == PAGE else self._seats[number].user
-
-    # --- the page --------------------------------------------------------------------------------
-
-    def _on_page(self, events: int) -> None:
-        page = self._members[PAGE].channel
-        if page is None:
-            return
-        if events & selectors.EVENT_WRITE:
-            self._send()
-        if not events & selectors.EVENT_READ:
-            return
-        try:
-            data = page.recv(_CHUNK)
-        except (BlockingIOError, InterruptedError):
-            return
-        except OSError:
-            data = b""
-        if not data:  # it ends, and the descriptor of its process tells when
-            self._selector.unregister(page)
-            return
-        try:
-            wanted = channel.unpacked(data).fields.get("reset")
-        except ValueError as problem:
-            logger.error("the page sent something unreadable: %s", problem)
-            return
-        for number in self._seats:
-            if wanted in ("all", number):
-                self._members[number].end("the seat was reset")
-
-    def _tell(self, message: dict[str, Any], seat: socket.socket | None = None) -> None:
-        """Send a message to the page, after those that wait; the page gets all of it again after its next start."""
-        if self._members[PAGE].channel is None:
-            return
-        self._outgoing.append((message, seat))
-        self._send()
-
-    def _send(self) -> None:
-        page = self._members[PAGE].channel
-        if page is None:
-            return
-        try:
-            while self._outgoing:
-                message, seat = self._outgoing[0]
-                if seat is None or seat.fileno() >= 0:  # a closed one has ended meanwhile
-                    socket.send_fds(page, [channel.packed(message)], [] if seat is None else [seat.fileno()])
-                self._outgoing.popleft()
-        except (BlockingIOError, InterruptedError):
-            pass
-        except OSError:  # it ends
-            self._outgoing.clear()
-        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if self._outgoing else 0)
-        with contextlib.suppress(KeyError):
-            self._selector.modify(page, wanted, self._on_page)

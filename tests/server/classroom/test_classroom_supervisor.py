@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
+import select
 import signal
 import socket
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
+from functools import partial
 
 import pytest
 
@@ -21,6 +23,8 @@ from simx_server.classroom.supervisor import PAGE, RETRY, Supervisor
 
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
+
+SOON = 60.0
 
 
 class Clock:
@@ -111,6 +115,36 @@ def test_system_without_room_for_a_process_is_asked_again_later(
     assert "the page cannot be started now" in caplog.text
 
 
+def test_seat_that_ends_before_it_is_ready_ends_the_start_of_the_class(
+    supervisor: Supervisor, caplog: pytest.LogCaptureFixture
+) -> None:
+    supervisor._members[PAGE].is_ready = True
+    for order in ((0, 1), (1, 0)):  # the system reports both ends of the process in any order
+        seat = started(supervisor._members[1])
+        supervisor._selector.register(seat.reader, 1, partial(supervisor._on_ready, seat))
+        supervisor._selector.register(seat.death, 1, partial(supervisor._on_death, seat))
+        handlers = partial(supervisor._on_ready, seat), partial(supervisor._on_death, seat)
+        assert select.select([seat.death], [], [], SOON)[0]
+        for number in order:
+            handlers[number](1)
+        assert not seat.is_running
+        assert not supervisor._open()
+    assert "not ready: seat-01" in caplog.text
+
+
+def test_messages_wait_for_a_page_that_reads_late(supervisor: Supervisor) -> None:
+    here, page = channel.pair()
+    with closing(page), closing(here):
+        supervisor._page.open(here)
+        for number in range(3000):
+            supervisor._page.tell({"ready": number})
+        for number in range(3000):
+            while not select.select([page], [], [], 0)[0]:
+                supervisor._wait(SOON)
+            assert channel.unpacked(page.recv(4096)).fields == {"ready": number}
+        supervisor._page.close()
+
+
 @pytest.mark.parametrize(
     ("message", "ends"),
     [
@@ -128,10 +162,10 @@ def test_only_a_reset_of_a_seat_ends_it(supervisor: Supervisor, message: bytes, 
     seat = started(supervisor._members[1], "/bin/sleep")
     here, page = channel.pair()
     with closing(page), closing(here):
-        supervisor._members[PAGE].channel = here
+        supervisor._page.open(here)
         page.send(message)
-        supervisor._on_page(1)
+        supervisor._wait(SOON)
         assert (seat.reason == "the seat was reset") is ends
-        supervisor._members[PAGE].channel = None
+        supervisor._page.close()
     seat.kill()
     seat.bury()
