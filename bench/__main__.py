@@ -50,7 +50,7 @@ MEASUREMENTS = {
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",
     "ros2": "bench.ros2.steps",
-    "growth": "bench.learning.growth",
+    "learning": "bench.learning.growth",
 }
 """By name the module whose function ``measure`` makes it, in the order of the report."""
 

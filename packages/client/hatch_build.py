@@ -19,6 +19,9 @@ DEPENDENCIES = ("eclipse-zenoh", "msgpack")
 EXTRAS = {"python2": ("fissix",)}
 """What the client can use besides."""
 
+SAME_EXTRAS = ("gym", "learning", "ray")
+"""Those of the whole package that need no server here: environments on servers elsewhere, fleets."""
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 
 
@@ -44,7 +47,7 @@ class Metadata(MetadataHookInterface):
         metadata["dependencies"] = requirements(DEPENDENCIES, project["dependencies"])
         metadata["optional-dependencies"] = {
             extra: requirements(names, project["dependencies"]) for extra, names in EXTRAS.items()
-        }
+        } | {extra: project["optional-dependencies"][extra] for extra in SAME_EXTRAS}
         metadata.update({name: project[name] for name in SAME})
 
 

@@ -13,7 +13,7 @@ from contextlib import redirect_stdout
 from typing import Any, cast
 
 from simx_client.cli.command_parser import command_parser
-from simx_client.cli.discovery_flags import add_waiting
+from simx_client.cli.discovery_flags import add_waiting, seconds
 from simx_client.connection.discovery import TIMEOUT, find_servers
 from simx_client.connection.endpoints import check_endpoint
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
@@ -68,9 +68,11 @@ def make_parser() -> argparse.ArgumentParser:
         examples=EXAMPLES,
     )
     actions: Any = parser.add_subparsers(
-        metavar="ACTION", required=True, parser_class=cast(Any, _action_parser)
+        metavar="ACTION", title="actions", required=True, parser_class=cast(Any, _action_parser)
     )
-    started = actions.add_parser("up", description="Start a fleet. Flags of simx-server follow after --.")
+    started = actions.add_parser(
+        "up", help="start a fleet", description="Start a fleet. Flags of simx-server follow after --."
+    )
     started.add_argument(
         "scene", metavar="SCENE", help="a file that exists on every host, or a shipped scene"
     )
@@ -88,8 +90,18 @@ def make_parser() -> argparse.ArgumentParser:
     started.add_argument(
         "--cpus", type=_share, default=0.1, metavar="CORES", help="cores that Ray reserves for a server (0.1)"
     )
-    add_waiting(started, "the start of all servers", 60.0)
-    seen = actions.add_parser("status", description="Print where the servers of a fleet run, and how.")
+    started.add_argument(
+        "--timeout",
+        type=seconds,
+        default=60.0,
+        metavar="SECONDS",
+        help="how long to wait for the start of all servers (60)",
+    )
+    seen = actions.add_parser(
+        "status",
+        help="print where its servers run, and how",
+        description="Print where the servers of a fleet run, and how.",
+    )
     seen.add_argument("--log", type=int, default=0, metavar="LINES", help="also the newest lines of each log")
     seen.add_argument(
         "--connect",
@@ -99,7 +111,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="router, if it is not the fleet's own",
     )
     add_waiting(seen, "answers", TIMEOUT)
-    ended = actions.add_parser("down", description="End all servers of a fleet.")
+    ended = actions.add_parser("down", help="end all servers", description="End all servers of a fleet.")
     for action, run in ((started, _up), (seen, _status), (ended, _down)):
         action.add_argument(
             "--name", default="fleet", help="name of the fleet; realms are NAME-0, NAME-1 (fleet)"

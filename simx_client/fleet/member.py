@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -85,7 +86,7 @@ class Member:
         context = load_ray().get_runtime_context()
         return {
             "realm": self._realm,
-            "host": os.uname().nodename,
+            "host": socket.gethostname(),
             "node": context.get_node_id(),
             "pid": self._process.pid,
             "ports": self._ports,

@@ -20,8 +20,16 @@ from simx_server.errors import CommandError
 from simx_server.motion_profiles import line
 from simx_server.recording.log_file import MAGIC, LogWriter
 
-NOT_FOR_IMPORT = ("__main__", "python_calls", "python_child", "python_link", "python_confine", "python_guard")
-"""Programs, and what is only found by the child process beside which it lies."""
+NOT_FOR_IMPORT = (
+    "__main__",
+    "python_calls",
+    "python_child",
+    "python_link",
+    "python_confine",
+    "python_guard",
+    "stable_baselines3",
+)
+"""Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""
 
 NOT_POSIX = f"""
 import asyncio, ctypes, multiprocessing, os, platform, select, signal, socket, subprocess, sys, tempfile, time

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import configparser
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -157,10 +158,17 @@ def test_the_clients_wheel_says_what_the_whole_says(wheel_of_client: Path, wheel
     always = {each for each in required_here if each.marker is None}
     assert {each.name for each in always} == set(FOR_CLIENT)
     assert always <= {Requirement(text) for text in WHOLE["dependencies"]}
-    (python2,) = required_here - always
-    assert str(python2.marker) == 'extra == "python2"'
-    python2.marker = None
-    assert str(python2) in WHOLE["dependencies"]
+    extras: dict[str, list[str]] = {}
+    for each in required_here - always:
+        (extra,) = re.findall(r'^extra == "(\w+)"$', str(each.marker))
+        each.marker = None
+        extras.setdefault(extra, []).append(str(each))
+    assert extras.keys() == {"python2", "gym", "learning", "ray"}
+    (python2,) = extras.pop("python2")
+    assert python2 in WHOLE["dependencies"]
+    for extra, packages in extras.items():
+        own = [str(Requirement(text)) for text in WHOLE["optional-dependencies"][extra]]
+        assert sorted(packages) == sorted(own)
     assert commands == COMMANDS
     assert all_commands == {**COMMANDS, "simx-server": "simx_server.app.cli:main"}
     assert files == {name: text for name, text in all_files.items() if name.startswith("simx_client/")}
@@ -210,12 +218,14 @@ def test_the_client_alone_says_what_needs_more(client_alone: Environment, tmp_pa
 
 
 def test_every_module_of_the_client_alone_can_be_imported(client_alone: Environment) -> None:
-    """The windows for OpenCV's calls are an exception: they are loaded once a script has imported OpenCV."""
+    """Exceptions: the windows for OpenCV's calls, which load once a script has imported OpenCV, and environments, which
+    need Gymnasium."""
     modules = [
         ".".join(path.relative_to(ROOT).with_suffix("").parts)
         for path in sorted((ROOT / "simx_client").rglob("*.py"))
     ]
-    lines = [f"import {module}" for module in modules if ".windows.desk." not in module]
+    need_more = (".windows.desk.", "simx_client.gym.")
+    lines = [f"import {module}" for module in modules if not any(part in f"{module}." for part in need_more)]
     assert len(lines) > 100
     done = client_alone.python("-W", "error", "-c", "\n".join(lines))
     assert done.returncode == 0, done.stderr
