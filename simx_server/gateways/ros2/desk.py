@@ -13,6 +13,7 @@ from simx_server.errors import CommandError
 
 from .endpoints import Commanded, Message, Moment, Published, Served
 from .messages import MessageError, MessageType, ServiceType
+from .wire.endpoint import Endpoint
 from .wire.publisher import Publisher
 from .wire.service import Request, Service
 from .wire.subscription import Subscription
@@ -35,6 +36,10 @@ class Outlet:
         self._under_way: Future[Message] | None = None
         self._last = -math.inf
         """When the last message was made, in nanoseconds of simulated time."""
+
+    @property
+    def endpoint(self) -> Endpoint:
+        return self.publisher
 
     def step(self, moment: Moment) -> None:
         """Publish the state after a simulation step, if someone listens and it is time."""
@@ -96,6 +101,10 @@ class Intake:
         self.offer, self.subscription = offer, subscription
         self._type, self._client = type_, client
 
+    @property
+    def endpoint(self) -> Endpoint:
+        return self.subscription
+
     def serve(self) -> None:
         """Execute the messages that wait."""
         for payload in self.subscription.take():
@@ -111,6 +120,10 @@ class Desk:
     def __init__(self, offer: Served, service: Service, type_: ServiceType, client: Ros2Client) -> None:
         self.offer, self.service = offer, service
         self._type, self._client = type_, client
+
+    @property
+    def endpoint(self) -> Endpoint:
+        return self.service
 
     def serve(self) -> None:
         """Answer the requests that wait, or have them answered later."""

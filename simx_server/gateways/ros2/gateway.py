@@ -27,15 +27,13 @@ from ..throttle import Throttle
 from . import messages
 from .client import Ros2Client
 from .content.catalogue import CONTENT
-from .desk import Desk, Intake, Outlet
-from .endpoints import Commanded, Context, Followed, Moment, Offer, Published, Served
+from .endpoints import Content, Context, Moment, Offer
+from .offered import Offered
 from .scripts import ScriptTopics
 from .wire.endpoint import Endpoint
 from .wire.names import Distribution, Place
-from .wire.publisher import Publisher
-from .wire.service import Service
 from .wire.session import Ros2Session, Router
-from .wire.subscription import Guard, Subscription
+from .wire.subscription import Guard
 
 if TYPE_CHECKING:
     from simx_server.runtime.server_loop import ServerLoop
@@ -99,14 +97,18 @@ class Ros2Gateway(Part):
         context = Context(loop.world, self._client, options.place, options.distribution)
         self._contents = [content(context) for content in CONTENT]
         loop.simulation.attach(*self._contents)
-        self._outlets: dict[tuple[object, ...], Outlet] = {}
-        self._intakes: dict[tuple[object, ...], Intake] = {}
-        self._desks: dict[tuple[object, ...], Desk] = {}
-        self._followed: list[Followed] = []
+        self._offered = Offered(
+            options.place,
+            options.distribution,
+            self._types,
+            self._client,
+            self._guard,
+            self._postman.send,
+        )
         self._seen: tuple[object, int] = (None, -1)
         """Scene and model version when the offers were listed."""
 
-        self._next_repeat = 0.0
+        self._next_repeat = self._next_renewal = 0.0
         self._renew()
         self._session.start()
         loop.world.ros2_topics.serve(self._scripts)
@@ -121,7 +123,7 @@ class Ros2Gateway(Part):
     @property
     def has_listeners(self) -> bool:
         """Return whether someone listens to a topic that is published after simulation steps."""
-        published = (outlet.publisher for outlet in self._outlets.values())
+        published = (outlet.publisher for outlet in self._offered.outlets)
         return any(each.is_wanted for each in published if not each.qos.is_transient_local)
 
     def close(self) -> None:
@@ -140,11 +142,16 @@ class Ros2Gateway(Part):
         if self._seen[0] is not self._simulation.model:
             self._renew()
         moment = self._moment()
-        for outlet in self._outlets.values():
+        for outlet in self._offered.outlets:
             outlet.step(moment)
-        for followed in self._followed:
-            if calls := followed.due(moment):
-                self._client.post(partial(self._client.execute, calls))
+        for followed in self._offered.followed:
+            try:
+                calls = followed.due(moment)
+            except Exception as problem:
+                self._client.failed(followed.name, problem)
+            else:
+                if calls:
+                    self._client.post(partial(self._client.execute, calls))
 
     def model_changed(self, twins: Twins | None) -> None:
         self._seen = None, -1
@@ -156,14 +163,17 @@ class Ros2Gateway(Part):
     def _look(self) -> None:
         """List the offers again if they may have changed, and repeat messages while no steps are made."""
         simulation = self._simulation
-        if self._seen != (simulation.model, simulation.model_version):
-            self._renew()
         now = time.monotonic()
+        if self._seen[0] is not simulation.model:
+            self._renew()
+        elif self._seen[1] != simulation.model_version and now >= self._next_renewal:
+            self._next_renewal = now + REPEAT  # a script may write the model in each simulation step
+            self._renew()
         if simulation.state is SimulationState.RUNNING or now < self._next_repeat:
             return
         self._next_repeat = now + REPEAT
         moment = self._moment()
-        for outlet in self._outlets.values():
+        for outlet in self._offered.outlets:
             outlet.repeat(moment)
 
     def _moment(self) -> Moment:
@@ -174,104 +184,23 @@ class Ros2Gateway(Part):
     def _renew(self) -> None:
         """List what the present scene offers; keep what was offered before."""
         self._seen = self._simulation.model, self._simulation.model_version
-        offers = [offer for content in self._contents for offer in content.offers()]
-        outlets, intakes, desks = self._outlets, self._intakes, self._desks
-        self._outlets, self._intakes, self._desks, self._followed = {}, {}, {}, []
-        for offer in offers:
-            self._add(offer, outlets, intakes, desks)
-        if {*outlets, *intakes, *desks} != {*self._outlets, *self._intakes, *self._desks}:
+        offers = [offer for content in self._contents for offer in self._offers_of(content)]
+        if self._offered.replace(offers):
             self._keep_endpoints()
 
     def _keep_endpoints(self) -> None:
         self._session.keep(self._endpoints())
 
     def _endpoints(self) -> Sequence[Endpoint]:
-        return [
-            *(outlet.publisher for outlet in self._outlets.values()),
-            *(intake.subscription for intake in self._intakes.values()),
-            *(desk.service for desk in self._desks.values()),
-            *self._scripts.endpoints,
-        ]
+        return [*self._offered.endpoints(), *self._scripts.endpoints]
 
-    def _add(
-        self,
-        offer: Offer,
-        outlets: dict[tuple[object, ...], Outlet],
-        intakes: dict[tuple[object, ...], Intake],
-        desks: dict[tuple[object, ...], Desk],
-    ) -> None:
-        """Add an offer, with the endpoint that it had before.
-
-        Args:
-            outlets: those before, as the others.
-        """
-        match offer:
-            case Published(topic, kind, _, qos):
-                name = (topic, kind, qos)
-                outlet = outlets.get(name) or self._outlet(offer)
-                outlet.offer = offer
-                self._outlets[name] = outlet
-            case Commanded(topic, kind, _, qos, is_listed):
-                name = (topic, kind, qos, is_listed)
-                intake = intakes.get(name) or self._intake(offer)
-                intake.offer = offer
-                self._intakes[name] = intake
-            case Served(service, kind):
-                name = (service, kind)
-                desk = desks.get(name) or self._desk(offer)
-                desk.offer = offer
-                self._desks[name] = desk
-            case Followed():
-                self._followed.append(offer)
-
-    def _outlet(self, offer: Published) -> Outlet:
-        place, type_ = self._options.place, self._types.messages[offer.type]
-        described = messages.BY_NAME[offer.type]
-        publisher = Publisher(
-            place, place.full(offer.topic), described, offer.qos, self._options.distribution
-        )
-        return Outlet(offer, publisher, type_, self._client)
-
-    def _intake(self, offer: Commanded) -> Intake:
-        place, type_ = self._options.place, self._types.messages[offer.type]
-
-        def arrived(_: Subscription) -> None:
-            self._client.post(intake.serve)
-
-        subscription = Subscription(
-            place,
-            place.full(offer.topic),
-            messages.BY_NAME[offer.type],
-            offer.qos,
-            self._options.distribution,
-            is_listed=offer.is_listed,
-            guard=self._guard,
-            arrived=arrived,
-        )
-        intake = Intake(offer, subscription, type_, self._client)
-        return intake
-
-    def _desk(self, offer: Served) -> Desk:
-        place, type_ = self._options.place, self._types.services[offer.type]
-
-        def arrived(_: Service) -> None:
-            self._client.post(desk.serve)
-
-        def refusal(why: str) -> bytes:
-            return type_.response.encode(desk.offer.refusal(why))
-
-        service = Service(
-            place,
-            place.full(offer.service),
-            messages.SERVICES[offer.type],
-            self._options.distribution,
-            guard=self._guard,
-            arrived=arrived,
-            refusal=refusal,
-            send_later=self._postman.send,
-        )
-        desk = Desk(offer, service, type_, self._client)
-        return desk
+    def _offers_of(self, content: Content) -> Sequence[Offer]:
+        """Return the offers of a content; none if it has a fault, which must not stop the simulation."""
+        try:
+            return list(content.offers())
+        except Exception as problem:
+            self._client.failed(type(content).__name__, problem)
+            return ()
 
 
 def _port(endpoint: str) -> int:

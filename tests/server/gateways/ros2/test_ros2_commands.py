@@ -173,6 +173,20 @@ def test_waiting_messages_meet_the_limit_of_a_client(
     assert server.gateway._guard._waiting == 0
 
 
+def test_a_request_behind_a_very_long_message_is_answered_for_itself(server: Ros2World) -> None:
+    peer, may_go_on = server.peer(), threading.Event()
+    server.loop.post(may_go_on.wait)
+    many = 3000
+    peer.put(KEY, hostile(name=["shoulder"] * many, position=[0.1] * many))
+    answers: list[bool] = []
+    asking = threading.Thread(target=lambda: answers.append(peer.trigger("start")["success"]))
+    asking.start()
+    may_go_on.set()
+    asking.join(30)
+    assert answers == [True]
+    wait_for_target(server, "shoulder", 0.1)
+
+
 def test_of_a_flood_the_newest_messages_are_executed_and_others_are_served(server: Ros2World) -> None:
     peer, other = server.peer(), server.peer()
     for number in range(5000):

@@ -260,7 +260,7 @@ def test_requests_beyond_the_waiting_ones_are_refused_at_once(
         )
         for number in range(1, 9)
     ]
-    desk = next(each for each in server.gateway._desks.values() if each.offer.service == "~/stop")
+    desk = next(each for each in server.gateway._offered.desks if each.offer.service == "~/stop")
     arrived = desk.service._waiting
     wait_for(lambda: len(arrived) == 8)
     may_go_on.set()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 from ros2_world import CLOCK, JOINT_STATE, TF, Ros2World, Sent, ros2_world, seconds
 
+from simx_server.gateways.ros2.content.clock import Clock
+from simx_server.gateways.ros2.endpoints import Offer
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.scene.geometry import frames
 from simx_server.world.simulation import SimulationState
@@ -208,7 +211,7 @@ def test_a_late_transient_local_subscriber_gets_the_static_transforms_and_a_plai
 
 def test_no_message_is_made_while_nobody_listens(server: Ros2World, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
-    for outlet in server.gateway._outlets.values():
+    for outlet in server.gateway._offered.outlets:
         if not outlet.publisher.qos.is_transient_local:
             name = outlet.offer.topic
 
@@ -305,3 +308,41 @@ def test_stamps_of_a_message_are_no_multiples_of_rounding_errors(server: Ros2Wor
     assert clock["nanosec"] % 50_000_000 == 0
     assert 0 <= clock["nanosec"] < 1_000_000_000
     assert math.isfinite(clock["sec"])
+
+
+def test_a_fault_in_one_kind_of_topic_leaves_the_others(
+    server: Ros2World, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (clock,) = [each for each in server.gateway._contents if isinstance(each, Clock)]
+
+    def broken() -> Iterable[Offer]:
+        raise ZeroDivisionError("a fault")
+
+    peer = server.peer()
+    peer.watch()
+    peer.wait_for_token(lambda token: "%clock" in token)
+    with monkeypatch.context() as changed:
+        changed.setattr(clock, "offers", broken)
+        server.on_server(server.gateway._renew)
+        peer.wait_for_no_token(lambda token: "%clock" in token)
+    assert "Clock" in caplog.text
+    assert any("%joint_states" in token for token in peer.tokens)
+    server.on_server(server.gateway._renew)
+    peer.wait_for_token(lambda token: "%clock" in token)
+
+
+def test_of_two_topics_with_one_name_the_first_stays_and_the_log_says_so(
+    server: Ros2World, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    caplog.set_level(logging.INFO)
+    (clock,) = [each for each in server.gateway._contents if isinstance(each, Clock)]
+    first = list(clock.offers())
+    with monkeypatch.context() as changed:
+        changed.setattr(clock, "offers", lambda: [*first, *first])
+        server.on_server(server.gateway._renew)
+    assert "/clock" in caplog.text
+    assert "two objects have it" in caplog.text
+    peer = server.peer()
+    peer.listen(TIME)
+    peer.next(TIME)
+    server.on_server(server.gateway._renew)
