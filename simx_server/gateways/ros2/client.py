@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 _EXECUTE = int(Operation.EXECUTE)
 
+_MOST_IDS = 1 << 30
+"""Ids of calls start again after this number."""
+
 
 class Ros2Client:
     """The session of ROS 2. Physics thread, except where a method says otherwise."""
@@ -42,36 +45,47 @@ class Ros2Client:
         self.key = f"ros2-{uuid.uuid4().hex}"
         self._loop = loop
         self._replies: list[Reply] = []
-        self._number = 0
+        """Replies to the call of `ask`."""
+
+        self._awaited = 0
+        """Id of this call, 0 for none. Replies to others come at any time: a long batch is executed in slices."""
+
+        self._batches, self._next_call = 0, 1
         self._pack: Callable[[Batch], bytes] = msgpack.Packer().pack  # ROS 2's numbers keep their 64 bits
         self.session = loop.join(self.key, name, port, self)
         self.session.is_onlooker = True  # the server may end while ROS 2 listens
 
     def execute(self, calls: Iterable[Call]) -> None:
         """Execute calls together for a message, which has no answer; failures are in the log, each once."""
-        self._execute(calls, NOT_AWAITED_MS)
-        self._replies.clear()
+        self._execute(self._numbered(calls, NOT_AWAITED_MS))
 
-    def ask(self, calls: Iterable[Call]) -> None:
-        """Execute calls together.
+    def ask(self, call: Call) -> None:
+        """Execute one call, which a batch in slices would not do at once.
 
         Raises:
-            CommandError: one of them was not executed.
+            CommandError: it was not executed.
         """
-        self._execute(calls, 0)
-        replies, self._replies = self._replies, []
+        numbered = self._numbered([call], 0)
+        self._awaited = numbered[0].call_id
+        self._execute(numbered)
+        replies, self._replies, self._awaited = self._replies, [], 0
         for reply in replies:
             if reply.status != STATUS_OK:
                 raise CommandError(str(reply.values[0]) if reply.values else "a call has failed")
 
-    def _execute(self, calls: Iterable[Call], delay_ms: int) -> None:
+    def _numbered(self, calls: Iterable[Call], delay_ms: int) -> list[TableCall]:
+        first = self._next_call
         made = [
             TableCall(number, _EXECUTE, delay_ms, command, arguments)
-            for number, (command, arguments) in enumerate(calls, 1)
+            for number, (command, arguments) in enumerate(calls, first)
         ]
-        if made:
-            self._number += 1
-            self._loop.execute(self.key, self._pack(Batch(self._number, 0, made)))
+        self._next_call = first + len(made) if first < _MOST_IDS else 1
+        return made
+
+    def _execute(self, calls: list[TableCall]) -> None:
+        if calls:
+            self._batches += 1
+            self._loop.execute(self.key, self._pack(Batch(self._batches, 0, calls)))
 
     def post(self, event: Callable[[], object]) -> None:
         """Have the physics thread do something in the turn of this client, when no script runs. Any thread."""
@@ -93,7 +107,9 @@ class Ros2Client:
 
     def deliver(self, payload: bytes) -> None:
         """Keep replies for `ask`."""
-        self._replies += decode_delivery(payload).replies
+        if self._awaited:
+            replies = decode_delivery(payload).replies
+            self._replies += [reply for reply in replies if reply.call_id == self._awaited]
 
     def publish(self, payload: bytes) -> None:
         """Do nothing: streams of the remote API are not used."""

@@ -51,14 +51,14 @@ class Run:
         if before is SimulationState.RUNNING:
             return "the simulation runs already"
         self._end_steps("the simulation was started")
-        self._client.ask([START])
+        self._client.ask(START)
         return "the simulation is started" if before is SimulationState.STOPPED else "the simulation goes on"
 
     def stop(self) -> str:
         """Stop: the state of the start is restored. Return as `start`."""
         if self.state is SimulationState.STOPPED:
             return "the simulation is stopped already"
-        self._client.ask([STOP])
+        self._client.ask(STOP)
         return "the simulation is stopped"
 
     def pause(self) -> str:
@@ -74,7 +74,7 @@ class Run:
             return "the simulation is paused"
         if self.state is SimulationState.PAUSED:
             return "the simulation is paused already"
-        self._client.ask([PAUSE])
+        self._client.ask(PAUSE)
         return "the simulation is paused"
 
     def reset(self) -> str:
@@ -82,7 +82,8 @@ class Run:
         before = self.state
         if before is SimulationState.STOPPED:
             return "the simulation is stopped, so it is reset already"
-        self._client.ask([STOP, START, PAUSE] if before is SimulationState.PAUSED else [STOP, START])
+        for call in (STOP, START, PAUSE) if before is SimulationState.PAUSED else (STOP, START):
+            self._client.ask(call)
         return "the simulation is reset"
 
     def step(self, count: int) -> Future[None]:
@@ -110,7 +111,7 @@ class Run:
         session = self._client.session
         session.set_stepping(True)
         if self._simulation.state is SimulationState.PAUSED:
-            self._client.ask([START])
+            self._client.ask(START)
         if self._steps:  # the start may have failed, and the simulation be stopped
             session.trigger(is_running=True)
 
@@ -132,7 +133,7 @@ class Run:
             self._go_on()
             return
         self._client.session.set_stepping(False)
-        self._client.ask([PAUSE])
+        self._client.ask(PAUSE)
         first.done.set_result(None)
 
     def run_paused(self) -> None:
@@ -147,7 +148,7 @@ class Run:
         """End the requests for steps; the simulation is paused then."""
         if self._steps:
             self._interrupt(why)
-            self._client.ask([PAUSE])
+            self._client.ask(PAUSE)
 
     def _interrupt(self, why: str) -> None:
         """Answer the requests for steps that are under way, which no step follows any more."""

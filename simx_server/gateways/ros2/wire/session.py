@@ -36,6 +36,8 @@ _NODE_ID = 0
 _OPTIONS: dict[str, Any] = {
     **link.COMMON,
     "timestamping/enabled": True,  # rmw_zenoh's caches of transient-local topics need it
+    # The physics thread waits that long for a link that is full, before it drops a message; Zenoh's default is 1 ms.
+    "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 100,
     "transport/shared_memory": {"enabled": False},  # as for the server's other session, see link.SERVER
 }
 

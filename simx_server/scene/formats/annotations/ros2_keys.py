@@ -30,6 +30,26 @@ def frame(text: str) -> str:
     return text
 
 
+def between(least: float, most: float) -> Callable[[str], float]:
+    """Return the check of a number within limits."""
+
+    def check(text: str) -> float:
+        try:
+            value = number(text)
+        except ValueError:
+            value = least - 1
+        if not least <= value <= most:
+            raise ValueError(f"a number from {least:g} to {most:g}")
+        return value
+
+    return check
+
+
+rate = between(0.001, 10_000)
+increment = between(0.01, 360)
+timeout = between(0.001, 1_000_000)
+
+
 class JointName(NamedTuple):
     """A joint of a group, as ROS 2 knows it."""
 
@@ -78,13 +98,13 @@ OF_OBJECTS: dict[str, Callable[[str], Value]] = {
     "joints": joints,
     "topic": topic,
     "frame": frame,
-    "rate": positive,
+    "rate": rate,
     "compressed": switch,
     "range": topic,
     "scan": topic,
     "angle_min_deg": number,
     "angle_max_deg": number,
-    "increment_deg": positive,
+    "increment_deg": increment,
     "imu": topic,
     "drive": one_of("diff", "mecanum"),
     "left": str,
@@ -93,7 +113,7 @@ OF_OBJECTS: dict[str, Callable[[str], Value]] = {
     "track": positive,
     "cmd": topic,
     "stamped": one_of("auto", "yes", "no"),
-    "timeout": positive,
+    "timeout": timeout,
     "odom": topic,
     "odom_frame": frame,
     "base": frame,
@@ -104,7 +124,7 @@ OF_OBJECTS: dict[str, Callable[[str], Value]] = {
 }
 
 OF_SCENE: dict[str, Callable[[str], Value]] = {
-    "rate": positive,
+    "rate": rate,
     "tf": switch,
     "root": frame,
     "helper": switch,

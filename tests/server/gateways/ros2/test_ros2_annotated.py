@@ -378,6 +378,8 @@ def test_a_fixed_odometry_frame_stands_where_the_run_started(node: Make) -> None
         ("range=/range", "is for a proximity sensor; the object is a shape"),
         ("name=a", "is for a joint; the object is a shape"),
         ("scan=/a#0", "valid for scan is a topic such as /odom"),
+        ("scan=/scan increment_deg=1e-300", "valid for increment_deg is a number from 0.01 to 360"),
+        ("odom=/odom rate=1e300", "valid for rate is a number from 0.001 to 10000"),
         ("root=map", "which is for the scene: simx:ros2:world"),
         ("states=/states joints=one", "valid for joints is joints such as arm1:shoulder"),
         ("states=/states joints=none:a", "joints=none, which is no joint of the scene"),

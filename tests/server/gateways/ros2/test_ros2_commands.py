@@ -67,11 +67,17 @@ def test_the_first_array_with_a_number_moves_each_joint(server: Ros2World) -> No
 
 def test_an_effort_pushes_with_that_force_in_its_direction(server: Ros2World) -> None:
     joints, wheel = server.simulation.joints, server.simulation.scene.resolve("wheel")
-    server.on_server(server.simulation.start)
-    server.peer().command(["wheel"], effort=[-0.02])
-    server.wait_until(lambda: joints.max_force(wheel) == pytest.approx(0.02))
-    server.wait_until(lambda: joints.velocity(wheel) < -1.0)
-    server.wait_until(lambda: joints.force(wheel) == pytest.approx(0.02, rel=0.01))
+    peer = server.peer()
+    peer.trigger("start")
+    server.wait_until(lambda: server.simulation.step_count > 100)  # the arm is at rest
+    peer.trigger("pause")
+    peer.command(["wheel"], effort=[-1e-4])
+    server.wait_until(lambda: joints.max_force(wheel) == 1e-4)
+    for _ in range(4):
+        peer.trigger("step")
+    velocity, force = server.on_server(lambda: (joints.velocity(wheel), joints.force(wheel)))
+    assert velocity < -0.2
+    assert force == pytest.approx(1e-4, rel=0.01)
 
 
 def test_a_joint_without_motor_is_put_there_at_once(tmp_path: Path) -> None:
@@ -171,6 +177,20 @@ def test_waiting_messages_meet_the_limit_of_a_client(
     peer.command(["shoulder"], position=[0.31])
     wait_for_target(server, "shoulder", 0.31)
     assert server.gateway._guard._waiting == 0
+
+
+def test_a_request_behind_a_very_long_message_is_answered_for_itself(server: Ros2World) -> None:
+    peer, may_go_on = server.peer(), threading.Event()
+    server.loop.post(may_go_on.wait)
+    many = 3000
+    peer.put(KEY, hostile(name=["shoulder"] * many, position=[0.1] * many))
+    answers: list[bool] = []
+    asking = threading.Thread(target=lambda: answers.append(peer.trigger("start")["success"]))
+    asking.start()
+    may_go_on.set()
+    asking.join(30)
+    assert answers == [True]
+    wait_for_target(server, "shoulder", 0.1)
 
 
 def test_of_a_flood_the_newest_messages_are_executed_and_others_are_served(server: Ros2World) -> None:

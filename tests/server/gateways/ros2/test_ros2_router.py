@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -95,6 +96,25 @@ def test_after_a_restart_of_the_router_everything_is_there_again(
         with router(port):
             wait_for_log(server, caplog, "is there again")
             with_peer(port, works)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals of POSIX")
+def test_a_frozen_router_holds_up_neither_steps_nor_the_end(tmp_path: Path) -> None:
+    port = free_port()
+    with router(port) as process:
+        peer = Peer(port)
+        try:
+            with ros2_world(tmp_path, router=Router(f"tcp/127.0.0.1:{port}")) as server:
+                for key in (TIME, JOINTS, f"0/tf/{TF}"):
+                    peer.listen(key)
+                server.on_server(server.simulation.start)
+                peer.next(JOINTS)
+                process.send_signal(signal.SIGSTOP)
+                count = server.simulation.step_count
+                server.wait_until(lambda: server.simulation.step_count > count + 2000)
+        finally:
+            process.send_signal(signal.SIGCONT)
+            peer.close()
 
 
 def test_a_server_that_ends_without_router_ends_at_once(tmp_path: Path) -> None:

@@ -324,7 +324,7 @@ def test_a_fault_in_one_kind_of_topic_leaves_the_others(
     with monkeypatch.context() as changed:
         changed.setattr(clock, "offers", broken)
         server.on_server(server.gateway._renew)
-        peer.wait_for_absence(lambda token: "%clock" in token)
+        peer.wait_for_no_token(lambda token: "%clock" in token)
     assert "Clock" in caplog.text
     assert any("%joint_states" in token for token in peer.tokens)
     server.on_server(server.gateway._renew)
