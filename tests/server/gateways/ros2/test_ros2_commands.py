@@ -67,11 +67,17 @@ def test_the_first_array_with_a_number_moves_each_joint(server: Ros2World) -> No
 
 def test_an_effort_pushes_with_that_force_in_its_direction(server: Ros2World) -> None:
     joints, wheel = server.simulation.joints, server.simulation.scene.resolve("wheel")
-    server.on_server(server.simulation.start)
-    server.peer().command(["wheel"], effort=[-0.02])
-    server.wait_until(lambda: joints.max_force(wheel) == pytest.approx(0.02))
-    server.wait_until(lambda: joints.velocity(wheel) < -1.0)
-    server.wait_until(lambda: joints.force(wheel) == pytest.approx(0.02, rel=0.01))
+    peer = server.peer()
+    peer.trigger("start")
+    server.wait_until(lambda: server.simulation.step_count > 100)  # the arm is at rest
+    peer.trigger("pause")
+    peer.command(["wheel"], effort=[-1e-4])
+    server.wait_until(lambda: joints.max_force(wheel) == 1e-4)
+    for _ in range(4):
+        peer.trigger("step")
+    velocity, force = server.on_server(lambda: (joints.velocity(wheel), joints.force(wheel)))
+    assert velocity < -0.2
+    assert force == pytest.approx(1e-4, rel=0.01)
 
 
 def test_a_joint_without_motor_is_put_there_at_once(tmp_path: Path) -> None:
