@@ -111,6 +111,7 @@ def main() -> int:
         choose(page, "Objects")
         page.wait_for_timeout(4000)
         page.get_by_role("button", name="◀ call", exact=True).click()
+        page.mouse.move(WIDTH // 3, HEIGHT - 20)  # away from the hint of the button
         page.wait_for_timeout(4000)
         shoot(page, FOLDER / f"{PAST}.png")
         for name in PICTURES:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
@@ -226,17 +225,20 @@ def calls_as_html(past: PastStep, *, with_reads: bool) -> str:
         notes.append("1 call that only reads." if hidden == 1 else f"{hidden} calls that only read.")
     if past["calls_left_out"]:
         notes.append(f"{past['calls_left_out']} further calls of this step are not kept.")
-    rows = "".join(map(_row, calls))
+    clients = [None, *(call["client"] for call in calls)]  # one that calls several times is named once
+    rows = "".join(
+        _row(call, is_named=call["client"] != before) for call, before in zip(calls, clients, strict=False)
+    )
     note = f"<div style='opacity:0.7;padding:0.1em 0'>{' '.join(notes)}</div>" if notes else ""
     return f"<div style='{_CALLS_STYLE}'>{rows}{note}</div>"
 
 
-def _row(call: PastCall) -> str:
+def _row(call: PastCall, *, is_named: bool) -> str:
     results = harmless(call["results"], _LETTERS)
     colour = "color:#e03131" if call["has_failed"] else "opacity:0.75"
     answer = f"<div style='{colour};padding-left:1.2em'>→ {results}</div>" if results else ""
+    client = f"<div style='opacity:0.7'>{harmless(call['client'], 60)}</div>" if is_named else ""
     return (
-        "<div style='padding:0.15em 0;border-bottom:1px solid rgba(128,128,128,0.2)'>"
-        f"<span style='opacity:0.7'>{html.escape(call['client'][:40])}</span> "
+        f"<div style='padding:0.15em 0;border-bottom:1px solid rgba(128,128,128,0.2)'>{client}"
         f"<code>{harmless(call['call'], _LETTERS)}</code>{answer}</div>"
     )
