@@ -98,8 +98,9 @@ class ForceSensors(Part):
         records, self._broken = memory[0], set(memory[1])
         self._records = {}
         for handle, (samples, violations) in records.items():
-            kept = deque(map(np.array, samples), maxlen=_samples(self._sim.scene.objects[handle]))
-            self._records[handle] = _Record(kept, violations)
+            record = self._renew(self._sim.scene.objects[handle], None)
+            record.samples.extend(map(np.array, samples))
+            record.violations = violations
 
     def read(self, handle: int) -> ForceReading | None:
         """Return the last measurement, filtered.

@@ -163,6 +163,7 @@ def test_without_rivals_and_aims_the_report_says_on_what_it_was_made() -> None:
 
 def test_a_bar_chart_has_a_line_for_each_rival(tmp_path: Path) -> None:
     bars = bars_of([FOUND])
+    assert bars is not None
     assert bars == Bars("rivals", [("a read, us", [Bar("simx", 3.0, True), Bar("the rival", 44.0, False)])])
     picture = cv2.imread(str(drawing_bars.draw_bars(tmp_path / "plots", bars)))
     assert picture is not None

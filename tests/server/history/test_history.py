@@ -31,7 +31,7 @@ def ask(client: int, function: str, *ints: int) -> Any:
     code, *_, buffer = v.simxCallScriptFunction(
         client, ADD_ON, ADD_ON_TYPE, function, ints, (), (), b"", BLOCKING
     )
-    return code if code else msgpack.unpackb(buffer, strict_map_key=False) if buffer else None
+    return code if code else msgpack.unpackb(bytes(buffer), strict_map_key=False) if buffer else None
 
 
 def functions(lab: Lab, step: int) -> list[str]:
@@ -173,6 +173,7 @@ def test_an_image_is_noted_when_it_comes_and_without_its_bytes() -> None:
     (called,) = log.take().calls
     assert called.results is None
     image.set_result((0, [[640, 480], bytes(640 * 480 * 3)]))
+    assert called.results is not None
     resolution, pixels = called.results
     assert resolution == [640, 480]
     assert isinstance(pixels, Cut)
