@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import msgpack
 import pytest
@@ -173,8 +173,7 @@ def test_an_image_is_noted_when_it_comes_and_without_its_bytes() -> None:
     (called,) = log.take().calls
     assert called.results is None
     image.set_result((0, [[640, 480], bytes(640 * 480 * 3)]))
-    assert called.results is not None
-    resolution, pixels = called.results
+    resolution, pixels = cast(list[Any], called.results)
     assert resolution == [640, 480]
     assert isinstance(pixels, Cut)
     assert pixels.size == 640 * 480 * 3
