@@ -12,8 +12,16 @@ from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.geometry.placing import object_pose
-from simx_server.scene.geometry.poses import Pose, Vector, compose, conjugate, rotate, scale, subtract
-from simx_server.scene.objects import SceneObject
+from simx_server.scene.geometry.poses import (
+    IDENTITY,
+    Pose,
+    Vector,
+    compose,
+    conjugate,
+    rotate,
+    scale,
+    subtract,
+)
 from simx_server.world.simulation import SimulationState
 
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
@@ -34,12 +42,17 @@ class Imus(Content):
 
     def __init__(self, context: Context) -> None:
         self._world = context.world
+        self._imus: dict[int, Imu] = {}
+        """By the handle of the object; each goes on when the offers are listed again."""
 
     def offers(self) -> Iterable[Offer]:
+        before, self._imus = self._imus, {}
         scene = self._world.simulation.scene
         names = Names(scene)
         for item, note in annotated(scene, "imu"):
-            imu = Imu(self._world, item, note, names.header_frame(item, note))
+            imu = before.get(item.handle) or Imu(self._world, item.handle)
+            imu.set(note, names.header_frame(item, note))
+            self._imus[item.handle] = imu
             period = period_of(note)
             make = imu.message if period <= self._world.simulation.time_step else partial(imu.seldom, period)
             yield Published(names.topic(item, str(note["imu"])), TYPE, make, SENSOR_DATA)
@@ -48,9 +61,9 @@ class Imus(Content):
 class Imu:
     """One IMU, which remembers the velocity of the step before while someone listens."""
 
-    def __init__(self, world: World, item: SceneObject, note: Annotation, frame: str) -> None:
-        self._world, self._handle, self._frame = world, item.handle, frame
-        self._turn: Pose = (0.0, 0.0, 0.0), turn_of(note)
+    def __init__(self, world: World, handle: int) -> None:
+        self._world, self._handle, self._frame = world, handle, ""
+        self._turn: Pose = IDENTITY
         self._seen = -1
         """Step count when the velocity was remembered."""
 
@@ -61,6 +74,10 @@ class Imu:
         """Of the same step, m/s² along world axes; None if the step before was not measured."""
 
         self._published = 0
+
+    def set(self, note: Annotation, frame: str) -> None:
+        """Take the axes of the annotation, and the frame of messages."""
+        self._turn, self._frame = ((0.0, 0.0, 0.0), turn_of(note)), frame
 
     def seldom(self, period: float, moment: Moment) -> Message | None:
         """Return the message once per period in seconds; the velocity is remembered in each step."""
