@@ -18,7 +18,7 @@ from ..annotated.notes import Names, scene_period
 from ..annotated.odometry import Odometers
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import LATCHED, TRANSFORMS
-from .frame_tree import Frame, FrameTree, transform
+from .frame_tree import Frame, FrameTree
 
 TYPE = "tf2_msgs/msg/TFMessage"
 
@@ -99,9 +99,16 @@ def stamped(
     Args:
         poses: (n, 7) position and quaternion x, y, z, w.
     """
-    for frame, values in zip(frames, poses.tolist(), strict=True):
-        made = transform(frame, values)
-        yield {**made, "header": moment.header(frame.parent)}
+    stamp = moment.stamp
+    for frame, (px, py, pz, x, y, z, w) in zip(frames, poses.tolist(), strict=True):
+        yield {
+            "header": {"stamp": stamp, "frame_id": frame.parent},
+            "child_frame_id": frame.name,
+            "transform": {
+                "translation": {"x": px, "y": py, "z": pz},
+                "rotation": {"x": x, "y": y, "z": z, "w": w},
+            },
+        }
 
 
 def _are_same(first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, Any]]) -> bool:

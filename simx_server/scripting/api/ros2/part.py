@@ -47,10 +47,15 @@ class Ros2Part(RosPart):
                 f"simROS2: the type '{kind[:80]}' is not known to the server, so nothing is connected"
             )
             return handle
+        interpreter = self._script.interpreter
+        if interpreter is None:  # a client that calls functions of scripts
+            self._say_once(
+                "simROS2: only scripts of the scene have topics in ROS 2; those of others are not connected"
+            )
+            return handle
         topics.check_room()
         opened = make(node)
-        interpreter = self._script.interpreter
-        topics.keep(opened, lambda: interpreter is not None and self._script.interpreter is interpreter)
+        topics.keep(opened, lambda: self._script.interpreter is interpreter)
         self._opened[handle] = opened
         return handle
 

@@ -368,6 +368,21 @@ def test_a_fixed_odometry_frame_stands_where_the_run_started(node: Make) -> None
     assert np.allclose(in_frame(frames, "car", "world"), scene.pose("car"), atol=1e-6)
 
 
+def test_the_odometry_frame_is_level_where_the_base_starts_tilted(node: Make) -> None:
+    scene = node(
+        HEAD
+        + '<body name="car" pos="0 0 0.5" euler="0 0.4 0"><freejoint/><geom size="0.1"/></body></worldbody>'
+        '<custom><text name="simx:ros2:car" data="odom=/odom parent_frame=world"/></custom></mujoco>'
+    )
+    scene.start()
+    scene.step()
+    frames = scene.transforms()
+    assert np.allclose(in_frame(frames, "odom", "world")[:3, :3], np.eye(3), atol=1e-9)
+    turn = scene.message("/odom")["pose"]["pose"]["orientation"]
+    assert turn["y"] == pytest.approx(math.sin(0.2), abs=1e-3)
+    assert np.allclose(in_frame(frames, "car", "world"), scene.pose("car"), atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("data", "said"),
     [

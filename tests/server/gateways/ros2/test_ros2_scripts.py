@@ -113,12 +113,15 @@ def test_the_sdk_hears_tells_and_calls_a_script_and_is_called_by_it(make: Make) 
         assert dict(sdk.do("services"))["/add"] == [ADD]
 
 
-def test_a_python_script_publishes_and_subscribes(make: Make) -> None:
+def test_a_python_script_publishes_subscribes_and_serves(make: Make) -> None:
     world = make(
         "def sysCall_init():\n"
         "    global echo\n"
         "    echo = simROS2.createPublisher('/echo', 'geometry_msgs/msg/Twist')\n"
         "    simROS2.createSubscription('/cmd', 'geometry_msgs/msg/Twist', 'heard')\n"
+        "    simROS2.createService('/add', 'example_interfaces/srv/AddTwoInts', add)\n"
+        "def add(request):\n"
+        "    return {'sum': request['a'] + request['b']}\n"
         "def heard(message):\n"
         "    message['angular']['z'] *= 2\n"
         "    simROS2.publish(echo, message)\n",
@@ -132,6 +135,10 @@ def test_a_python_script_publishes_and_subscribes(make: Make) -> None:
     peer.wait_for_token(lambda token: "/MP/" in token and "%echo/" in token)
     send(peer, "/cmd", "geometry_msgs/msg/Twist", {"angular": {"z": 0.5}})
     assert peer.next(key("/echo", "geometry_msgs/msg/Twist")).value["angular"]["z"] == 1.0
+    peer.wait_for_token(lambda token: "/SS/" in token and "%add/" in token)
+    request = SERVICES[ADD].request.encode({"a": 2**40, "b": -1})
+    ((answer, _),) = peer.ask(key("/add", ADD), request, attachment())
+    assert SERVICES[ADD].response.decode(answer) == {"sum": 2**40 - 1}
 
 
 def test_arrays_of_bytes_are_lists_or_strings(make: Make) -> None:
