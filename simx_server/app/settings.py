@@ -199,7 +199,7 @@ class Settings:
     )
     history: float | None = _setting(
         None,
-        "keep the last seconds of a run for simx past and the time slider, viewed or not; 0: never",
+        "seconds of a run kept for the time slider and simx past; 0: none",
         rules.between(0.0, 86_400.0),
         unset="120 s while a web viewer is open",
     )
