@@ -99,6 +99,13 @@ def test_without_gymnasium_the_import_names_the_line_that_installs_it() -> None:
     assert "gymnasium>=" in shown.stderr
 
 
+def test_without_stable_baselines3_the_adapter_names_the_line_that_installs_it() -> None:
+    program = "import sys; sys.modules['stable_baselines3'] = None; import simx_client.gym.stable_baselines3"
+    shown = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=100)
+    assert "needs stable_baselines3.common; install with: " in shown.stderr
+    assert "stable-baselines3>=" in shown.stderr
+
+
 def test_equal_seeds_give_equal_episodes_bit_for_bit_embedded_and_in_a_server(scene: Path) -> None:
     embedded = described(scene)
     first, second, other = run(embedded), run(embedded), run(embedded, seed=6)
