@@ -172,7 +172,7 @@ class Settings:
     )
     history: float | None = _setting(
         None,
-        "keep the last seconds of a run for simx past and the time slider, viewed or not; 0: never",
+        "keep the last N s of a run for the time slider; 0: none",
         rules.between(0.0, 86_400.0),
         unset="120 s while a web viewer is open",
     )
