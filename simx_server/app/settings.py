@@ -199,7 +199,7 @@ class Settings:
     )
     history: float | None = _setting(
         None,
-        "seconds of a run kept for the time slider and simx past; 0: none",
+        "keep the last N s of a run for the time slider; 0: none",
         rules.between(0.0, 86_400.0),
         unset="120 s while a web viewer is open",
     )

@@ -11,6 +11,7 @@ from itertools import islice
 from operator import itemgetter
 from typing import Any
 
+from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import STATUS_OK
 
 MOST_PER_STEP = 500
@@ -147,10 +148,11 @@ class LogOfCalls:
             client: the name of the client.
             arguments: of the call, as they came.
             answer: status and values; a future of both, of an image or a trigger; None: `Called.finish` gets it later.
-            only_reads: the function changes nothing.
+            only_reads: the function changes nothing. A trigger counts as such a call: it comes with every step.
         """
         if self.is_left_out(client, function, arguments):
             return None
+        only_reads = only_reads or function == TRIGGER
         called = Called(client, function, tuple(map(short, arguments)), only_reads=only_reads)
         if isinstance(answer, Future):
             answer.add_done_callback(lambda done: called.finish(*done.result()))

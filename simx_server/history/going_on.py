@@ -61,6 +61,11 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
             raise CommandError("a script has stopped the new run at its start")
         restore(world, moment, before)
         sim.pause()
+    except CommandError:
+        raise
+    except Exception:
+        sim.stop()  # a state that is restored in part must not be simulated
+        raise
     finally:
         loop.is_going_back = False
     history.cut(step)

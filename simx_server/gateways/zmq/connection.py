@@ -18,6 +18,7 @@ from simx_server.scripting.interpreter import ScriptError, Waiting
 
 from .calls import invoke
 from .functions import described
+from .reading import only_reads
 from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError, read_request
 
@@ -31,6 +32,9 @@ _Result = TypeVar("_Result")
 
 MOST_NESTED = 8
 """Functions of the client that may wait for each other."""
+
+_STEPS = ("sim.step", "sim.setStepping")
+"""Functions that come with every step of a client that steps."""
 
 SILENCE = 2.0
 """Seconds that a function of the client may take between two messages; scripts have as long for a call."""
@@ -114,7 +118,14 @@ class Connection:
     def _execute(self, request: Request) -> None:
         self._function = request.function
         if (log := self._clients.loop.log_of_calls) is not None:
-            self._noted = log.note(self.client.session.name, request.function, request.arguments, None)
+            name = described(request.function).full_name
+            self._noted = log.note(
+                self.client.session.name,
+                name,
+                [_as_text(each) for each in request.arguments],
+                None,
+                only_reads=name in _STEPS or only_reads(name),
+            )
         self._clients.loop.metrics.called(self.client.key, 1)
         self.client.session.called[request.function if described(request.function).is_known else UNKNOWN] += 1
         try:
@@ -290,3 +301,13 @@ def too_long(name: str) -> str:
         f"the function {name} took too long: it may be silent for {SILENCE:g} s, and all functions in one call may "
         f"take {LONGEST:g} s; other clients wait meanwhile"
     )
+
+
+def _as_text(argument: Any) -> Any:
+    """Return a text, which this protocol does not tell from bytes, as a text."""
+    if not isinstance(argument, bytes):
+        return argument
+    try:
+        return argument.decode()
+    except UnicodeDecodeError:
+        return argument

@@ -185,8 +185,10 @@ class Page:
     def _survey(self, look: Look) -> bool:
         """Update the panels; return whether all updates succeeded. Raises Away."""
         survey = self._eye.survey()
-        state, seconds, steps = survey["past"]["now"]  # the panels show the present, also beside a past step
-        now: Look = {**look, "running": state, "time": seconds, "passes": steps}
+        now = look
+        if self._mirror.is_past:  # the panels show the present beside it
+            state, seconds, steps = survey["past"]["now"]
+            now: Look = {**look, "running": state, "time": seconds, "passes": steps}
         sensing = self._eye.sensing() if self._world.wants_sensing else None
         done = [
             self._surveyed.update(partial(self._world.survey, survey)),

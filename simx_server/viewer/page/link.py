@@ -5,9 +5,10 @@ They retry a server that is away until it is back: the viewer continues without 
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar, cast
 
@@ -16,7 +17,7 @@ import msgpack
 from simx_client import Client
 from simx_client.client import Calls
 from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
-from simx_client.protocol.past import KEEP
+from simx_client.protocol.past import KEEP, Kept
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SENSING, SURVEY, Look, Past, Sensing, Survey
 
@@ -28,6 +29,14 @@ TIMEOUT = 5.0
 
 AGAIN = 1.0
 """Seconds between two attempts to reach a server that is away."""
+
+
+_NO_PAST: Kept = {
+    "now": ("stopped", 0.0, 0), "is_on": False, "first": -1, "last": -1, "version": 0, "time_step": 0.05,
+    "seconds": 0.0, "size": 0,
+}  # fmt: skip
+_OF_EARLIER_SERVERS: Mapping[str, Any] = {"past": _NO_PAST, "scripts": []}
+"""Fields of a survey that servers of earlier versions do not send."""
 
 
 class Away(Exception):
@@ -88,13 +97,17 @@ class Eye:
 
     def survey(self) -> Survey:
         """Read the data for the panels. Raises Away."""
-        seen = cast(Survey, self._ask(SURVEY, self._tree, self._drawings))
+        seen = cast(Survey, {**_OF_EARLIER_SERVERS, **self._ask(SURVEY, self._tree, self._drawings)})
         self._tree, self._drawings = seen["tree_version"], seen["drawings_version"]
         return seen
 
     def keep_past(self, wanted: bool) -> None:
-        """Have the server keep the steps of a run from now on, or not any more. Raises Away."""
-        self._ask(KEEP, int(wanted))
+        """Have the server keep the steps of a run from now on, or not any more. Raises Away.
+
+        A server of an earlier version keeps none.
+        """
+        with contextlib.suppress(SimxError):
+            self._link.ask(lambda client: _call(client, KEEP, int(wanted)))
 
     def past(self, step: int) -> Past | None:
         """Read the world after a step of the run, or None if no step is kept. Raises Away."""

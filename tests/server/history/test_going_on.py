@@ -11,7 +11,9 @@ from past_lab import MACHINE, Lab
 from real_world import BLOCKING
 
 import simx_client as v
+from simx_server.app import server
 from simx_server.errors import CommandError
+from simx_server.history import going_on
 from simx_server.recording import state
 from simx_server.viewer.feed import Feed
 
@@ -224,6 +226,40 @@ def test_a_script_cannot_go_on_from_within_itself(open_lab: Callable[[str], Lab]
     assert code == v.simx_return_remote_error_flag
     assert "while a script is being executed" in v.simxGetLastErrors(lab.client, BLOCKING)[1][-1]
     assert lab.sim.step_count == 4
+
+
+def test_a_state_that_cannot_be_restored_ends_the_run(
+    open_lab: Callable[[str], Lab], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = open_lab(MACHINE)
+    before = state.digests(lab.parts)
+    lab.start()
+    lab.steps(5)
+
+    def fail(*_: object) -> None:
+        raise MemoryError("no room")
+
+    monkeypatch.setattr(going_on, "restore", fail)
+    with pytest.raises(MemoryError):
+        lab.go_on(3)
+    assert not lab.sim.is_running
+    assert not lab.loop.is_going_back
+    assert state.digests(lab.parts) == before
+
+
+def test_a_server_that_ends_with_its_run_does_not_end_with_a_new_one(
+    open_lab: Callable[[str], Lab],
+) -> None:
+    lab = open_lab(MACHINE)
+    lab.sim.attach(server._QuitAfterStop(lab.loop))
+    lab.start()
+    lab.steps(5)
+    lab.go_on(3)
+    lab.loop.turn()
+    assert not lab.loop.is_ending
+    lab.sim.stop()
+    lab.loop.turn()
+    assert lab.loop.is_ending
 
 
 def test_derived_numbers_are_those_of_the_step(open_lab: Callable[[str], Lab]) -> None:

@@ -20,6 +20,7 @@ from simx_server.history import History, LogOfCalls
 from simx_server.history.calls import MOST_PER_STEP, Cut, short
 from simx_server.limits import Limits
 from simx_server.parts.add_ons import ADD_ON_TYPE
+from simx_server.recording import state
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY
 
@@ -269,3 +270,18 @@ def test_a_client_that_goes_on_is_replayed_from_a_recording(tmp_path: Path) -> N
             v.simxSynchronousTrigger(client)
         assert place.simulation.step_count == 35
     assert replay(recording) == DONE
+
+
+def test_keeping_the_past_does_not_change_a_run(open_lab: Open) -> None:
+    ends = []
+    for is_kept in (True, False):
+        lab = open_lab(MACHINE)
+        if not is_kept:
+            lab.sim.detach(lab.history)
+            lab.loop.log_of_calls = None
+        lab.start()
+        lab.steps(10)
+        v.simxSetJointTargetPosition(lab.client, lab.handle("shoulder"), -0.4, BLOCKING)
+        lab.steps(20)
+        ends.append(state.digests(lab.parts))
+    assert ends[0] == ends[1]

@@ -121,8 +121,8 @@ def test_calls_of_the_step_are_shown_and_those_that_read_on_request(slider: Slid
     assert "simxSetJointTargetPosition(jointHandle=" in text
     assert "targetPosition=1.9" in text
     assert "simxGetJointPosition" not in text
-    assert "1 call that only reads." in text
-    slider.set(slider.labelled(viser.GuiCheckboxHandle, "only read"), True)
+    assert "1 read or trigger." in text
+    slider.set(slider.labelled(viser.GuiCheckboxHandle, "Reads and triggers"), True)
     slider.follow()
     assert "simxGetJointPosition(" in slider.text()
     slider.set(slider.slider, 5)

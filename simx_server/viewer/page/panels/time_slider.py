@@ -70,7 +70,10 @@ class TimeSlider:
             visible=False,
         )
         self._reads = gui.add_checkbox(
-            "Calls that only read", False, hint="positions, images, and the like", visible=False
+            "Reads and triggers",
+            False,
+            hint="calls that change nothing, or only ask for a step",
+            visible=False,
         )
         self._calls = gui.add_html("", visible=False)
         gui.add_html("<div style='height:0.3em'></div>")
@@ -220,9 +223,11 @@ def calls_as_html(past: PastStep, *, with_reads: bool) -> str:
     hidden = len(past["calls"]) - len(calls)
     notes: list[str] = []
     if not calls:
-        notes.append("No client called anything in this step" + (" but reads." if hidden else "."))
+        notes.append(
+            "No client changed anything before this step." if hidden else "No client called anything."
+        )
     if hidden:
-        notes.append("1 call that only reads." if hidden == 1 else f"{hidden} calls that only read.")
+        notes.append("1 read or trigger." if hidden == 1 else f"{hidden} reads and triggers.")
     if past["calls_left_out"]:
         notes.append(f"{past['calls_left_out']} further calls of this step are not kept.")
     clients = [None, *(call["client"] for call in calls)]  # one that calls several times is named once

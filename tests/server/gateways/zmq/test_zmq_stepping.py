@@ -8,6 +8,9 @@ from typing import Any
 import pytest
 from zmq_world import ZmqWorld
 
+from simx_server.history import History
+from simx_server.history.going_on import go_on
+
 
 def start_stepping(sim: Any) -> None:
     sim.setStepping(True)
@@ -168,3 +171,29 @@ def test_a_goodbye_ends_stepping(server: ZmqWorld) -> None:
     client.ask("sim.setStepping", True)
     assert client.ask("_*end*_") == {}
     assert client.ask("sim.setStepping", True) == {"ret": [0]}
+
+
+def test_calls_are_noted_with_the_steps_of_a_run_and_a_new_run_goes_on_from_one(server: ZmqWorld) -> None:
+    sim = server.sim()
+    history = server.on_server(lambda: History(server.loop, 60.0))
+    start_stepping(sim)
+    sim.step()
+    sim.setFloatSignal("gain", 0.5)
+    with pytest.raises(Exception, match="object does not exist"):
+        sim.getObject("/nix")
+    sim.step()
+    sim.step()
+    calls = [call for call in server.on_server(lambda: history.calls(2)).calls if not call.only_reads]
+    assert [(call.function, call.arguments, call.has_failed) for call in calls] == [
+        ("sim.setFloatSignal", ("gain", 0.5), False)
+    ]
+    failed = [call for call in server.on_server(lambda: history.calls(2)).calls if call.has_failed]
+    assert [call.function for call in failed] == ["sim.getObject"]
+    server.on_server(lambda: go_on(server.loop, history, 1))
+    assert sim.getSimulationTime() == pytest.approx(0.05)
+    assert not sim.getFloatSignal("gain")
+    sim.startSimulation()
+    sim.step()
+    assert sim.getSimulationTime() == pytest.approx(0.1)
+    server.on_server(lambda: server.simulation.detach(history))
+    server.on_server(lambda: setattr(server.loop, "log_of_calls", None))
