@@ -35,6 +35,7 @@ LONGEST = (
     "test_scripts_safety.py",
     "test_namespaces.py",
     "test_models_vehicles.py",
+    "test_fleets_on_ray.py",
     "test_fleet.py",
     "test_faults_timeouts.py",
     "test_discovery.py",
