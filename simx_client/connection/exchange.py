@@ -16,7 +16,7 @@ from .connection import Connection
 
 
 class Party(Protocol):
-    """What an exchange needs of a connection; see `Connection` for the methods."""
+    """The part of a connection that an exchange uses; see `Connection` for the methods."""
 
     where: str
 

@@ -83,7 +83,7 @@ class Worker:
             raise ConnectionFailed(str(answer) if answer is not None else self.problem)
 
     def begin(self, number: int) -> None:
-        """Announce that the calls for so many worlds follow."""
+        """Announce that the calls for this number of worlds follow."""
         self._send(number)
 
     def post(self, place: int, calls: list[tuple[Shape, list[Any], Taker]]) -> None:
@@ -170,7 +170,7 @@ class WorldConnection:
         return self.worker.problem
 
     def send_together(self, calls: Iterable[tuple[Shape, list[Any], Taker]]) -> Sequence[int]:
-        """Send calls; `Worker.begin` has announced them. Return an id for each, none if the process has ended."""
+        """Send calls, which the worker has announced. Return an id for each, none if the process has ended."""
         calls = list(calls)
         self.worker.post(self._place, calls)
         return () if self.worker.problem else range(len(calls))

@@ -1,4 +1,4 @@
-"""Simulations of one scene that step together, in processes of their own or in this one."""
+"""Simulations of one scene that step together, in worker processes or in this one."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Worlds(Servers):
             stack.callback(self._workers[-1].close)
         for worker in self._workers:
             worker.wait_until_ready()
-        # In turn, so that all processes begin early.
+        # In turn, so that all processes start early.
         return [
             WorldConnection(self._workers[place % processes], place // processes, f"world {place} of {where}")
             for place in range(count)
