@@ -55,7 +55,7 @@ def measure(effort: Effort) -> Findings:
             "PyBullet shared memory, 4.2 ms": taken[SHARED_LOOP],
         }
     else:
-        found.notes.append("PyBullet is not installed here (pip install pybullet), so its aim is missing.")
+        found.notes.append("PyBullet is not installed here, so its aim is missing.")
     found.rivals.append(
         Rival("stepped loop, one physics step, us", {name: each.median * 1e6 for name, each in loops.items()})
     )

@@ -83,12 +83,9 @@ def _missing() -> list[str]:
     """Return a note for each rival that is not installed."""
     notes: list[str] = []
     if not _has_zmq_client():
-        notes.append(
-            "The official ZeroMQ client is not installed here (pip install coppeliasim-zmqremoteapi-client), so its "
-            "aims are missing."
-        )
+        notes.append("The official ZeroMQ client is not installed here, so its aims are missing.")
     if not is_installed():
-        notes.append("PyBullet is not installed here (pip install pybullet), so its figures are missing.")
+        notes.append("PyBullet is not installed here, so its figures are missing.")
     return notes
 
 

@@ -193,6 +193,7 @@ def test_every_annotation_names_something_of_the_scene(fresh: Rig) -> None:
         "proximity": (mujoco.mjtObj.mjOBJ_SITE,),
         "script": (mujoco.mjtObj.mjOBJ_BODY,),
         "model": (mujoco.mjtObj.mjOBJ_BODY,),
+        "ros2": (mujoco.mjtObj.mjOBJ_BODY,),
         "object": (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE, *joints),
     }
     found = annotations(fresh.model)

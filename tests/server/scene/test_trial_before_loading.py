@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -220,8 +221,11 @@ def test_a_trial_that_the_system_kills_is_not_taken_for_one_that_takes_too_long(
 
 
 def children_of(process_id: int) -> list[int]:
-    folder = Path(f"/proc/{process_id}/task")
-    return [int(word) for task in folder.iterdir() for word in (task / "children").read_text().split()]
+    found: list[int] = []
+    for task in Path(f"/proc/{process_id}/task").iterdir():
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # a thread that has just ended
+            found += map(int, (task / "children").read_text().split())
+    return found
 
 
 def is_there(process_id: int) -> bool:

@@ -17,7 +17,7 @@ from simx_server.gateways.ros2.messages.hashes import HASHES
 from simx_server.gateways.ros2.messages.layouts import Field, Layout, read_layouts
 from simx_server.gateways.ros2.messages.primitives import Primitive
 
-rosbags = pytest.importorskip("rosbags.typesys", reason="needs rosbags: pip install 'rosbags>=0.11,<0.12'")
+rosbags = pytest.importorskip("rosbags.typesys", reason="needs rosbags, of the extra dev")
 
 PUBLIC = {
     # `ros2 topic info -v` prints these; people publish its output.
