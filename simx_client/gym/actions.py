@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -70,9 +71,9 @@ class _Part:
         """Return the numbers to set."""
         if isinstance(self.how, Choices):
             return _vector(self.how.values[int(action)], self.entry.size, self.name.text)
-        action = np.clip(np.asarray(action, np.float64), -1.0, 1.0)
+        action = _clipped(np.asarray(action, np.float64), -1.0, 1.0)
         if isinstance(self.how, Increment):
-            return np.clip(before + action * np.asarray(self.how.size), self.low, self.high)
+            return _clipped(before + action * np.asarray(self.how.size), self.low, self.high)
         return self.low + (action + 1.0) / 2.0 * (self.high - self.low)
 
 
@@ -87,6 +88,9 @@ class Actions:
         """
         self.parts = [_part(read_name(text), how, objects) for text, how in chosen.items()]
         self.space, self._is_discrete = _space(self.parts)
+        ends = np.cumsum([0, *(part.entry.size for part in self.parts)]).tolist()
+        self._places = [slice(start, end) for start, end in itertools.pairwise(ends)]
+        """Where the numbers of each part are in an action."""
 
     def values(self, action: Any, before: Mapping[str, Any]) -> list[NDArray[np.float64]]:
         """Return the numbers to set for each part.
@@ -108,11 +112,15 @@ class Actions:
                 raise ValueError(
                     f"the action must be finite numbers of shape {self.space.shape}, not {action!r}"
                 )
-            ends = np.cumsum([part.entry.size for part in self.parts])[:-1]
-            rows = cast("list[Any]", np.split(numbers, ends))
+            rows = [numbers[place] for place in self._places]
         return [
             part.value(row, before.get(part.name.text)) for part, row in zip(self.parts, rows, strict=True)
         ]
+
+
+def _clipped(values: NDArray[np.float64], low: Any, high: Any) -> NDArray[np.float64]:
+    """Do as ``np.clip``, which takes four times as long for a few numbers."""
+    return np.maximum(np.minimum(values, high), low)
 
 
 def _part(name: Name, how: How, objects: Objects) -> _Part:
