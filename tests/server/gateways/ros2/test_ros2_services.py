@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 import zenoh
-from ros2_world import CLOCK, TRIGGER, Ros2World, attachment, ros2_world, seconds
+from ros2_world import CLOCK, TRIGGER, Peer, Ros2World, attachment, ros2_world, seconds
 
+from simx_server.gateways.ros2.content.control import Control
 from simx_server.runtime.sessions import ClientSession
 from simx_server.world.simulation import SimulationState
 
@@ -176,6 +177,34 @@ def test_many_steps_end_with_another_request(server: Ros2World, verb: str, expec
     if verb == "start":
         count = server.simulation.step_count
         server.wait_until(lambda: server.simulation.step_count > count + 3)
+
+
+def test_requests_for_steps_beyond_those_that_wait_are_refused(
+    server: Ros2World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("simx_server.gateways.ros2.content.run.MOST_REQUESTS", 2)
+    run = next(each._run for each in server.gateway._contents if isinstance(each, Control))
+    peers = [server.peer() for _ in range(2)]
+    peers[0].trigger("start")
+    peers[0].trigger("pause")
+    answers: list[Any] = []
+
+    def ask(peer: Peer) -> None:
+        answers.append(peer.call_standard("StepSimulation", "step_simulation", steps=1_000_000))
+
+    asking = [threading.Thread(target=ask, args=(peer,)) for peer in peers]
+    for each in asking:
+        each.start()
+    server.wait_until(lambda: len(run._steps) == 2)
+    other = server.peer()
+    refused = other.trigger("step")
+    assert not refused["success"]
+    assert "2 requests for steps wait already" in refused["message"]
+    assert answers == []
+    assert other.trigger("stop")["success"]
+    for each in asking:
+        each.join(30)
+    assert [answer["result"]["result"] for answer in answers] == [FAILED] * 2
 
 
 def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None:
