@@ -106,12 +106,14 @@ class Intake:
         return self.subscription
 
     def serve(self) -> None:
-        """Execute the messages that wait."""
-        for payload in self.subscription.take():
-            try:
-                self._client.execute(self.offer.calls(self._type.decode(payload)))
-            except Exception as problem:
-                self._client.failed(self.subscription.full_name, _readable(problem))
+        """Execute the next message."""
+        payload = self.subscription.take()
+        if payload is None:
+            return
+        try:
+            self._client.execute(self.offer.calls(self._type.decode(payload)))
+        except Exception as problem:
+            self._client.failed(self.subscription.full_name, _readable(problem))
 
 
 class Desk:
