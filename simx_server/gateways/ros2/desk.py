@@ -128,17 +128,19 @@ class Desk:
         return self.service
 
     def serve(self) -> None:
-        """Answer the requests that wait, or have them answered later."""
-        for request in self.service.take():
-            try:
-                answer = self.offer.answer(self._type.request.decode(request.payload))
-            except Exception as problem:
-                self._refuse(request, problem)
-                continue
-            if isinstance(answer, Future):
-                answer.add_done_callback(partial(self._finish, request))
-            else:
-                self._answer(request, answer)
+        """Answer the next request, or have it answered later."""
+        request = self.service.take()
+        if request is None:
+            return
+        try:
+            answer = self.offer.answer(self._type.request.decode(request.payload))
+        except Exception as problem:
+            self._refuse(request, problem)
+            return
+        if isinstance(answer, Future):
+            answer.add_done_callback(partial(self._finish, request))
+        else:
+            self._answer(request, answer)
 
     def _finish(self, request: Request, done: Future[Message]) -> None:
         problem = done.exception()

@@ -95,7 +95,8 @@ class ScriptTopics:
         type_ = self._service(kind)
 
         def take() -> None:
-            for request in server.take():
+            request = server.take()
+            if request is not None:
                 self._answer(server, type_, request, answer)
 
         server = Service(
