@@ -375,6 +375,21 @@ def test_joints_are_renamed_and_left_out(node: Make) -> None:
     assert scene.message("/joint_states")["position"] == pytest.approx([position])
 
 
+def test_a_transform_follows_what_is_placed_elsewhere_between_steps(node: Make) -> None:
+    scene = node(HEAD + '<body name="box"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>')
+
+    def place(z: float) -> None:
+        scene.execute([("simxSetObjectPosition", [scene.handle("box"), -1, [0.0, 0.0, z]])])
+        assert scene.transforms()["box"][1][2, 3] == pytest.approx(z)
+
+    place(2.0)
+    scene.start()
+    scene.step()
+    place(5.0)
+    scene.world.simulation.pause()
+    place(7.0)
+
+
 def test_a_fixed_odometry_frame_stands_where_the_run_started(node: Make) -> None:
     scene = node(
         HEAD
