@@ -315,6 +315,14 @@ def test_a_ring_of_rangefinders_has_one_value_for_each(node: Make) -> None:
     assert looks[1][:3, 0] == pytest.approx([0, 1, 0], abs=1e-9)
 
 
+@pytest.mark.parametrize(("keys", "seconds"), [("", 0.05), (" rate=5", 0.2), (" rate=1000", 0.05)])
+def test_a_scan_tells_the_time_between_two(node: Make, keys: str, seconds: float) -> None:
+    ring = node(RING.replace("scan=/scan", f"scan=/scan{keys}"))
+    ring.start()
+    ring.step()
+    assert ring.message("/scan")["scan_time"] == pytest.approx(seconds)
+
+
 def test_a_range_is_the_distance_along_x_of_its_frame(node: Make) -> None:
     ring = node(RING)
     ring.start()
