@@ -16,6 +16,7 @@ from simx_client.protocol.codec import decode_delivery
 from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Operation, Reply
 from simx_client.protocol.messages import Call as TableCall
 from simx_server.errors import CommandError
+from simx_server.parts.status_bar import as_log_line
 
 from .endpoints import Call
 
@@ -97,6 +98,8 @@ class Ros2Client:
         Args:
             name: of the topic.
         """
+        if isinstance(problem, CommandError) and not problem.silent:  # its text may have names of others
+            problem = CommandError(as_log_line(str(problem)))
         self._loop.failed(self.session, name, problem)
 
     def leave(self) -> None:

@@ -106,12 +106,14 @@ class Intake:
         return self.subscription
 
     def serve(self) -> None:
-        """Execute the messages that wait."""
-        for payload in self.subscription.take():
-            try:
-                self._client.execute(self.offer.calls(self._type.decode(payload)))
-            except Exception as problem:
-                self._client.failed(self.subscription.full_name, _readable(problem))
+        """Execute the next message."""
+        payload = self.subscription.take()
+        if payload is None:
+            return
+        try:
+            self._client.execute(self.offer.calls(self._type.decode(payload)))
+        except Exception as problem:
+            self._client.failed(self.subscription.full_name, _readable(problem))
 
 
 class Desk:
@@ -126,17 +128,19 @@ class Desk:
         return self.service
 
     def serve(self) -> None:
-        """Answer the requests that wait, or have them answered later."""
-        for request in self.service.take():
-            try:
-                answer = self.offer.answer(self._type.request.decode(request.payload))
-            except Exception as problem:
-                self._refuse(request, problem)
-                continue
-            if isinstance(answer, Future):
-                answer.add_done_callback(partial(self._finish, request))
-            else:
-                self._answer(request, answer)
+        """Answer the next request, or have it answered later."""
+        request = self.service.take()
+        if request is None:
+            return
+        try:
+            answer = self.offer.answer(self._type.request.decode(request.payload))
+        except Exception as problem:
+            self._refuse(request, problem)
+            return
+        if isinstance(answer, Future):
+            answer.add_done_callback(partial(self._finish, request))
+        else:
+            self._answer(request, answer)
 
     def _finish(self, request: Request, done: Future[Message]) -> None:
         problem = done.exception()

@@ -86,8 +86,8 @@ class Published:
     """Least seconds of simulated time between two messages; 0: one for each simulation step."""
 
     repeats: bool = True
-    """Sent about once a second while the simulation is paused or stopped, with the same stamp. If False, only those
-    that start to listen then get one.
+    """Sent about once a second while no simulation steps are made, with the same stamp. If False, only those that
+    start to listen while it is paused or stopped get one.
     """
 
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 REPEAT = 1.0
-"""Seconds between two messages of a topic while the simulation is paused or stopped: nodes that come then need them."""
+"""Seconds between two messages of a topic while no simulation steps are made: nodes that come then need them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +139,7 @@ class Ros2Gateway(Part):
 
     def step_finished(self) -> None:
         """Publish the new state."""
+        self._next_repeat = time.monotonic() + REPEAT
         if self._seen[0] is not self._simulation.model:
             self._renew()
         moment = self._moment()
@@ -156,6 +157,10 @@ class Ros2Gateway(Part):
     def model_changed(self, twins: Twins | None) -> None:
         self._seen = None, -1
 
+    def run_paused(self) -> None:
+        """Have the state published soon, which the helper's topic names."""
+        self._next_repeat = 0.0
+
     def run_stopped(self) -> None:
         """Have the restored state and the time of 0 published soon."""
         self._next_repeat = 0.0
@@ -169,12 +174,16 @@ class Ros2Gateway(Part):
         elif self._seen[1] != simulation.model_version and now >= self._next_renewal:
             self._next_renewal = now + REPEAT  # a script may write the model in each simulation step
             self._renew()
-        if simulation.state is SimulationState.RUNNING or now < self._next_repeat:
+        if now < self._next_repeat:
             return
         self._next_repeat = now + REPEAT
+        waits_for_step = (
+            simulation.state is SimulationState.RUNNING
+        )  # such as for a client that triggers each
         moment = self._moment()
         for outlet in self._offered.outlets:
-            outlet.repeat(moment)
+            if outlet.offer.repeats or not waits_for_step:
+                outlet.repeat(moment)
 
     def _moment(self) -> Moment:
         return Moment.of(self._simulation.step_count, self._simulation.time_step)

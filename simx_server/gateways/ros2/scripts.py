@@ -68,14 +68,15 @@ class ScriptTopics:
         type_ = self._message(kind)
 
         def take() -> None:
-            for payload in subscription.take():
-                try:
-                    message = type_.decode(payload)
-                except MessageError as problem:
-                    self._client.failed(subscription.full_name, problem)
-                    continue
-                if subscription in self.endpoints:  # a script closes it within `receive` too
-                    receive(message)
+            payload = subscription.take()
+            if payload is None or subscription not in self.endpoints:  # its script has closed it meanwhile
+                return
+            try:
+                message = type_.decode(payload)
+            except MessageError as problem:
+                self._client.failed(subscription.full_name, problem)
+            else:
+                receive(message)
 
         subscription = Subscription(
             self._place,
@@ -94,7 +95,8 @@ class ScriptTopics:
         type_ = self._service(kind)
 
         def take() -> None:
-            for request in server.take():
+            request = server.take()
+            if request is not None:
                 self._answer(server, type_, request, answer)
 
         server = Service(

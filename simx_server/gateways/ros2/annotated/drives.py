@@ -19,6 +19,7 @@ from simx_server.scene.geometry.placing import object_pose
 from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, rotate
 from simx_server.scene.objects import ObjectKind, SceneObject
 
+from ..content.joint_commands import LARGEST
 from ..endpoints import Call, Commanded, Content, Context, Followed, Moment, Offer
 from ..wire.qos import Qos
 from .notes import DRIVE_TOPICS, Names, annotated, topic_of, turn_of
@@ -59,21 +60,30 @@ class Wheel(NamedTuple):
 class Drive:
     """The wheels of one base, and when they were commanded last."""
 
-    def __init__(self, wheels: Sequence[Wheel], topic: str, timeout: float) -> None:
-        self.wheels, self.topic = wheels, topic
-        self._timeout = round(timeout * 1e9)
+    def __init__(self) -> None:
+        self.wheels: Sequence[Wheel] = ()
+        self.topic = ""
+        self._timeout = 0
         self._commanded: int | None = None
         """Simulated nanoseconds of the last command that is not 0; None while the base is to stand."""
+
+    def set(self, wheels: Sequence[Wheel], topic: str, timeout: float) -> None:
+        """Take the wheels, the topic and the seconds of the present scene; what was commanded last stays."""
+        self.wheels, self.topic = wheels, topic
+        self._timeout = round(timeout * 1e9)
 
     def calls(self, now: int, message: Mapping[str, Any]) -> Sequence[Call]:
         """Return the calls of a Twist."""
         wanted = message["linear"]["x"], message["linear"]["y"], message["angular"]["z"]
-        if not all(map(math.isfinite, wanted)):
+        calls = self._targets(*wanted)
+        # The comparison is false for NaN too. The wanted values count as well: at a wheel they may cancel out.
+        if not all(abs(number) <= LARGEST for number in (*wanted, *(call.arguments[1] for call in calls))):
             raise CommandError(
-                f"{self.topic} has linear.x, linear.y and angular.z of {wanted}; valid: finite numbers, m/s and rad/s"
+                f"{self.topic} has linear.x, linear.y and angular.z of {wanted}; valid: finite numbers, m/s and "
+                f"rad/s, for which no wheel turns faster than {LARGEST:g} rad/s"
             )
         self._commanded = now if any(wanted) else None
-        return self._targets(*wanted)
+        return calls
 
     def due(self, moment: Moment) -> Sequence[Call]:
         """Return the calls that stop the base, once no command has come for a while."""
@@ -113,11 +123,8 @@ class Drives(Content):
             wheels = self._wheels(item, note)
             if not wheels:
                 continue
-            drive = before.get(item.handle)
-            if drive is None:
-                drive = Drive(wheels, topic, float(note.get("timeout", TIMEOUT)))
-            drive.wheels, drive.topic = wheels, topic
-            self._drives[item.handle] = drive
+            drive = self._drives[item.handle] = before.get(item.handle) or Drive()
+            drive.set(wheels, topic, float(note.get("timeout", TIMEOUT)))
             yield from self._commands(drive, str(note.get("stamped", "auto")))
             yield Followed(f"drive {item.handle}", drive.due)
 

@@ -161,6 +161,7 @@ class Scan:
             frame: of the messages.
         """
         self._world, self._item, self._frame = world, item, frame
+        self._period = period_of(note)
         self._turn: Pose = (0.0, 0.0, 0.0), turn_of(note)
         self._handles = [sensor.handle for sensor in sensors]
         self._sites = np.array([sensor.id for sensor in sensors], np.intp)
@@ -202,7 +203,7 @@ class Scan:
             "angle_max": ring.angle_max,
             "angle_increment": ring.increment,
             "time_increment": 0.0,
-            "scan_time": simulation.time_step,
+            "scan_time": max(self._period, simulation.time_step),
             "range_min": 0.0,
             "range_max": self._range_max,
             "ranges": ring.ranges(echoes, points),

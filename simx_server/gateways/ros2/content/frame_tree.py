@@ -105,6 +105,7 @@ class FrameTree:
 
     def poses(self) -> NDArray[np.float64]:
         """Return (n, 7): position in metres and quaternion x, y, z, w of each moving frame in its parent."""
+        self._simulation.refresh()  # something may have been placed elsewhere since the last step
         data, ids, parents = self._simulation.data, self._ids, self._parents
         found = np.empty((len(ids), 7))
         turn = data.xmat[parents].reshape(-1, 3, 3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -76,6 +77,9 @@ def joint_calls(joints: Joints, handles: Mapping[str, int], message: Mapping[str
             )
     if not names:
         raise CommandError("the message names no joints")
+    if len(set(names)) < len(names):  # otherwise a message could have very many calls
+        twice, _ = Counter(names).most_common(1)[0]
+        raise CommandError(f"'{twice[:80]}' is named twice; name each joint once")
     wanted: list[tuple[int, str, float]] = []
     columns = [(field, values.tolist()) for field, values in given.items()]
     for position, name in enumerate(names):

@@ -18,6 +18,9 @@ PAUSE = Call("simxPauseSimulation", [])
 MOST_STEPS = 1_000_000
 """Simulation steps of one request."""
 
+MOST_REQUESTS = 100
+"""Requests for steps that are under way or wait for one that is."""
+
 
 class WrongState(CommandError):
     """The simulation is in a state in which the request has no meaning."""
@@ -91,7 +94,7 @@ class Run:
 
         Raises:
             WrongState: the simulation is not paused.
-            CommandError: the count is not valid.
+            CommandError: the count is not valid, or too many requests wait.
         """
         if not 0 < count <= MOST_STEPS:
             raise CommandError(f"a number of steps is from 1 to {MOST_STEPS}, not {count}")
@@ -99,6 +102,10 @@ class Run:
             raise WrongState(
                 f"single steps are made while the simulation is paused, and it is {self.state.value}; "
                 f"{'pause' if self.state is SimulationState.RUNNING else 'start and pause'} it first"
+            )
+        if len(self._steps) >= MOST_REQUESTS:
+            raise CommandError(
+                f"{MOST_REQUESTS} requests for steps wait already; ask again when they are answered"
             )
         steps = _Steps(count)
         self._steps.append(steps)

@@ -57,8 +57,8 @@ class Service(Endpoint):
 
         Args:
             guard: judges what arrives.
-            arrived: called when requests wait and none did before, on any thread; it has the physics thread `take`
-                them.
+            arrived: called when a request waits and none did before, or when one was taken and others wait, on any
+                thread; it has the physics thread `take` the next one.
             refusal: returns CDR of the response that says why a request is not executed.
             send_later: sends an answer of this many bytes, on another thread if it may take long.
         """
@@ -72,16 +72,22 @@ class Service(Endpoint):
         self._queryable: Any = None
         self._error: type[Exception] = Exception
 
-    def take(self) -> list[Request]:
-        """Return the requests that wait, and refuse those that are too many. Physics thread."""
+    def take(self) -> Request | None:
+        """Return the oldest request that waits, None if there is none; refuse those that are too many. Physics thread.
+
+        The next one has its own turn: a hundred resets together would hold up simulation steps and other clients.
+        """
         with self._lock:
-            self._is_announced = False
-            taken = list(self._waiting)
-            self._waiting.clear()
-        self._guard.release(sum(len(request.payload) for request in taken))
-        for request in taken[MOST_WAITING:]:
+            refused = [self._waiting.pop() for _ in range(len(self._waiting) - MOST_WAITING)][::-1]
+            taken = self._waiting.popleft() if self._waiting else None
+            self._is_announced = has_more = bool(self._waiting)
+        answered = [*refused, taken] if taken else refused
+        self._guard.release(sum(len(request.payload) for request in answered))
+        if has_more:
+            self._arrived(self)
+        for request in refused:
             request.answer(self._refusal(f"{MOST_WAITING} calls wait already; call again later"))
-        return taken[:MOST_WAITING]
+        return taken
 
     def send(self, query: Any, payload: bytes, sender: Attachment) -> None:
         """Answer a query, which is dropped then."""

@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from simx_server.parts.status_bar import as_log_line
+
 from ...outsider_log import OutsiderLog
 from ...throttle import Throttle
 from .endpoint import Described, Endpoint
@@ -69,7 +71,9 @@ class Guard:
 
     def refuse(self, endpoint: Endpoint, why: str, size: int) -> None:
         """Log that a message was thrown away, and have its sender wait."""
-        self._log.say(logging.WARNING, "a message for %s is thrown away: %s", endpoint.full_name, why)
+        self._log.say(
+            logging.WARNING, "a message for %s is thrown away: %s", endpoint.full_name, as_log_line(why)
+        )
         self.slow_down(size)
 
     def slow_down(self, size: int) -> None:
@@ -99,8 +103,8 @@ class Subscription(Endpoint):
         Args:
             is_listed: the graph shows it.
             guard: judges what arrives.
-            arrived: called when messages wait and none did before, on any thread; it has the physics thread `take`
-                them.
+            arrived: called when a message waits and none did before, or when one was taken and others wait, on any
+                thread; it has the physics thread `take` the next one.
         """
         super().__init__(place, full_name, described, qos, distribution)
         self.is_listed = is_listed
@@ -111,13 +115,18 @@ class Subscription(Endpoint):
         self._is_announced = False
         self._subscriber: Any = None
 
-    def take(self) -> list[bytes]:
-        """Return the messages that wait, oldest first. Physics thread."""
+    def take(self) -> bytes | None:
+        """Return the oldest message that waits, None if there is none. Physics thread.
+
+        The next one has its own turn: many large messages together would hold up simulation steps and other clients.
+        """
         with self._lock:
-            self._is_announced = False
-            taken = list(self._waiting)
-            self._waiting.clear()
-        self._guard.release(sum(map(len, taken)))
+            taken = self._waiting.popleft() if self._waiting else None
+            self._is_announced = has_more = bool(self._waiting)
+        if taken is not None:
+            self._guard.release(len(taken))
+        if has_more:
+            self._arrived(self)
         return taken
 
     def _take_in(self, sample: Any) -> None:

@@ -173,9 +173,9 @@ class _Subscription:
 
 
 def split(seconds: float) -> dict[str, int]:
-    """Return a time as seconds and nanoseconds."""
-    whole = int(seconds // 1)
-    return {"sec": whole, "nanosec": min(int((seconds - whole) * 1e9), 999_999_999)}
+    """Return a time as seconds and nanoseconds, rounded once, as the stamps of the server's own topics."""
+    sec, nanosec = divmod(round(seconds * 1e9), 1_000_000_000)
+    return {"sec": sec, "nanosec": nanosec}
 
 
 def _lowest_row_first(message: Mapping[str, Any]) -> bytes | None:

@@ -146,13 +146,35 @@ def test_pioneer_drives_as_commanded_and_stops_when_commands_cease(node: Make) -
     assert targets() == pytest.approx([-0.1655 / 0.0975, 0.1655 / 0.0975], rel=0.1)
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_twist_that_is_not_finite_is_refused(node: Make, value: float) -> None:
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1e9, -1e300, 1.7e308])
+def test_a_twist_that_no_wheel_can_follow_is_refused(node: Make, value: float) -> None:
     pioneer = node(SCENES / "pioneer_p3dx.xml")
     with pytest.raises(
         CommandError, match=r"/cmd_vel has linear\.x, linear\.y and angular\.z of .*finite numbers"
     ):
         pioneer.send("/cmd_vel", twist(value), "Twist")
+
+
+def test_a_drive_of_the_next_scene_has_its_own_timeout(node: Make, tmp_path: Path) -> None:
+    wheels = "".join(
+        f'<body name="{side}_wheel" pos="0 {y} 0"><joint name="{side}" axis="0 1 0"/><geom size="0.05"/></body>'
+        for side, y in (("left", 0.2), ("right", -0.2))
+    )
+    text = (
+        f'{HEAD}<body name="car" pos="0 0 1"><freejoint/><geom size="0.1"/>{wheels}</body></worldbody><actuator>'
+        '<velocity joint="left"/><velocity joint="right"/></actuator><custom><text name="simx:ros2:car" '
+        'data="drive=diff left=left right=right radius=0.05 timeout={}"/></custom></mujoco>'
+    )
+    car, other = node(text.replace("{}", "5")), tmp_path / "other.xml"
+    other.write_text(text.replace("{}", "0.1"), encoding="utf-8")
+    car.world.simulation.load(other)
+    car.offers()
+    car.start()
+    car.send("/cmd_vel", twist(1.0), "Twist")
+    joints, left = car.world.simulation.joints, car.handle("left")
+    assert joints.target_velocity(left) == pytest.approx(20.0)
+    car.step(3)
+    assert joints.target_velocity(left) == 0.0
 
 
 def test_copies_of_a_robot_have_names_of_their_own(node: Make) -> None:
@@ -293,6 +315,14 @@ def test_a_ring_of_rangefinders_has_one_value_for_each(node: Make) -> None:
     assert looks[1][:3, 0] == pytest.approx([0, 1, 0], abs=1e-9)
 
 
+@pytest.mark.parametrize(("keys", "seconds"), [("", 0.05), (" rate=5", 0.2), (" rate=1000", 0.05)])
+def test_a_scan_tells_the_time_between_two(node: Make, keys: str, seconds: float) -> None:
+    ring = node(RING.replace("scan=/scan", f"scan=/scan{keys}"))
+    ring.start()
+    ring.step()
+    assert ring.message("/scan")["scan_time"] == pytest.approx(seconds)
+
+
 def test_a_range_is_the_distance_along_x_of_its_frame(node: Make) -> None:
     ring = node(RING)
     ring.start()
@@ -351,6 +381,21 @@ def test_joints_are_renamed_and_left_out(node: Make) -> None:
     scene.step(10)
     _, position = v.simxGetJointPosition(scene.cid, scene.handle("one"), BLOCKING)
     assert scene.message("/joint_states")["position"] == pytest.approx([position])
+
+
+def test_a_transform_follows_what_is_placed_elsewhere_between_steps(node: Make) -> None:
+    scene = node(HEAD + '<body name="box"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>')
+
+    def place(z: float) -> None:
+        scene.execute([("simxSetObjectPosition", [scene.handle("box"), -1, [0.0, 0.0, z]])])
+        assert scene.transforms()["box"][1][2, 3] == pytest.approx(z)
+
+    place(2.0)
+    scene.start()
+    scene.step()
+    place(5.0)
+    scene.world.simulation.pause()
+    place(7.0)
 
 
 def test_a_fixed_odometry_frame_stands_where_the_run_started(node: Make) -> None:

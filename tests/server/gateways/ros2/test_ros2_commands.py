@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from ros2_world import JOINT_STATE, SCENE, Ros2World, attachment, ros2_world
 
+from simx_server.gateways.ros2.desk import Intake
 from simx_server.gateways.ros2.messages import BY_NAME
 
 KEY = f"0/joint_command/{JOINT_STATE}"
@@ -119,6 +120,11 @@ CASES: dict[str, tuple[bytes, str]] = {
         "velocity has 2 numbers for 1 names",
     ),
     "no names": (hostile(), "names no joints"),
+    "a joint twice": (
+        hostile(name=["shoulder"] * 20_000, position=[0.1] * 20_000),
+        "'shoulder' is named twice",
+    ),
+    "a name that is several lines": (hostile(name=["a\nb\x1b[2J"], position=[1.0]), "no joint 'a b [2J'"),
     "infinity": (hostile(name=["shoulder"], position=[math.inf]), "is inf; valid: numbers up to 1e+09"),
     "a number beyond all sense": (hostile(name=["shoulder"], position=[1e300]), "is 1e+300; valid"),
     "a name that is not text": (GOOD.replace(b"shoulder", b"should\xff\xff"), "UTF-8"),
@@ -142,6 +148,7 @@ def test_a_bad_message_changes_nothing_and_the_log_says_why(
     assert reason in text
     assert len(text) < 5000
     assert "Traceback" not in caplog.text
+    assert all(record.message.isprintable() for record in caplog.records)
     assert targets(server) == before
     peer.command(["shoulder"], position=[0.25])
     wait_for_target(server, "shoulder", 0.25)
@@ -154,6 +161,9 @@ def test_a_message_with_another_hash_is_thrown_away_with_a_warning(
     key = f"0/joint_command/sensor_msgs::msg::dds_::JointState_/RIHS01_{'0' * 64}"
     peer.put(key, hostile(name=["shoulder"], position=[0.123]))
     server.wait_until(lambda: "knows another sensor_msgs/msg/JointState" in caplog.text)
+    assert targets(server) == before
+    peer.put(f"{key}\x1b[2J", GOOD)
+    server.wait_until(lambda: "0 [2J);" in caplog.text)
     assert targets(server) == before
 
 
@@ -179,11 +189,38 @@ def test_waiting_messages_meet_the_limit_of_a_client(
     assert server.gateway._guard._waiting == 0
 
 
-def test_a_request_behind_a_very_long_message_is_answered_for_itself(server: Ros2World) -> None:
+def test_each_message_has_a_turn(server: Ros2World, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = server.gateway._offered._known.values()
+    intake = next(each for each in known if isinstance(each, Intake) and each.offer.topic == "/joint_command")
+    waiting, serve, taken = intake.subscription._waiting, intake.serve, list[int]()
+
+    def counted() -> None:
+        before = len(waiting)
+        serve()
+        taken.append(before - len(waiting))
+
+    monkeypatch.setattr(intake, "serve", counted)
     peer, may_go_on = server.peer(), threading.Event()
     server.loop.post(may_go_on.wait)
-    many = 3000
-    peer.put(KEY, hostile(name=["shoulder"] * many, position=[0.1] * many))
+    for position in (0.1, 0.2, 0.3):
+        peer.command(["shoulder"], position=[position])
+    end = time.monotonic() + 30
+    while len(waiting) < 3:
+        assert time.monotonic() < end
+    may_go_on.set()
+    wait_for_target(server, "shoulder", 0.3)
+    assert taken == [1, 1, 1]
+
+
+def test_a_request_behind_a_message_in_slices_is_answered_for_itself(
+    server: Ros2World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("simx_server.runtime.batches.SLICE", 0.0)
+    peer, may_go_on = server.peer(), threading.Event()
+    server.loop.post(may_go_on.wait)
+    peer.command(["elbow", "wheel", "shoulder"], position=[0.1] * 3)
+    for _ in range(10):
+        server.loop.post(lambda: None)  # others for whom a batch is cut
     answers: list[bool] = []
     asking = threading.Thread(target=lambda: answers.append(peer.trigger("start")["success"]))
     asking.start()

@@ -9,8 +9,10 @@ from typing import Any
 
 import pytest
 import zenoh
-from ros2_world import CLOCK, TRIGGER, Ros2World, attachment, ros2_world, seconds
+from ros2_world import CLOCK, TRIGGER, Peer, Ros2World, attachment, ros2_world, seconds
 
+from simx_server.gateways.ros2.content.control import Control
+from simx_server.gateways.ros2.desk import Desk
 from simx_server.runtime.sessions import ClientSession
 from simx_server.world.simulation import SimulationState
 
@@ -178,6 +180,34 @@ def test_many_steps_end_with_another_request(server: Ros2World, verb: str, expec
         server.wait_until(lambda: server.simulation.step_count > count + 3)
 
 
+def test_requests_for_steps_beyond_those_that_wait_are_refused(
+    server: Ros2World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("simx_server.gateways.ros2.content.run.MOST_REQUESTS", 2)
+    run = next(each._run for each in server.gateway._contents if isinstance(each, Control))
+    peers = [server.peer() for _ in range(2)]
+    peers[0].trigger("start")
+    peers[0].trigger("pause")
+    answers: list[Any] = []
+
+    def ask(peer: Peer) -> None:
+        answers.append(peer.call_standard("StepSimulation", "step_simulation", steps=1_000_000))
+
+    asking = [threading.Thread(target=ask, args=(peer,)) for peer in peers]
+    for each in asking:
+        each.start()
+    server.wait_until(lambda: len(run._steps) == 2)
+    other = server.peer()
+    refused = other.trigger("step")
+    assert not refused["success"]
+    assert "2 requests for steps wait already" in refused["message"]
+    assert answers == []
+    assert other.trigger("stop")["success"]
+    for each in asking:
+        each.join(30)
+    assert [answer["result"]["result"] for answer in answers] == [FAILED] * 2
+
+
 def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None:
     peer = server.peer()
     peer.trigger("start")
@@ -246,8 +276,30 @@ def test_requests_beyond_the_waiting_ones_are_refused_at_once(
     server: Ros2World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("simx_server.gateways.ros2.wire.service.MOST_WAITING", 3)
-    peer = server.peer()
-    may_go_on = threading.Event()
+    assert sorted(results_of_stops(server, 8)) == [0] * 5 + [1] * 3
+
+
+def test_each_request_has_a_turn(server: Ros2World, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = desk_of_stop(server)
+    waiting, serve, taken = desk.service._waiting, desk.serve, list[int]()
+
+    def counted() -> None:
+        before = len(waiting)
+        serve()
+        taken.append(before - len(waiting))
+
+    monkeypatch.setattr(desk, "serve", counted)
+    assert results_of_stops(server, 3) == [1, 1, 1]
+    server.wait_until(lambda: taken == [1, 1, 1])
+
+
+def desk_of_stop(server: Ros2World) -> Desk:
+    return next(each for each in server.gateway._offered.desks if each.offer.service == "~/stop")
+
+
+def results_of_stops(server: Ros2World, count: int) -> list[int]:
+    """Success or failure of so many calls that arrive before the first of them is executed."""
+    peer, may_go_on = server.peer(), threading.Event()
     server.loop.post(may_go_on.wait)
     replies = [
         peer.session.get(
@@ -258,14 +310,12 @@ def test_requests_beyond_the_waiting_ones_are_refused_at_once(
             consolidation=zenoh.ConsolidationMode.NONE,
             timeout=30.0,
         )
-        for number in range(1, 9)
+        for number in range(1, count + 1)
     ]
-    desk = next(each for each in server.gateway._offered.desks if each.offer.service == "~/stop")
-    arrived = desk.service._waiting
-    wait_for(lambda: len(arrived) == 8)
+    arrived = desk_of_stop(server).service._waiting
+    wait_for(lambda: len(arrived) == count)
     may_go_on.set()
-    results = [reply.ok.payload.to_bytes()[4] for each in replies for reply in each if reply.ok is not None]
-    assert sorted(results) == [0] * 5 + [1] * 3
+    return [reply.ok.payload.to_bytes()[4] for each in replies for reply in each if reply.ok is not None]
 
 
 def wait_for(condition: Any) -> None:

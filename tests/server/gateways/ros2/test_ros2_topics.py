@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from real_world import start_stepped
 from ros2_world import CLOCK, JOINT_STATE, TF, Ros2World, Sent, ros2_world, seconds
 
+import simx_client as v
 from simx_server.gateways.ros2.content.clock import Clock
 from simx_server.gateways.ros2.endpoints import Offer
 from simx_server.gateways.ros2.wire.names import Distribution, Place
@@ -127,10 +129,10 @@ def test_joint_states_are_those_of_the_remote_api_with_the_sign_of_ros(server: R
     peer.listen(JOINTS)
     state = peer.next(JOINTS).value
     assert state["name"] == ["shoulder", "elbow", "wheel"]
-    for position, velocity, effort, (p, v, f) in zip(
+    for position, velocity, effort, (q, dq, f) in zip(
         state["position"], state["velocity"], state["effort"], expected, strict=True
     ):
-        assert (position, velocity, effort) == (p, v, -f)
+        assert (position, velocity, effort) == (q, dq, -f)
     assert any(f for *_, f in expected)
 
 
@@ -240,6 +242,19 @@ def test_a_paused_simulation_repeats_the_time_and_shows_latecomers_the_present_s
     assert [seconds(peer.next(TIME).value["clock"]) for _ in range(2)] == pytest.approx([now, now])
     assert seconds(peer.next(MOVING).value["transforms"][0]["header"]["stamp"]) == pytest.approx(now)
     assert not peer.got(MOVING)
+
+
+def test_a_simulation_that_waits_for_a_trigger_repeats_the_time(server: Ros2World) -> None:
+    cid = server.client()
+    start_stepped(cid)
+    assert v.simxSynchronousTrigger(cid) == v.simx_return_ok
+    server.wait_until(lambda: server.simulation.step_count == 1)
+    peer = server.peer()
+    peer.listen(TIME)
+    peer.listen(JOINTS)
+    assert [seconds(peer.next(TIME).value["clock"]) for _ in range(2)] == pytest.approx([0.05] * 2)
+    assert peer.next(JOINTS).stamp == pytest.approx(0.05)
+    v.simxFinish(cid)
 
 
 def test_time_jumps_back_to_0_with_a_stop_and_starts_again(server: Ros2World) -> None:
