@@ -121,6 +121,7 @@ def test_the_job_of_slurm_starts_ray_on_all_hosts_then_the_fleet_then_the_comman
     made = calls.read_text().splitlines()
     started = sorted(line for line in made if " start " in line)
     assert len(started) == 2
+    assert all("--cpus-per-task=4" in line for line in started)  # else Slurm gives each host's servers one core
     assert "--nodelist=a ray start --head --node-ip-address=10.1.0.1 --port=20345 --num-cpus=4" in started[0]
     assert "--nodelist=b ray start --address=10.1.0.1:20345 --num-cpus=4" in started[1]
     last = [line for line in made if line.startswith(("simx", "python3"))]
