@@ -121,7 +121,8 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             ValueError: the seeds or options cannot be used.
         """
         places = self._masked(dict(options or {}))
-        seeds = [seed + place for place in range(self.num_envs)] if isinstance(seed, int) else seed
+        is_one = isinstance(seed, (int, np.integer))
+        seeds = [int(seed) + place for place in range(self.num_envs)] if is_one else seed
         if seeds is not None and len(seeds) != self.num_envs:
             raise ValueError(f"{self.num_envs} simulations need as many seeds, not {len(seeds)}")
         if self.closed:
