@@ -163,8 +163,8 @@ class Router:
             raise RuntimeError(f"no router at {endpoint}: {error}; choose another with --listen") from None
 
     def describe(self) -> str:
-        """Return the endpoint."""
-        return self._endpoint
+        """Return the endpoint by which the hosts of the cluster reach it."""
+        return reachable(self._endpoint, load_ray().util.get_node_ip_address())
 
     def end(self) -> None:
         """Close the session."""
@@ -180,6 +180,12 @@ def _router_settings(endpoint: str) -> dict[str, Any]:
         "transport/unicast/max_sessions": 100_000,
         "transport/shared_memory/enabled": False,
     }
+
+
+def reachable(endpoint: str, host: str) -> str:
+    """Return an endpoint with the address of its host, if it listens at all addresses: 0.0.0.0 is no place to go to."""
+    shown = f"[{host}]" if ":" in host else host
+    return re.sub(r"/(0\.0\.0\.0|\[::\])(?=:)", lambda _: f"/{shown}", endpoint)
 
 
 def is_loopback(endpoints: Sequence[str]) -> bool:

@@ -10,6 +10,7 @@ import pytest
 from routers import free_port
 
 from simx_client.fleet import cluster, command
+from simx_client.fleet.member import reachable
 from simx_client.fleet.ray import FleetError
 
 
@@ -40,7 +41,16 @@ def test_an_address_without_a_cluster_is_reported_at_once(
         (["up"], "SCENE"),
         (["up", "ur5", "--count", "0"], "'0' cannot be used; valid: 1 to 1000"),
         (["up", "ur5", "--cpus", "-1"], "'-1' cannot be used; valid: cores from 0"),
+        (["up", "ur5", "--cpus", "few"], "'few' cannot be used; valid: cores from 0"),
         (["up", "ur5", "--listen", "here"], "here"),
+        (["up", "ur5", "--", "--start", "--realm=lab"], "--realm=lab belongs to the fleet; use --name"),
+        (["up", "ur5", "--", "--count", "3"], "--count belongs to the fleet"),
+        (
+            ["up", "ur5", "--connect", "tcp/router:7447", "--listen", "tcp/127.0.0.1:7447"],
+            "not allowed with argument --connect",
+        ),
+        (["status", "--log", "-5"], "'-5' cannot be used; valid: 0 to 1000 lines"),
+        (["status", "--log", "9999999"], "valid: 0 to 1000 lines"),
         (["down", "--", "--speed", "max"], "only `up` takes flags of simx-server, not --speed max"),
     ],
 )
@@ -72,6 +82,21 @@ def test_a_router_on_the_loopback_interface_is_refused_for_several_hosts() -> No
         cluster.up(fake("10.0.0.1", "10.0.0.2"), wanted(connect=("tcp/localhost:7447",)))
     with pytest.raises(AttributeError):  # it goes on, to what the fake lacks
         cluster.up(fake("10.0.0.1", "10.0.0.2"), wanted(connect=("tcp/router:7447",)))
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "host", "found"),
+    [
+        ("tcp/0.0.0.0:7447", "10.0.0.1", "tcp/10.0.0.1:7447"),
+        ("tls/[::]:7447", "fd00::1", "tls/[fd00::1]:7447"),
+        ("tcp/10.0.0.0:7447", "10.0.0.1", "tcp/10.0.0.0:7447"),
+        ("tcp/head:7447", "10.0.0.1", "tcp/head:7447"),
+    ],
+)
+def test_a_router_at_all_addresses_is_joined_by_the_address_of_its_host(
+    endpoint: str, host: str, found: str
+) -> None:
+    assert reachable(endpoint, host) == found
 
 
 def test_a_name_that_cannot_be_a_realm_is_refused() -> None:
