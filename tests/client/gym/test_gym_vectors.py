@@ -160,7 +160,7 @@ def test_options_that_cannot_be_used_say_what_is_valid(options: dict[str, Any], 
 def test_a_seed_of_numpy_is_a_seed() -> None:
     environment = vector()
     expected, _ = environment.reset(seed=3)
-    assert np.array_equal(environment.reset(seed=np.int64(3))[0], expected)  # pyright: ignore[reportArgumentType]
+    assert np.array_equal(environment.reset(seed=np.int64(3))[0], expected)
     environment.close()
 
 
