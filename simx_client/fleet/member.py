@@ -183,7 +183,7 @@ def _router_settings(endpoint: str) -> dict[str, Any]:
 
 
 def reachable(endpoint: str, host: str) -> str:
-    """Return an endpoint with the address of its host if it listens at all addresses: nobody can connect to 0.0.0.0."""
+    """Return an endpoint with the address of its host if it listens at all of them: 0.0.0.0 is for listening only."""
     shown = f"[{host}]" if ":" in host else host
     return re.sub(r"/(0\.0\.0\.0|\[::\])(?=:)", lambda _: f"/{shown}", endpoint)
 

@@ -124,8 +124,10 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             ValueError: the seeds or options cannot be used.
         """
         places = self._masked(dict(options or {}))
-        one = int(seed) if isinstance(seed, (int, np.integer)) else None
-        seeds = seed if one is None else [one + place for place in range(self.num_envs)]
+        if isinstance(seed, (int, np.integer)):
+            seeds: Sequence[int | None] | None = [int(seed) + place for place in range(self.num_envs)]
+        else:
+            seeds = seed
         if seeds is not None and len(seeds) != self.num_envs:
             raise ValueError(f"{self.num_envs} simulations need as many seeds, not {len(seeds)}")
         if self.closed:
