@@ -27,6 +27,9 @@ ADDRESS_VARIABLE = "RAY_ADDRESS"
 MOST = 1000
 HEAD = ("REALM", "HOST", "PID", "PORTS", "STATE", "CLIENTS", "REAL TIME", "CORE", "AGE", "RESTARTED")
 
+RESTARTING, MISSING = "restarting", "not at the router"
+"""States of servers that no client can use now."""
+
 OWN_FLAGS = ("--realm", "--count")
 """Flags of ``simx-server`` with which a member would be another server than the fleet says."""
 
@@ -121,7 +124,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="append",
         type=_endpoint,
         metavar="ENDPOINT",
-        help="router, if it is not the fleet's own",
+        help="router to ask instead of those that the servers joined",
     )
     add_waiting(seen, "answers", TIMEOUT)
     ended = actions.add_parser("down", help="end all servers", description="End all servers of a fleet.")
@@ -157,14 +160,16 @@ def _up(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[in
 def _status(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[int, str]:
     found = cluster.find(ray, options.name)
     told = cluster.answers(ray, {realm: each.describe.remote() for realm, each in found.members.items()})
-    endpoints = options.connect or found.endpoints
+    # A fleet that was started with --connect has no own router.
+    joined = dict.fromkeys(each for place in told.values() if place is not None for each in place["routers"])
+    endpoints = options.connect or found.endpoints or list(joined)
     live, _ = find_servers(endpoints, options.timeout) if endpoints else ([], [])
     measured = {each.realm: each.status for each in live if each.status is not None}
     logs = cluster.answers(
         ray, {realm: each.log.remote(options.log) for realm, each in found.members.items()}
     )
     records = [_record(realm, place, measured.get(realm)) for realm, place in told.items()]
-    code = FAILURE if any(record["state"] == "restarting" for record in records) else DONE
+    code = FAILURE if any(record["state"] in (RESTARTING, MISSING) for record in records) else DONE
     if options.json:
         for record in records:
             record["log"] = logs[record["realm"]] or []
@@ -179,8 +184,8 @@ def _down(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[
 
 def _record(realm: str, place: dict[str, Any] | None, status: Any) -> dict[str, Any]:
     if place is None:
-        return {"realm": realm, "state": "restarting"}
-    record: dict[str, Any] = {**place, "age": round(place["age"], 1), "state": "not at the router"}
+        return {"realm": realm, "state": RESTARTING}
+    record: dict[str, Any] = {**place, "age": round(place["age"], 1), "state": MISSING}
     if status is not None:
         record |= {
             "state": status.state,

@@ -56,7 +56,7 @@ class Member:
             RuntimeError: it cannot start; the text contains its last log lines. A restarted actor ends instead, and Ray
                 tries again: the name of a server that was lost is free only after the lease of its session.
         """
-        self._realm = order.realm
+        self._realm, self._routers = order.realm, list(order.endpoints)
         self._started_at = time.time()
         self._is_ending = False
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
@@ -82,10 +82,11 @@ class Member:
             self._fail(order)
 
     def describe(self) -> dict[str, Any]:
-        """Return realm, host, Ray's node, process id, ports on the host, and age in seconds."""
+        """Return realm, routers, host, Ray's node, process id, ports on the host, and age in seconds."""
         context = load_ray().get_runtime_context()
         return {
             "realm": self._realm,
+            "routers": self._routers,
             "host": socket.gethostname(),
             "node": context.get_node_id(),
             "pid": self._process.pid,

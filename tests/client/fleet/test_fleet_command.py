@@ -102,3 +102,26 @@ def test_a_router_at_all_addresses_is_joined_by_the_address_of_its_host(
 def test_a_name_that_cannot_be_a_realm_is_refused() -> None:
     with pytest.raises(ValueError, match="a/b"):
         cluster.up(fake("127.0.0.1"), wanted(name="a/b"))
+
+
+def test_status_asks_the_routers_that_the_servers_have_joined(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = {"realm": "fleet-0", "routers": ["tls/router:7447"], "age": 1.0}
+    member = SimpleNamespace(
+        describe=SimpleNamespace(remote=lambda: place), log=SimpleNamespace(remote=lambda lines: [])
+    )
+    asked: list[Any] = []
+
+    def find_servers(endpoints: Any, timeout: float) -> tuple[list[Any], list[Any]]:
+        asked.append(endpoints)
+        return [], []
+
+    monkeypatch.setattr(command, "join", lambda address: SimpleNamespace(shutdown=lambda: None))
+    monkeypatch.setattr(cluster, "find", lambda ray, name: cluster.Found([], {"fleet-0": member}))
+    monkeypatch.setattr(cluster, "answers", lambda ray, requests: requests)
+    monkeypatch.setattr(command, "find_servers", find_servers)
+    assert command.main(["status"]) == 1  # of use to no client
+    assert "not at the router" in capsys.readouterr().out
+    assert command.main(["status", "--connect", "tcp/other:7447"]) == 1
+    assert asked == [["tls/router:7447"], ["tcp/other:7447"]]
