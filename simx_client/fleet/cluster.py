@@ -45,11 +45,11 @@ class Found(NamedTuple):
     """Actors by realm."""
 
 
-def up(ray: Any, wanted: Wanted) -> list[dict[str, Any]]:
+def up(ray: Any, wanted: Wanted) -> tuple[list[str], list[dict[str, Any]]]:
     """Start a fleet and wait until all its servers are ready.
 
     Returns:
-        The descriptions of its servers.
+        The endpoints of the routers by which clients reach it, and the descriptions of its servers.
 
     Raises:
         FleetError: the fleet exists, a server cannot start, or the cluster has no room; no server remains.
@@ -59,16 +59,16 @@ def up(ray: Any, wanted: Wanted) -> list[dict[str, Any]]:
         raise FleetError(
             f"the fleet {wanted.name!r} exists; end it with: simx fleet down --name {wanted.name}"
         )
-    endpoints = wanted.connect or (wanted.listen,)
+    endpoints = list(wanted.connect or (wanted.listen,))
     _check_reach(ray, endpoints)
     started: list[Any] = []
     try:
         if not wanted.connect:
             started.append(_router(ray, wanted))
-            _wait(ray, wanted, [started[0].describe.remote()])
+            endpoints = _wait(ray, wanted, [started[0].describe.remote()])
         members = [_member(ray, wanted, number, endpoints) for number in range(wanted.servers)]
         started += members
-        return _wait(ray, wanted, [each.describe.remote() for each in members])
+        return endpoints, _wait(ray, wanted, [each.describe.remote() for each in members])
     except BaseException:
         for actor in started:
             ray.kill(actor)

@@ -20,11 +20,18 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.cli.parser import Parser
 
 from . import cluster
+from .member import KEPT_LINES
 from .ray import FleetError, join
 
 ADDRESS_VARIABLE = "RAY_ADDRESS"
 MOST = 1000
 HEAD = ("REALM", "HOST", "PID", "PORTS", "STATE", "CLIENTS", "REAL TIME", "CORE", "AGE", "RESTARTED")
+
+RESTARTING, MISSING = "restarting", "not at the router"
+"""States of servers that no client can use now."""
+
+OWN_FLAGS = ("--realm", "--count")
+"""Flags of ``simx-server`` with which a member would be another server than the fleet says."""
 
 EXAMPLES = """\
 examples:
@@ -45,6 +52,8 @@ def main(argv: Sequence[str]) -> int:
     options = parser.parse_args(words[: words.index("--")] if "--" in words else words)
     if flags and options.run is not _up:
         parser.error(f"only `up` takes flags of simx-server, not {' '.join(flags)}")
+    if own := [word for word in flags if word.partition("=")[0] in OWN_FLAGS]:
+        parser.error(f"{own[0]} belongs to the fleet; use --name for realms, and --count before --")
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
     try:
         with redirect_stdout(sys.stderr):  # Ray reports lost hosts on stdout
@@ -77,10 +86,11 @@ def make_parser() -> argparse.ArgumentParser:
         "scene", metavar="SCENE", help="a file that exists on every host, or a shipped scene"
     )
     started.add_argument("--count", type=_count, default=1, metavar="N", help="servers (1)")
-    started.add_argument(
+    routers = started.add_mutually_exclusive_group()
+    routers.add_argument(
         "--connect", action="append", type=_endpoint, metavar="ENDPOINT", help="router to join, repeatable"
     )
-    started.add_argument(
+    routers.add_argument(
         "--listen",
         type=_endpoint,
         default="tcp/127.0.0.1:7447",
@@ -102,13 +112,19 @@ def make_parser() -> argparse.ArgumentParser:
         help="print where its servers run, and how",
         description="Print where the servers of a fleet run, and how.",
     )
-    seen.add_argument("--log", type=int, default=0, metavar="LINES", help="also the newest lines of each log")
+    seen.add_argument(
+        "--log",
+        type=_lines,
+        default=0,
+        metavar="LINES",
+        help="also the newest lines of each log, at most 1000",
+    )
     seen.add_argument(
         "--connect",
         action="append",
         type=_endpoint,
         metavar="ENDPOINT",
-        help="router, if it is not the fleet's own",
+        help="router to ask instead of those that the servers joined",
     )
     add_waiting(seen, "answers", TIMEOUT)
     ended = actions.add_parser("down", help="end all servers", description="End all servers of a fleet.")
@@ -137,22 +153,23 @@ def _up(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[in
         tuple(flags),
         options.timeout,
     )
-    servers = cluster.up(ray, wanted)
-    endpoints = list(wanted.connect or (wanted.listen,))
+    endpoints, servers = cluster.up(ray, wanted)
     return DONE, json.dumps({"fleet": wanted.name, "routers": endpoints, "servers": servers}) + "\n"
 
 
 def _status(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[int, str]:
     found = cluster.find(ray, options.name)
     told = cluster.answers(ray, {realm: each.describe.remote() for realm, each in found.members.items()})
-    endpoints = options.connect or found.endpoints
+    # A fleet that was started with --connect has no own router.
+    joined = dict.fromkeys(each for place in told.values() if place is not None for each in place["routers"])
+    endpoints = options.connect or found.endpoints or list(joined)
     live, _ = find_servers(endpoints, options.timeout) if endpoints else ([], [])
     measured = {each.realm: each.status for each in live if each.status is not None}
     logs = cluster.answers(
         ray, {realm: each.log.remote(options.log) for realm, each in found.members.items()}
     )
     records = [_record(realm, place, measured.get(realm)) for realm, place in told.items()]
-    code = FAILURE if any(record["state"] == "restarting" for record in records) else DONE
+    code = FAILURE if any(record["state"] in (RESTARTING, MISSING) for record in records) else DONE
     if options.json:
         for record in records:
             record["log"] = logs[record["realm"]] or []
@@ -167,8 +184,8 @@ def _down(ray: Any, options: argparse.Namespace, flags: Sequence[str]) -> tuple[
 
 def _record(realm: str, place: dict[str, Any] | None, status: Any) -> dict[str, Any]:
     if place is None:
-        return {"realm": realm, "state": "restarting"}
-    record: dict[str, Any] = {**place, "age": round(place["age"], 1), "state": "not at the router"}
+        return {"realm": realm, "state": RESTARTING}
+    record: dict[str, Any] = {**place, "age": round(place["age"], 1), "state": MISSING}
     if status is not None:
         record |= {
             "state": status.state,
@@ -212,13 +229,22 @@ def _action_parser(**options: Any) -> argparse.ArgumentParser:
 
 
 def _count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= MOST:
+    if not text.isdecimal() or not len(text) < 5 or not 1 <= int(text) <= MOST:
         raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: 1 to {MOST}")
     return int(text)
 
 
+def _lines(text: str) -> int:
+    if not text.isdecimal() or not len(text) < 5 or int(text) > KEPT_LINES:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: 0 to {KEPT_LINES} lines")
+    return int(text)
+
+
 def _share(text: str) -> float:
-    share = float(text)
+    try:
+        share = float(text)
+    except ValueError:
+        share = -1.0
     if not 0 <= share < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: cores from 0, such as 0.5")
     return share

@@ -56,7 +56,7 @@ class Member:
             RuntimeError: it cannot start; the text contains its last log lines. A restarted actor ends instead, and Ray
                 tries again: the name of a server that was lost is free only after the lease of its session.
         """
-        self._realm = order.realm
+        self._realm, self._routers = order.realm, list(order.endpoints)
         self._started_at = time.time()
         self._is_ending = False
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
@@ -82,10 +82,11 @@ class Member:
             self._fail(order)
 
     def describe(self) -> dict[str, Any]:
-        """Return realm, host, Ray's node, process id, ports on the host, and age in seconds."""
+        """Return realm, routers, host, Ray's node, process id, ports on the host, and age in seconds."""
         context = load_ray().get_runtime_context()
         return {
             "realm": self._realm,
+            "routers": self._routers,
             "host": socket.gethostname(),
             "node": context.get_node_id(),
             "pid": self._process.pid,
@@ -163,8 +164,8 @@ class Router:
             raise RuntimeError(f"no router at {endpoint}: {error}; choose another with --listen") from None
 
     def describe(self) -> str:
-        """Return the endpoint."""
-        return self._endpoint
+        """Return the endpoint by which the hosts of the cluster reach it."""
+        return reachable(self._endpoint, load_ray().util.get_node_ip_address())
 
     def end(self) -> None:
         """Close the session."""
@@ -180,6 +181,12 @@ def _router_settings(endpoint: str) -> dict[str, Any]:
         "transport/unicast/max_sessions": 100_000,
         "transport/shared_memory/enabled": False,
     }
+
+
+def reachable(endpoint: str, host: str) -> str:
+    """Return an endpoint with the address of its host if it listens at all of them: 0.0.0.0 is for listening only."""
+    shown = f"[{host}]" if ":" in host else host
+    return re.sub(r"/(0\.0\.0\.0|\[::\])(?=:)", lambda _: f"/{shown}", endpoint)
 
 
 def is_loopback(endpoints: Sequence[str]) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from simx_client.client.servers import Servers
 from simx_client.connection.calls import Calls
+from simx_client.errors import SimxError
 from simx_client.protocol import constants as c
 
 from .actions import Actions
@@ -86,7 +87,10 @@ class Episodes:
         Raises:
             CallsFailed: a simulation is gone, or refused a call; the others have made the step.
             ValueError: an action is not valid; no simulation has made the step.
+            SimxError: no episode was started; no simulation has made the step.
         """
+        if not all(self.states[place] for place in actions):
+            raise SimxError("no episode was started yet; call reset first")
         numbers = {
             place: self.actions.values(action, self._values[place]) for place, action in actions.items()
         }

@@ -34,6 +34,11 @@ class Uniform:
     low: float | Sequence[float]
     high: float | Sequence[float]
 
+    def __post_init__(self) -> None:
+        low, high = np.asarray(self.low, np.float64), np.asarray(self.high, np.float64)
+        if not (np.isfinite(low).all() and np.isfinite(high).all() and (low <= high).all()):
+            raise ValueError(f"Uniform needs finite low <= high, not {self.low!r} and {self.high!r}")
+
     def draw(self, random: np.random.Generator) -> Any:
         """Return a number or a vector."""
         return random.uniform(self.low, self.high)

@@ -108,7 +108,10 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             self._end = weakref.finalize(self, stack.pop_all().close)
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | np.integer[Any] | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
         """Start an episode in all simulations. Starts them again if one was lost.
 
@@ -121,7 +124,10 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             ValueError: the seeds or options cannot be used.
         """
         places = self._masked(dict(options or {}))
-        seeds = [seed + place for place in range(self.num_envs)] if isinstance(seed, int) else seed
+        if isinstance(seed, (int, np.integer)):
+            seeds: Sequence[int | None] | None = [int(seed) + place for place in range(self.num_envs)]
+        else:
+            seeds = seed
         if seeds is not None and len(seeds) != self.num_envs:
             raise ValueError(f"{self.num_envs} simulations need as many seeds, not {len(seeds)}")
         if self.closed:

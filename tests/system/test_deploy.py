@@ -86,12 +86,16 @@ def test_the_container_file_is_that_of_the_page() -> None:
     assert (DEPLOY / "Containerfile").read_text() == shown
 
 
-def stubs(folder: Path) -> Path:
-    """Programs that write their names and arguments into the file ``calls``."""
+def stubs(folder: Path, address: str) -> Path:
+    """Programs that write their names and arguments into the file ``calls``.
+
+    Args:
+        address: what the name of the first host means there.
+    """
     for name in ("srun", "ray", "simx", "scontrol", "python3"):
         file = folder / name
         answer = {
-            "srun": 'case "$*" in *--ip-address) echo 10.1.0.1 10.2.0.1;; esac',
+            "srun": f'case "$*" in *--ip-address) echo {address};; *--all-ip-addresses) echo 10.1.0.1 10.2.0.1;; esac',
             "scontrol": "echo a; echo b",
         }
         file.write_text(
@@ -102,8 +106,11 @@ def stubs(folder: Path) -> Path:
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
-def test_the_job_of_slurm_starts_ray_on_all_hosts_then_the_fleet_then_the_command(tmp_path: Path) -> None:
-    calls = stubs(tmp_path)
+@pytest.mark.parametrize("address", ["10.1.0.1 10.3.0.1", "127.0.1.1"])
+def test_the_job_of_slurm_starts_ray_on_all_hosts_then_the_fleet_then_the_command(
+    address: str, tmp_path: Path
+) -> None:
+    calls = stubs(tmp_path, address)
     job = {"SLURM_JOB_NODELIST": "x[1-2]", "SLURM_JOB_NUM_NODES": "2", "SLURM_JOB_ID": "12345"}
     done = subprocess.run(
         ["bash", SLURM, "python3", "train.py"],
@@ -121,6 +128,7 @@ def test_the_job_of_slurm_starts_ray_on_all_hosts_then_the_fleet_then_the_comman
     made = calls.read_text().splitlines()
     started = sorted(line for line in made if " start " in line)
     assert len(started) == 2
+    assert all("--cpus-per-task=4" in line for line in started)  # else one core for all servers of a host
     assert "--nodelist=a ray start --head --node-ip-address=10.1.0.1 --port=20345 --num-cpus=4" in started[0]
     assert "--nodelist=b ray start --address=10.1.0.1:20345 --num-cpus=4" in started[1]
     last = [line for line in made if line.startswith(("simx", "python3"))]

@@ -15,7 +15,6 @@ from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlsplit
 
 logger = logging.getLogger(__name__)
@@ -60,12 +59,16 @@ class Request:
     """Names in lower case."""
 
     def cookie(self, name: str) -> str:
-        """Return a cookie's value; empty without it."""
-        try:
-            found = SimpleCookie(self.headers.get("cookie", "")).get(name)
-        except CookieError:
-            return ""
-        return "" if found is None else found.value
+        """Return a cookie's value; empty without it.
+
+        Cookies of one host are for all its ports, so other programs' come too, in any form. Python's ``SimpleCookie``
+        then reads none.
+        """
+        for pair in self.headers.get("cookie", "").split(";"):
+            key, _, value = pair.partition("=")
+            if key.strip() == name:
+                return value.strip()
+        return ""
 
 
 @dataclass(frozen=True)
@@ -143,12 +146,14 @@ class HttpServer:
         except (OSError, TimeoutError, EOFError):
             logger.debug("a browser went away, or did not send a whole request in time")
         finally:
-            self._count -= 1
-            self._by_peer[peer] -= 1
-            if not self._by_peer[peer]:
-                del self._by_peer[peer]
             self._waiting.pop(writer, None)
-            writer.close()
+            try:
+                await _closed(writer)
+            finally:
+                self._count -= 1
+                self._by_peer[peer] -= 1
+                if not self._by_peer[peer]:
+                    del self._by_peer[peer]
 
     async def _serve_one(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
         """Answer one request. Returns whether the connection stays for another."""
@@ -176,6 +181,16 @@ class HttpServer:
         async with asyncio.timeout(SLOW):
             await writer.drain()
         return stays
+
+
+async def _closed(writer: asyncio.StreamWriter) -> None:
+    """Close a connection, also one whose other end does not take what is left; it would stay open for ever."""
+    writer.close()
+    try:
+        async with asyncio.timeout(SLOW):
+            await writer.wait_closed()
+    except (OSError, TimeoutError):
+        writer.transport.abort()
 
 
 def _is_here(peer: str) -> bool:

@@ -10,6 +10,7 @@ import pytest
 from routers import free_port
 
 from simx_client.fleet import cluster, command
+from simx_client.fleet.member import reachable
 from simx_client.fleet.ray import FleetError
 
 
@@ -40,7 +41,16 @@ def test_an_address_without_a_cluster_is_reported_at_once(
         (["up"], "SCENE"),
         (["up", "ur5", "--count", "0"], "'0' cannot be used; valid: 1 to 1000"),
         (["up", "ur5", "--cpus", "-1"], "'-1' cannot be used; valid: cores from 0"),
+        (["up", "ur5", "--cpus", "few"], "'few' cannot be used; valid: cores from 0"),
         (["up", "ur5", "--listen", "here"], "here"),
+        (["up", "ur5", "--", "--start", "--realm=lab"], "--realm=lab belongs to the fleet; use --name"),
+        (["up", "ur5", "--", "--count", "3"], "--count belongs to the fleet"),
+        (
+            ["up", "ur5", "--connect", "tcp/router:7447", "--listen", "tcp/127.0.0.1:7447"],
+            "not allowed with argument --connect",
+        ),
+        (["status", "--log", "-5"], "'-5' cannot be used; valid: 0 to 1000 lines"),
+        (["status", "--log", "9999999"], "valid: 0 to 1000 lines"),
         (["down", "--", "--speed", "max"], "only `up` takes flags of simx-server, not --speed max"),
     ],
 )
@@ -74,6 +84,44 @@ def test_a_router_on_the_loopback_interface_is_refused_for_several_hosts() -> No
         cluster.up(fake("10.0.0.1", "10.0.0.2"), wanted(connect=("tcp/router:7447",)))
 
 
+@pytest.mark.parametrize(
+    ("endpoint", "host", "found"),
+    [
+        ("tcp/0.0.0.0:7447", "10.0.0.1", "tcp/10.0.0.1:7447"),
+        ("tls/[::]:7447", "fd00::1", "tls/[fd00::1]:7447"),
+        ("tcp/10.0.0.0:7447", "10.0.0.1", "tcp/10.0.0.0:7447"),
+        ("tcp/head:7447", "10.0.0.1", "tcp/head:7447"),
+    ],
+)
+def test_a_router_at_all_addresses_is_joined_by_the_address_of_its_host(
+    endpoint: str, host: str, found: str
+) -> None:
+    assert reachable(endpoint, host) == found
+
+
 def test_a_name_that_cannot_be_a_realm_is_refused() -> None:
     with pytest.raises(ValueError, match="a/b"):
         cluster.up(fake("127.0.0.1"), wanted(name="a/b"))
+
+
+def test_status_asks_the_routers_that_the_servers_have_joined(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = {"realm": "fleet-0", "routers": ["tls/router:7447"], "age": 1.0}
+    member = SimpleNamespace(
+        describe=SimpleNamespace(remote=lambda: place), log=SimpleNamespace(remote=lambda lines: [])
+    )
+    asked: list[Any] = []
+
+    def find_servers(endpoints: Any, timeout: float) -> tuple[list[Any], list[Any]]:
+        asked.append(endpoints)
+        return [], []
+
+    monkeypatch.setattr(command, "join", lambda address: SimpleNamespace(shutdown=lambda: None))
+    monkeypatch.setattr(cluster, "find", lambda ray, name: cluster.Found([], {"fleet-0": member}))
+    monkeypatch.setattr(cluster, "answers", lambda ray, requests: requests)
+    monkeypatch.setattr(command, "find_servers", find_servers)
+    assert command.main(["status"]) == 1  # of use to no client
+    assert "not at the router" in capsys.readouterr().out
+    assert command.main(["status", "--connect", "tcp/other:7447"]) == 1
+    assert asked == [["tls/router:7447"], ["tcp/other:7447"]]

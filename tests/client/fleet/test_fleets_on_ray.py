@@ -66,13 +66,12 @@ def test_servers_of_a_lost_host_and_lost_servers_come_back_and_clients_go_on(
     ray_cluster: Any, capsys: pytest.CaptureFixture[str], scene: Path
 ) -> None:
     node = ray_cluster.add_node(**NODE)
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-    port = int(endpoint.rpartition(":")[2])
-    code, shown, told = run(
-        ray_cluster, capsys, "up", str(scene), "--count", "2", "--listen", endpoint, "--", "--start"
-    )
+    port = free_port()
+    listen = ("--listen", f"tcp/0.0.0.0:{port}")
+    code, shown, told = run(ray_cluster, capsys, "up", str(scene), "--count", "2", *listen, "--", "--start")
     assert code == 0, told
     started = json.loads(shown)
+    endpoint = f"tcp/{ray_cluster.address.rpartition(':')[0]}:{port}"  # other hosts could not join 0.0.0.0
     assert started["routers"] == [endpoint]
     assert [each["realm"] for each in started["servers"]] == ["fleet-0", "fleet-1"]
     assert len({each["node"] for each in started["servers"]}) == 2

@@ -15,7 +15,7 @@ from gymnasium.utils.env_checker import check_env
 from processes import server
 
 from simx_client.connection.clients import CLIENTS
-from simx_client.errors import CallsFailed, ConnectionFailed
+from simx_client.errors import CallsFailed, ConnectionFailed, SimxError
 from simx_client.gym import TASKS, Choices, Increment, SimxEnv, Uniform, rendering
 from simx_server.viewer.launching import missing
 
@@ -334,6 +334,24 @@ def test_an_action_that_is_not_valid_changes_nothing(scene: Path, action: Any) -
     assert np.array_equal(environment.step(zero)[0], expected.step(zero)[0])
     environment.close()
     expected.close()
+
+
+@pytest.mark.parametrize("how", [(-1.0, 1.0), Increment(0.1)])
+def test_a_step_before_the_first_episode_asks_for_a_reset(scene: Path, how: Any) -> None:
+    environment = described(scene, actions={"hinge.target_position": how})
+    with pytest.raises(SimxError, match="no episode was started yet; call reset first"):
+        environment.step(np.zeros(1, np.float32))
+    environment.reset(seed=1)
+    environment.step(np.zeros(1, np.float32))
+    environment.close()
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(1.0, 0.0), ((0.0, 1.0), (1.0, 0.0)), (np.nan, 1.0), (0.0, np.inf)]
+)
+def test_a_range_to_draw_from_has_a_lower_and_a_higher_end(low: Any, high: Any) -> None:
+    with pytest.raises(ValueError, match="Uniform needs finite low <= high"):
+        Uniform(low, high)
 
 
 def test_options_are_refused(scene: Path) -> None:

@@ -157,6 +157,13 @@ def test_options_that_cannot_be_used_say_what_is_valid(options: dict[str, Any], 
         vector(**options)
 
 
+def test_a_seed_of_numpy_is_a_seed() -> None:
+    environment = vector()
+    expected, _ = environment.reset(seed=3)
+    assert np.array_equal(environment.reset(seed=np.int64(3))[0], expected)
+    environment.close()
+
+
 def test_wrong_seeds_masks_and_actions_are_refused() -> None:
     environment = vector()
     with pytest.raises(ValueError, match="3 simulations need as many seeds, not 2"):

@@ -208,6 +208,21 @@ def test_students_page_has_the_lines_and_no_other_seat(room: Room) -> None:
         context.close()
 
 
+def test_button_that_fails_says_why_until_the_next_press(room: Room) -> None:
+    room.page.reload()  # the page has no links yet
+    room.page.route("**/links", lambda route: route.fulfill(status=503, body="The class is busy."))
+    room.tile(1).locator(".copy").click()
+    trouble = room.page.locator("#trouble")
+    assert room.until(lambda: trouble.text_content() == "The class is busy.")
+    for _ in range(2):  # the page looks at the seats meanwhile
+        with room.page.expect_response("**/class"):
+            pass
+    assert trouble.is_visible()
+    room.page.unroute("**/links")
+    room.tile(1).locator(".copy").click()
+    assert room.until(trouble.is_hidden)
+
+
 def test_teacher_copies_the_links(room: Room) -> None:
     room.page.locator("#links").click()
     room.page.locator("#list").wait_for()

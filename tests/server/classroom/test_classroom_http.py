@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
+import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 from http import HTTPStatus
@@ -19,6 +21,8 @@ GOOD = b"GET /class?x=1 HTTP/1.1\r\nHost: here\r\nCookie: a=1; b=2\r\n\r\n"
 async def echo(request: Request) -> Response:
     if request.path == "/fault":
         raise RuntimeError("of the page")
+    if request.path == "/large":
+        return Response(HTTPStatus.OK, bytes(10_000_000))
     return Response(HTTPStatus.OK, request.path.encode())
 
 
@@ -71,6 +75,13 @@ def test_head_is_read() -> None:
     assert (request.method, request.path, request.query) == ("GET", "/class", {"x": "1"})
     assert request.cookie("b") == "2"
     assert request.cookie("c") == ""
+
+
+@pytest.mark.parametrize("other", ['layout={"a": "b c"}', "_xsrf=2|1:0; flag", 'a="b', "=x", "é=ü"])
+def test_cookies_of_other_programs_of_the_host_hide_none_of_the_page(other: str) -> None:
+    for cookies in (f"{other}; own=token", f"own=token; {other}", f"{other};own=token;{other}"):
+        head = f"GET / HTTP/1.1\r\nCookie: {cookies}\r\n\r\n"
+        assert read_head(head.encode("latin-1")).cookie("own") == "token"
 
 
 @pytest.mark.parametrize(
@@ -131,6 +142,22 @@ def test_silent_and_slow_peers_are_closed(monkeypatch: pytest.MonkeyPatch) -> No
         assert await answer(place, b"") == b""
         assert await answer(place, b"GET / HTT") == b""
         assert await answer(place, b"POST / HTTP/1.1\r\nContent-Length: 10\r\n\r\nab") == b""
+
+    serving(work)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts open files in /proc")
+def test_peer_that_takes_no_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http, "SLOW", 0.05)
+
+    async def work(place: tuple[str, int]) -> None:
+        before = len(os.listdir("/proc/self/fd"))
+        with socket.create_connection(place) as peer:
+            peer.sendall(b"GET /large HTTP/1.1\r\n\r\n")
+            while len(os.listdir("/proc/self/fd")) < before + 2:  # both ends are here
+                await asyncio.sleep(0)
+            while len(os.listdir("/proc/self/fd")) > before + 1:
+                await asyncio.sleep(0)
 
     serving(work)
 

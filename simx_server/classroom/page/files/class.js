@@ -13,10 +13,10 @@ function makeTile(seat) {
   tile.querySelector(".number").textContent = seat.number;
   tile.querySelector(".open").href = `/seat/${seat.number}`;
   tile.querySelector("img").alt = `Scene of seat ${seat.number}`;
-  tile.querySelector(".copy").addEventListener("click", async event => {
+  tile.querySelector(".copy").addEventListener("click", event => tried(async () => {
     const found = (await allLinks()).find(each => each.number === seat.number);
-    copy(found.link, event.target);
-  });
+    await copy(found.link, event.target);
+  }));
   twice(tile.querySelector(".reset"), "Reset it?", () => post(`/seat/${seat.number}/reset`));
   document.getElementById("seats").append(tile);
   const kept = { element: tile, number: seat.number, state: "starting", isSeen: false, due: 0, isLoading: false };
@@ -81,13 +81,13 @@ function draw() {
   }
 }
 
-document.getElementById("links").addEventListener("click", async () => {
+document.getElementById("links").addEventListener("click", () => tried(async () => {
   const rows = await allLinks();
   const list = document.getElementById("list");
   list.value = rows.map(row => `${row.number}\t${row.student ? row.student + "\t" : ""}${row.link}`).join("\n");
   document.getElementById("all-links").showModal();
   list.scrollTop = 0;
-});
+}));
 document.getElementById("copy-all").addEventListener("click", event => copy(document.getElementById("list").value, event.target));
 document.getElementById("close").addEventListener("click", () => document.getElementById("all-links").close());
 twice(document.getElementById("reset-all"), "Reset every seat?", () => post("/reset"));

@@ -22,17 +22,27 @@ function trouble(text) {
   place.hidden = !text;
 }
 
+// Does what a button is for; says why it could not be done, until the next press.
+async function tried(work) {
+  try { await work(); trouble(""); } catch (error) { trouble(error.message); }
+}
+
 // Calls an asynchronous function again and again while somebody looks at the page.
 async function repeat(work, pause) {
   let good = performance.now();
+  let isTold = false;
   for (;;) {
     if (!document.hidden) {
       try {
         await work();
         good = performance.now();
-        trouble("");
+        if (isTold) trouble("");
+        isTold = false;
       } catch (error) {
-        if (performance.now() - good > SILENCE || error.name !== "TypeError") trouble("The class does not answer: " + error.message);
+        if (performance.now() - good > SILENCE || error.name !== "TypeError") {
+          trouble("The class does not answer: " + error.message);
+          isTold = true;
+        }
       }
     } else {
       good = performance.now();
@@ -95,7 +105,7 @@ function twice(button, question, work) {
     }
     calm();
     button.disabled = true;
-    try { await work(); } catch (error) { trouble(error.message); }
+    await tried(work);
     setTimeout(() => { button.disabled = false; }, 2000);
   });
 }
