@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
+from simx_server.browsers import SLOW, cookie_of, end_connection
+
 logger = logging.getLogger(__name__)
 
 MOST_HEAD = 16_384
@@ -25,9 +27,6 @@ MOST_BODY = 4096
 
 IDLE = 30.0
 """Seconds until a connection without a request is closed."""
-
-SLOW = 10.0
-"""Seconds for the rest of a request, and for a browser to take an answer."""
 
 MOST_CONNECTIONS = 400
 """Connections above which those without a request are closed; twice as many are the most."""
@@ -59,16 +58,8 @@ class Request:
     """Names in lower case."""
 
     def cookie(self, name: str) -> str:
-        """Return a cookie's value; empty without it.
-
-        Cookies of one host are for all its ports, so other programs' come too, in any form. Python's ``SimpleCookie``
-        then reads none.
-        """
-        for pair in self.headers.get("cookie", "").split(";"):
-            key, _, value = pair.partition("=")
-            if key.strip() == name:
-                return value.strip()
-        return ""
+        """Return a cookie's value; empty without it."""
+        return cookie_of(self.headers.get("cookie", ""), name)
 
 
 @dataclass(frozen=True)
@@ -148,7 +139,7 @@ class HttpServer:
         finally:
             self._waiting.pop(writer, None)
             try:
-                await _closed(writer)
+                await end_connection(writer)
             finally:
                 self._count -= 1
                 self._by_peer[peer] -= 1
@@ -181,16 +172,6 @@ class HttpServer:
         async with asyncio.timeout(SLOW):
             await writer.drain()
         return stays
-
-
-async def _closed(writer: asyncio.StreamWriter) -> None:
-    """Close a connection, also one whose other end does not take what is left; it would stay open for ever."""
-    writer.close()
-    try:
-        async with asyncio.timeout(SLOW):
-            await writer.wait_closed()
-    except (OSError, TimeoutError):
-        writer.transport.abort()
 
 
 def _is_here(peer: str) -> bool:

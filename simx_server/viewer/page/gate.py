@@ -21,8 +21,9 @@ import logging
 import secrets
 import socket
 import threading
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import SplitResult, parse_qs, urlsplit
+
+from simx_server.browsers import cookie_of, end_connection
 
 logger = logging.getLogger(__name__)
 
@@ -131,8 +132,10 @@ class Gate:
         except asyncio.CancelledError:
             logger.debug("a browser is cut off, since the page ends")  # asyncio would report it as an error
         finally:
+            # A task that is cancelled, since the page ends, closes at once.
+            with contextlib.suppress(asyncio.CancelledError):
+                await end_connection(writer)
             self._connections -= 1
-            writer.close()
 
     # --- checks ----------------------------------------------------------------------------------
 
@@ -178,11 +181,8 @@ class Gate:
             # Removed from the address bar, where it could be seen or copied along with the address.
             cookie = f"{self._cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
             raise Refused("303 See Other", "", f"Set-Cookie: {cookie}", "Location: /")
-        try:
-            kept = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
-        except CookieError:
-            kept = None
-        if kept is None or not hmac.compare_digest(kept.value.encode(), token.encode()):
+        kept = cookie_of(headers.get("cookie", ""), self._cookie)
+        if not hmac.compare_digest(kept.encode(), token.encode()):
             raise Refused(
                 "401 Unauthorized",
                 "This page asks for a token. The server printed an address with it when it started: "

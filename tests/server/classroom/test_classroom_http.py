@@ -12,6 +12,7 @@ from http import HTTPStatus
 
 import pytest
 
+from simx_server import browsers
 from simx_server.classroom.page import http
 from simx_server.classroom.page.http import BadRequest, HttpServer, Request, Response, read_head
 
@@ -149,6 +150,7 @@ def test_silent_and_slow_peers_are_closed(monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.skipif(sys.platform != "linux", reason="counts open files in /proc")
 def test_peer_that_takes_no_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(http, "SLOW", 0.05)
+    monkeypatch.setattr(browsers, "SLOW", 0.05)
 
     async def work(place: tuple[str, int]) -> None:
         before = len(os.listdir("/proc/self/fd"))

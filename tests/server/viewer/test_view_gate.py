@@ -131,7 +131,8 @@ def status(answer: bytes) -> int:
 
 
 def cookie(gate: Gate, token: str = TOKEN) -> str:
-    return f"Cookie: other=1; simx_token_{gate.port}={token}"
+    """Return the header with the cookie beside those of other programs of the host, one of which is JSON."""
+    return f'Cookie: other=1; settings={{"a": [1, 2]}}; simx_token_{gate.port}={token}'
 
 
 def upgraded(gate: Gate, *headers: str) -> bool:
@@ -197,6 +198,7 @@ def test_the_token_becomes_a_cookie_that_opens_page_and_websocket(open_gate: Gat
     assert given
     assert ask(open_gate, f"Cookie: {given[1].decode()}", host=f"{OTHERS}:{open_gate.port}").endswith(PAGE)
     assert upgraded(open_gate, f"Cookie: {given[1].decode()}")
+    assert ask(open_gate, cookie(open_gate), host=f"{OTHERS}:{open_gate.port}").endswith(PAGE)
 
 
 @pytest.mark.parametrize(
