@@ -21,7 +21,15 @@ from simx_client.transport.zenoh import Transport
 
 from .background import Attempts
 from .message_header import client_time
-from .timeouts import DEFAULT_TIMEOUT, FLUSH_TIMEOUT, LAST_LOOK, MAX_UNANSWERED, RETRY_PAUSE, WELCOME_TIMEOUT
+from .timeouts import (
+    DEFAULT_TIMEOUT,
+    FLUSH_TIMEOUT,
+    LAST_LOOK,
+    LONGEST_RETRY,
+    MAX_UNANSWERED,
+    RETRY_PAUSE,
+    WELCOME_TIMEOUT,
+)
 from .trigger_batching import TriggerBatching
 
 logger = logging.getLogger(__name__)
@@ -87,6 +95,9 @@ class Connection:
         self._connection_id = -1
         self._connections = 0
         self._next_greeting = 0.0
+        self._greeting_time = RETRY_PAUSE
+        """Time-out in seconds of the next greeting of a server that came back; it doubles until an answer comes."""
+
         self._logged: set[str] = set()
         self._closed = False
 
@@ -196,11 +207,13 @@ class Connection:
             if not (self._may_connect and transport.is_connected and time.monotonic() >= self._next_greeting):
                 return False
             try:
-                transport.greet(min(RETRY_PAUSE, deadline - time.monotonic()))
+                transport.greet(min(self._greeting_time, deadline - time.monotonic()))
             except ConnectionFailed as error:
                 self._next_greeting = time.monotonic() + RETRY_PAUSE
+                self._greeting_time = min(2 * self._greeting_time, LONGEST_RETRY)
                 logger.debug("no greeting yet: %s", error)
                 return False
+            self._greeting_time = RETRY_PAUSE
             self._count_connection()
             logger.warning("connected to %s again; its streams are armed again", self.where)
         return True

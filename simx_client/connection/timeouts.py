@@ -21,6 +21,10 @@ LAST_LOOK = 0.02
 RETRY_PAUSE = 0.1
 """Seconds between two attempts to greet a server that came back."""
 
+LONGEST_RETRY = 1.0
+"""Maximum time-out in seconds of a greeting of a server that came back: through a router, and on a machine with all
+cores busy, an answer may take longer than `RETRY_PAUSE`."""
+
 BATCHING_TIME = 0.005
 """Seconds that oneshot sets of a stepping client may wait for its trigger, to leave with it in one message.
 The original's thread sent every 5 ms, too."""

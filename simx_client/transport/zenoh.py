@@ -122,6 +122,10 @@ class Transport(Protocol):
         ...
 
 
+LOOK_AGAIN = 1.0
+"""Seconds between two requests whether a lost server is there again."""
+
+
 class ZenohTransport:
     """One Zenoh session to one server. Zenoh's threads only store what arrives."""
 
@@ -158,6 +162,7 @@ class ZenohTransport:
         self._local: LocalLink | None = None
         self._alive = False
         self._lost = False
+        self._next_look = 0.0
         self._realm: str | None = None
         self._closed = False
         self._session = self._open(connect_timeout, retry)
@@ -194,7 +199,25 @@ class ZenohTransport:
 
     @property
     def is_connected(self) -> bool:
+        if self._lost and not self._alive and time.monotonic() >= self._next_look:
+            self._next_look = time.monotonic() + LOOK_AGAIN
+            self._look_again()
         return self._alive
+
+    def _look_again(self) -> None:
+        """Request the token of a server that was lost, without waiting: its return may have been missed, if it came
+        before the end of the server that it replaces was noticed."""
+
+        def found(_reply: Any) -> None:
+            if self._lost:
+                self._alive = True
+
+        with contextlib.suppress(self._zenoh.ZError):  # the session was closed meanwhile
+            self._session.liveliness().get(
+                keys.alive(self._realm or ""),
+                self._zenoh.handlers.Callback(found, indirect=False),
+                timeout=LOOK_AGAIN,
+            )
 
     @property
     def was_lost(self) -> bool:
@@ -343,6 +366,7 @@ class ZenohTransport:
     def _on_server(self, sample: Any) -> None:
         if sample.kind == self._zenoh.SampleKind.DELETE:
             self._alive = False
+            self._next_look = time.monotonic() + LOOK_AGAIN
             self._lost = True
             self._alarm.set(0.0)  # wakes a blocking call
             if (local := self._local) is not None:

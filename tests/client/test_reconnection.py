@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from plain_world import World
@@ -12,6 +14,8 @@ from processes import server, wait_until
 from routers import free_port
 
 import simx_client as v
+from simx_client.connection.clients import CLIENTS as CONNECTIONS
+from simx_client.errors import NoAnswer
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 
@@ -185,3 +189,50 @@ def test_stepped_mode_is_not_asked_for_again_as_it_is_the_servers(plain: World) 
     lose_and_find(plain, client)
     [session] = plain.loop.sessions.values()
     assert not session.is_stepping
+
+
+def test_a_client_that_missed_the_return_of_its_server_finds_it(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SIMX_LOCAL", "0")
+    with server(scene, ports=(0,)) as running:
+        client = start(running.port)
+        connection = CONNECTIONS.get(client)
+        assert connection is not None
+        transport: Any = connection._transport
+        # As if the token of the new server had come before the old one's end.
+        transport._on_server(SimpleNamespace(kind=transport._zenoh.SampleKind.DELETE))
+        assert v.simxGetConnectionId(client) == -1
+        assert wait_until(lambda: v.simxGetConnectionId(client) > 0, PATIENCE)
+        assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
+        v.simxFinish(client)
+
+
+class Busy:
+    """A transport to a server that came back and does not answer greetings."""
+
+    was_lost = is_connected = True
+    client = "busy"
+
+    def __init__(self) -> None:
+        self.time_outs: list[float] = []
+
+    def greet(self, timeout: float) -> None:
+        self.time_outs.append(timeout)
+        raise NoAnswer("it does not answer")
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def test_greetings_of_a_busy_server_that_came_back_wait_longer_each_time(
+    plain: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connection = CONNECTIONS.get(plain.client())
+    assert connection is not None
+    busy = Busy()
+    monkeypatch.setattr(connection, "_transport", busy)
+    while len(busy.time_outs) < 6:
+        connection._next_greeting = 0.0
+        assert connection.connection_id == -1
+    assert busy.time_outs == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.0, 1.0])
