@@ -7,10 +7,11 @@ import re
 import signal
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import PENDULUM, ServerProcess, server
+from processes import PENDULUM, ServerProcess, server, wait_until
 from routers import free_port
 
 import simx_client as v
@@ -134,11 +135,19 @@ def test_watch_asks_again_until_it_is_interrupted(
 # --- one that does not ----------------------------------------------------------------------------
 
 
+def states_of(process_id: int) -> set[str]:
+    """The states of its threads, as in proc(5); none where there is no such folder."""
+    files = Path("/proc").glob(f"{process_id}/task/*/stat")
+    return {file.read_text().rpartition(")")[2].split()[0] for file in files}
+
+
 def test_a_frozen_server_is_told_and_ends_with_one(
     lab: ServerProcess, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lab.process.send_signal(signal.SIGSTOP)
     try:
+        # The signal reaches one thread after the other; one that still runs would accept the connection.
+        assert wait_until(lambda: states_of(lab.process.pid) <= {"T"}, 10)
         began = time.monotonic()
         code, text, error = run(capsys, "--timeout", 0.3)
         assert time.monotonic() - began < 10
