@@ -89,19 +89,17 @@ class LegacyGateway:
     def _serve(self, connected: socket.socket, peer: str, port: int) -> None:
         """Start the thread of a connection, unless there are too many."""
         connection = Connection(self._loop, connected, peer, port, self._pace, log=self._log)
+        thread = threading.Thread(target=self._run, args=(connection,), name="simx-legacy", daemon=True)
         with self._lock:
             is_refused = self._is_closed or len(self._connections) >= self._loop.simulation.limits.clients
             if not is_refused:
                 self._connections.add(connection)
+                self._threads.add(thread)
+                thread.start()  # under the lock, because `close` waits only for threads that have started
         if is_refused:
             text = "%s at port %d is refused: there are too many connections"
             self._log.say(logging.WARNING, text, connection.name, port)
             connected.close()
-            return
-        thread = threading.Thread(target=self._run, args=(connection,), name="simx-legacy", daemon=True)
-        with self._lock:
-            self._threads.add(thread)
-        thread.start()
 
     def _run(self, connection: Connection) -> None:
         try:
