@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import math
 import re
@@ -400,7 +401,10 @@ def test_killed_server_leaves_a_film_that_plays(scene: Path) -> None:
     with server(scene, "--start", "--speed", "max", "--video", path, "--size", "64x48") as process:
         assert wait_until(lambda: path.stat().st_size > 20_000, 60.0)
         process.kill()
-    shown = frames(path)
+    shown: list[np.ndarray] = []
+    # The packet that was being written may be cut off: as in a player, the film ends before it.
+    with av.open(str(path)) as container, contextlib.suppress(av.error.InvalidDataError):
+        shown.extend(frame.to_ndarray(format="rgb24") for frame in container.decode(video=0))
     assert len(shown) > 20
     assert middle(shown[-1], RED)[0] < middle(shown[-1], GREEN)[0]
 
