@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,16 @@ from simx_server.joints.dependency import Followers, write_equality
 from simx_server.joints.measured import Measured, Positions
 from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
-from simx_server.joints.state import Binding, JointMode, JointState, bind, copied, initial_state
+from simx_server.joints.state import (
+    SETTING_NAMES,
+    Binding,
+    JointMode,
+    JointState,
+    bind,
+    copied,
+    initial_state,
+    setting_values,
+)
 from simx_server.joints.stepping import Accompany, Memory, Stepper, Within
 from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
@@ -36,17 +45,13 @@ class Settings:
     weights: Weights
 
 
-_NAMES = [field.name for field in fields(JointState)]
-_values = attrgetter(*_NAMES)
-"""All values of a `JointState`: a fifth of the time of a copy."""
-
 _MOVING = {"target_position", "target_velocity", "motion", "motion_time", "held", "offset", "spherical"}
 """Values that change in a run without a change of the model's arrays."""
 
-_BYTES = 56 + 8 * len(_NAMES) + 4 * 24
+_BYTES = 56 + 8 * len(SETTING_NAMES) + 4 * 24
 """Of the values of a joint: a tuple, and about four numbers that are not shared with others."""
 
-_settings = attrgetter(*(name for name in _NAMES if name not in _MOVING))
+_settings = attrgetter(*(name for name in SETTING_NAMES if name not in _MOVING))
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +78,7 @@ class Moment:
     def settings(self) -> Settings:
         """Return the settings, for `Machine.recall`."""
         states = {
-            handle: JointState(**dict(zip(_NAMES, values, strict=True)))
-            for handle, values in zip(self.bindings, self.values, strict=True)
+            handle: JointState(*values) for handle, values in zip(self.bindings, self.values, strict=True)
         }
         return Settings(self.bindings, states, self.weights)
 
@@ -190,7 +194,7 @@ class Machine:
         Args:
             before: of the step before, to share what is equal; None: there is none.
         """
-        values = tuple(map(_values, self._states.values()))
+        values = tuple(map(setting_values, self._states.values()))
         new_values = len(values)
         is_changed = before is None or before.bindings is not self._bindings
         if before is not None and not is_changed:
@@ -437,7 +441,7 @@ class Machine:
         return [(binding, state, rule_of(binding, state)) for binding, state in pairs]
 
 
-_SETTINGS = [number for number, name in enumerate(_NAMES) if name not in _MOVING]
+_SETTINGS = [number for number, name in enumerate(SETTING_NAMES) if name not in _MOVING]
 
 
 def _settings_of(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:

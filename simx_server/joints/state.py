@@ -235,12 +235,15 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
     return binding
 
 
-_FIELDS = attrgetter(*(each.name for each in fields(JointState)))
+SETTING_NAMES = tuple(each.name for each in fields(JointState))
+
+setting_values = attrgetter(*SETTING_NAMES)
+"""Return all values of a `JointState`, in the order of `SETTING_NAMES`."""
 
 
 def copied(state: JointState) -> JointState:
     """Return a copy of the settings; `dataclasses.replace` takes ten times as long."""
-    return JointState(*_FIELDS(state))
+    return JointState(*setting_values(state))
 
 
 def initial_state(
