@@ -137,7 +137,7 @@ class Joints(Machine):
         if switches:
             state.motor, state.control_loop = True, False
         stays = before == rule_of(binding, state) == Rule.VELOCITY
-        self._apply(handle, rebuild=not stays or state.rigid)
+        self._apply(handle, rebuild=not stays)
 
     def limit_motion(self, handle: int, settings: Sequence[float]) -> None:
         """Set the greatest velocity, acceleration and jerk (rad/s or m/s, ...); those left out or not above 0 stay.
@@ -157,7 +157,7 @@ class Joints(Machine):
         """Set the maximum force; a negative number counts as its magnitude."""
         binding, state = self._single(handle)
         state.max_force = abs(_finite(value, "a maximum force"))
-        write_force_limit(binding, state, self._sim.model)
+        write_force_limit(binding, state, rule_of(binding, state), self._sim.model)
 
     def force(self, handle: int) -> float:
         """Return the motor's force (N) or torque (N m), mean over the last simulation step, with V-REP's sign.

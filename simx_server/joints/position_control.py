@@ -1,4 +1,4 @@
-"""V-REP's position controllers of one model, in arrays: they command the velocity servos before each physics step."""
+"""V-REP's position controllers of one model, in arrays: they command the motors before each physics step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from simx_server.joints.dependency import Followers
 from simx_server.joints.servo import Entry, Rule
-from simx_server.joints.state import VREP_DYNAMICS_STEP, Binding, JointState
+from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 
 Control = Callable[[int, int], object]
 """Called at each physics step: its index in the simulation step (from 0), and their number."""
@@ -45,13 +45,10 @@ class PositionControl:
         self._data = data
         self._index = {binding.handle: i for i, (binding, _, _) in enumerate(loops)}
         self._target = np.array([_goal(s, r) for _, s, r in loops])
-        # Correcting the error within less than one physics step would overshoot, whatever V-REP's step is.
         step = model.opt.timestep
-        gains = [
-            min((s.p if r == Rule.POSITION or s.p else 0.1) / VREP_DYNAMICS_STEP, 1 / step)
-            for _, s, r in loops
-        ]
-        self._gain = np.array(gains)
+        self._gain = np.array(
+            [position_gain(s.p if r == Rule.POSITION or s.p else 0.1, step) for _, s, r in loops]
+        )
         self._limit = np.array([s.upper_velocity for _, s, _ in loops])
         self._integral = np.array([s.i * step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._derivative = np.array([s.d / step / VREP_DYNAMICS_STEP for _, s, _ in loops])
@@ -92,7 +89,7 @@ class PositionControl:
                 self._last[index] = memory.errors[source]
 
     def control(self) -> Control:
-        """Return the function that commands all servos: without a condition or a look-up for what no joint has."""
+        """Return the function that commands all motors: without a condition or a look-up for what no joint has."""
         target, error, command, positions = self._target, self._error, self._command, self._positions
         gain, limit, least = self._gain, self._limit, -self._limit
         gather, prepare, add_terms, complete = (
@@ -181,9 +178,6 @@ class PositionControl:
         """
         steps: list[Callable[[], object]] = []
         data, command = self._data, self._command
-        rigid = [(i, b) for i, (b, s, _) in enumerate(loops) if carries(b, s)]
-        if rigid:
-            steps.append(self._carrying(rigid))
         gear = np.array([b.gear for b, _, _ in loops])
         if not np.all(gear == 1.0):
             steps.append(lambda: np.multiply(command, gear, command))
@@ -198,33 +192,15 @@ class PositionControl:
 
         return complete
 
-    def _carrying(self, rigid: Sequence[tuple[int, Binding]]) -> Callable[[], None]:
-        """Return what adds to the commands of rigid motors what carries their load."""
-        command, bias = self._command, self._data.qfrc_bias
-        index = np.array([i for i, _ in rigid], dtype=np.intp)
-        dof = np.array([b.dof for _, b in rigid], dtype=np.intp)
-        share = np.array([1 / b.kv for _, b in rigid])
-        loads, commands = _view(bias, dof), _view(command, index)
-        carried = np.zeros(len(rigid))
-        multiply, add = np.multiply, np.add
-        if loads is None or commands is None:
 
-            def carry_scattered() -> None:
-                command[index] += bias[dof] * share
+def position_gain(p: float, step: float) -> float:
+    """Return the velocity per error, 1/s, of V-REP's position controller at a physics step of `step` seconds.
 
-            return carry_scattered
-        some_loads, some_commands = loads, commands
-
-        def carry() -> None:
-            multiply(some_loads, share, carried)
-            add(some_commands, carried, some_commands)
-
-        return carry
-
-
-def carries(binding: Binding, state: JointState) -> bool:
-    """Return whether a motor carries its load beside keeping its velocity."""
-    return state.rigid and binding.dof >= 0 and binding.kv > 0
+    In each dynamics step of 5 ms V-REP's removes the part P of the error. Any other step removes the part that leaves
+    the same error after the same time. Removing more than all of it would overshoot.
+    """
+    left = max(0.0, 1.0 - p) ** (step / VREP_DYNAMICS_STEP)
+    return (1.0 - left) / step
 
 
 def _goal(state: JointState, rule: Rule) -> float:

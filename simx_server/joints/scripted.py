@@ -11,7 +11,7 @@ from typing import Any
 
 import mujoco
 
-from simx_server.joints.servo import Entry, Rule
+from simx_server.joints.servo import Entry, Rule, write_motor_force
 from simx_server.joints.state import UNLIMITED
 
 Ask = Callable[[dict[str, Any]], Mapping[str, Any] | None]
@@ -72,9 +72,7 @@ class ScriptedJoints:
                 data.ctrl[binding.ctrl] = velocity * binding.gear
             force = _number(answer.get("force"))
             if force is not None:
-                limit = min(abs(force), UNLIMITED) / abs(binding.gear)
-                self._model.actuator_forcelimited[binding.actuator] = True
-                self._model.actuator_forcerange[binding.actuator] = (-limit, limit)
+                write_motor_force(binding, min(abs(force), UNLIMITED), self._model)
         self._is_first = False
 
     def _limits(self, joint: int) -> tuple[bool, Sequence[float]]:

@@ -1,4 +1,4 @@
-"""Write a joint's settings into the model: gain, bias and force limit of its actuator."""
+"""Write a joint's settings into the model: gain, bias and force limit of its actuator, or its motor (`motors.py`)."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Rule(Enum):
 
     FREE = "nothing"
     SPRING = "a spring and damper towards the target"
-    VELOCITY = "velocity servo at a constant target"
-    POSITION = "velocity servo, commanded each step by V-REP's position controller"
+    VELOCITY = "its motor keeps a constant velocity"
+    POSITION = "its motor keeps the velocity that V-REP's position controller commands in each physics step"
     HOLD = "the same, towards the position where it stopped"
     KINEMATIC = "nothing moves it"
     MOTION = "it moves at its target velocity whatever is in the way"
@@ -27,8 +27,23 @@ class Rule(Enum):
 UNDRIVEN = (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT, Rule.PROFILE)
 """Rules under which the motor does nothing."""
 
-_UNREACHED = 1e6
-"""rad/s or m/s. A motor that wants this velocity always acts with its maximum force."""
+MOST_VELOCITY = 1e4
+"""rad/s or m/s, beyond what any joint reaches: a motor that wants this velocity always acts with its maximum force."""
+
+_LEAST_FORCE = 1e-12
+"""Maximum force in N or N m that stands for none: MuJoCo has no constraint for a friction loss of 0."""
+
+_SOFTNESS = 1e-4
+"""How far a motor gives way: part of the inverse inertia of its joint. A load of 50 N m on a light joint, 5 rad/s^2 per
+N m, costs it 1e-4 rad/s.
+"""
+
+_IMPEDANCE = (1.0 - _SOFTNESS, 1.0 - _SOFTNESS, 0.001, 0.5, 2.0)
+
+
+def is_motor(binding: Binding, state: JointState, rule: Rule) -> bool:
+    """Return whether V-REP's motor (`motors.py`) drives the joint, and not the file's own servo."""
+    return rule in (Rule.VELOCITY, Rule.POSITION, Rule.HOLD) and state.rigid
 
 
 def is_immovable(binding: Binding, rule: Rule) -> bool:
@@ -74,6 +89,8 @@ def write_actuator(
     index = binding.actuator
     if index < 0:
         return
+    is_driven = is_motor(binding, state, rule)
+    _write_friction(binding, is_driven, model)
     if rule == Rule.SPRING:
         _write_spring(binding, state, model, data)
     elif rule in UNDRIVEN:
@@ -85,13 +102,15 @@ def write_actuator(
         model.actuator_gainprm[index] = 0.0
         model.actuator_biasprm[index] = 0.0
     else:
-        gain = binding.kv / (binding.gear * binding.gear)
-        _write_affine(index, gain, (0.0, 0.0, -gain), model)
+        if not is_driven:
+            _restore(binding, model)
+        else:
+            _write_affine(index, 0.0, (0.0, 0.0, 0.0), model)
         # The file's control range was in other units (torque, angle).
         model.actuator_ctrllimited[index] = 0
         if rule == Rule.VELOCITY:
             data.ctrl[binding.ctrl] = commanded_velocity(binding, state) * binding.gear
-    write_force_limit(binding, state, model)
+    write_force_limit(binding, state, rule, model)
 
 
 def commanded_velocity(binding: Binding, state: JointState) -> float:
@@ -100,7 +119,7 @@ def commanded_velocity(binding: Binding, state: JointState) -> float:
     A joint's is not limited: scripts command a torque by a huge velocity under a force limit.
     """
     if state.pushes and binding.element != "tendon":
-        return _UNREACHED if state.pushes > 0 else -_UNREACHED
+        return MOST_VELOCITY if state.pushes > 0 else -MOST_VELOCITY
     if binding.element != "tendon":
         return state.target_velocity
     return float(np.clip(state.target_velocity, -state.upper_velocity, state.upper_velocity))
@@ -111,10 +130,14 @@ def spring_control(binding: Binding, state: JointState) -> float:
     return (state.target_position - state.offset) * binding.gear
 
 
-def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel) -> None:
-    """Write the maximum force, converted to the actuator's end of the gear."""
+def write_force_limit(binding: Binding, state: JointState, rule: Rule, model: mujoco.MjModel) -> None:
+    """Write the maximum force, converted to the actuator's end of the gear; that of a motor to its constraint."""
     index = binding.actuator
     if index < 0:
+        return
+    if is_motor(binding, state, rule):
+        model.actuator_forcelimited[index] = False
+        write_motor_force(binding, state.max_force, model)
         return
     if state.max_force == binding.force_limit and binding.native in (Native.POSITION, Native.VELOCITY):
         model.actuator_forcelimited[index] = binding.force_limited
@@ -125,6 +148,30 @@ def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel
     if limited:
         limit = state.max_force / abs(binding.gear)
         model.actuator_forcerange[index] = (-limit, limit)
+
+
+def write_motor_force(binding: Binding, most: float, model: mujoco.MjModel) -> None:
+    """Write the maximum force of a motor, N or N m; a limit of the joint itself in the file holds too."""
+    if binding.element == "tendon":
+        model.tendon_frictionloss[binding.id] = max(most, _LEAST_FORCE)
+        return
+    if model.jnt_actfrclimited[binding.id]:
+        most = min(most, float(np.abs(model.jnt_actfrcrange[binding.id]).max()))
+    model.dof_frictionloss[binding.dof] = max(most, _LEAST_FORCE)
+
+
+def _write_friction(binding: Binding, is_driven: bool, model: mujoco.MjModel) -> None:
+    """Make the friction of a joint or tendon a motor's constraint, or again what the file says."""
+    # `solref` has no meaning for a motor: `motors.py` writes the reference accelerations.
+    impedance = _IMPEDANCE if is_driven else binding.friction_impedance
+    if binding.element == "tendon":
+        losses, at = model.tendon_frictionloss, binding.id
+        model.tendon_solimp_fri[at] = impedance
+    else:
+        losses, at = model.dof_frictionloss, binding.dof
+        model.dof_solimp[at] = impedance
+    if not is_driven:
+        losses[at] = binding.friction
 
 
 def _write_spring(binding: Binding, state: JointState, model: mujoco.MjModel, data: mujoco.MjData) -> None:

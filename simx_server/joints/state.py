@@ -1,14 +1,14 @@
 """The state of each joint: its place in the model, V-REP's settings of it, and their initial values.
 
 An annotation has V-REP's strict meaning. Without one: a joint with a position actuator is a spring and damper with
-that actuator's gains, and holds where it is; with a velocity actuator it is under velocity control at 0; with a
-torque motor or none its motor is off until a target drives it.
+that actuator's gains, and holds where it is; with a velocity actuator it is under velocity control at 0, with that
+actuator's gain; with a torque motor or none its motor is off until a target drives it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from operator import attrgetter
@@ -30,12 +30,6 @@ UNLIMITED = 1e9
 
 UPPER_VELOCITY = {"hinge": 2 * math.pi, "slide": 10.0}
 """V-REP's initial upper velocities, rad/s and m/s."""
-
-
-_RIGID = 3.0
-"""How much stiffer a rigid motor is: it halves its error in each physics step. With more, a step at the maximum force
-could pass the target, and the motor would swing about it.
-"""
 
 
 class JointMode(IntEnum):
@@ -85,8 +79,6 @@ class Binding:
     out: int
     gear: float
     native: Native
-    kv: float
-    """Velocity gain when driven as a servo, N m s/rad or N s/m at the joint."""
     gain: tuple[float, ...]
     bias: tuple[float, ...]
     bias_type: int
@@ -96,6 +88,10 @@ class Binding:
     force_range: tuple[float, float]
     force_limit: float
     """The file's limit at the joint, UNLIMITED for none."""
+    friction: float
+    """The file's friction loss, N m or N."""
+    friction_impedance: tuple[float, ...]
+    """`solimp` of that friction."""
     gravcomp: float
     equality: int
     """The equality that couples a joint of dependent mode to its master."""
@@ -176,8 +172,8 @@ class JointState:
     """After each physics step an undriven joint is put back to its position in the file, and keeps its velocity."""
     inert: bool = False
     """Held where it is, in any mode, because the joint belongs to a model that is not dynamic."""
-    rigid: bool = False
-    """The motor carries the load that hangs on it, up to its maximum force."""
+    rigid: bool = True
+    """V-REP's motor drives the joint; False: the servo of the file's velocity actuator, with its gain."""
     fixed: bool = False
     """Held where it is, in any mode, because the file says that physics does not move it."""
     spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -205,6 +201,7 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
     driven = actuator >= 0
     native = _native(model, actuator) if driven else Native.NONE
     gear = float(model.actuator_gear[actuator, 0]) if driven else 1.0
+    friction, friction_impedance = _friction(item, model, dof)
     binding = Binding(
         handle=item.handle,
         name=item.name,
@@ -219,7 +216,6 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
         out=int(model.actuator_outadr[actuator]) if driven else -1,
         gear=gear,
         native=native,
-        kv=_velocity_gain(item, model, actuator, native, dof) if driven else 0.0,
         gain=tuple(model.actuator_gainprm[actuator].tolist()) if driven else (),
         bias=tuple(model.actuator_biasprm[actuator].tolist()) if driven else (),
         bias_type=int(model.actuator_biastype[actuator]) if driven else 0,
@@ -228,6 +224,8 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
         force_limited=bool(model.actuator_forcelimited[actuator]) if driven else False,
         force_range=tuple(model.actuator_forcerange[actuator].tolist()) if driven else (0.0, 0.0),
         force_limit=UNLIMITED,
+        friction=friction,
+        friction_impedance=friction_impedance,
         gravcomp=float(model.body_gravcomp[item.body]),
         equality=_find_equality(item, model),
     )
@@ -295,7 +293,7 @@ def initial_state(
         cyclic=bool(note.get("cyclic", cyclic_by_file)),
         hybrid=bool(note.get("hybrid", False)),
         rewind=bool(note.get("rewind", False)),
-        rigid=bool(note.get("rigid", False)),
+        rigid=native != Native.VELOCITY or bool(note.get("rigid", annotated)),
         fixed=bool(note.get("fixed", False)),
         ik_weight=float(note.get("ik_weight", 1.0)),
         master=joints.get(str(note["master"]), -1) if "master" in note else -1,
@@ -356,37 +354,11 @@ def _native(model: mujoco.MjModel, actuator: int) -> Native:
     return Native.MOTOR
 
 
-def _velocity_gain(
-    item: SceneObject, model: mujoco.MjModel, actuator: int, native: Native, dof: int
-) -> float:
-    """Return the file's own gain of a velocity actuator; else inertia / (3 timestep).
-
-    With the latter the error falls by 1/e in three physics steps; a rigid motor, as V-REP's, three times
-    as fast. The inertia is the joint's in the file's pose (`dof_M0`). On a freely moving base a light wheel
-    drives the whole machine, so there the machine's mass at the child's radius is added.
-    """
-    gear = float(model.actuator_gear[actuator, 0])
-    if native == Native.VELOCITY:
-        return float(model.actuator_gainprm[actuator, 0]) * gear * gear
-    if dof < 0:
-        mass = float(model.body_subtreemass[0])
-        return max(mass, 0.1) / (3 * model.opt.timestep)
-    inertia = float(model.dof_M0[dof])
-    root = int(model.body_rootid[item.body])
-    first = int(model.body_jntadr[root])
-    if first >= 0 and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE:
-        start = int(model.body_geomadr[item.body])
-        radii: Iterable[float] = (
-            model.geom_rbound[start : start + int(model.body_geomnum[item.body])] if start >= 0 else []
-        )
-        radius = (
-            max([float(r) for r in radii], default=0.0)
-            if model.jnt_type[item.id] == mujoco.mjtJoint.mjJNT_HINGE
-            else 1.0
-        )
-        inertia += float(model.body_subtreemass[root]) * radius * radius
-    rigid = bool(item.annotations.get("joint", {}).get("rigid", False))
-    return inertia * (_RIGID if rigid else 1.0) / (3 * model.opt.timestep)
+def _friction(item: SceneObject, model: mujoco.MjModel, dof: int) -> tuple[float, tuple[float, ...]]:
+    """Return the file's friction loss of a joint or tendon, and its `solimp`."""
+    if item.element == "tendon":
+        return float(model.tendon_frictionloss[item.id]), tuple(model.tendon_solimp_fri[item.id].tolist())
+    return float(model.dof_frictionloss[dof]), tuple(model.dof_solimp[dof].tolist())
 
 
 def _force_limit(binding: Binding, model: mujoco.MjModel) -> float:

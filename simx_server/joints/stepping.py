@@ -14,9 +14,10 @@ import mujoco
 import numpy as np
 
 from simx_server.joints.kinematic import Kinematic
-from simx_server.joints.position_control import Control, PositionControl, PositionMemory, carries
+from simx_server.joints.motors import Motors, Step
+from simx_server.joints.position_control import Control, PositionControl, PositionMemory
 from simx_server.joints.scripted import Ask, ScriptedJoints
-from simx_server.joints.servo import Entry, Rule, commanded_velocity
+from simx_server.joints.servo import Entry, Rule
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
@@ -63,7 +64,7 @@ class Stepper:
         self._data = data
         self._position = PositionControl(model, data, entries)
         self._springs = _CyclicSprings(entries)
-        self._carrying = _Carrying(entries)
+        self._motors = Motors(model, data, entries)
         self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
@@ -83,8 +84,6 @@ class Stepper:
             after.append(lambda index, count: call(index, count, True))
         if self._position:
             before.append(self._position.control())
-        if self._carrying:
-            before.append(lambda _index, _count: self._carrying.control(data))
         if self._scripted:
             before.append(lambda index, count: self._scripted.control(data, index, count))
         if self._springs:
@@ -93,8 +92,15 @@ class Stepper:
 
     @property
     def is_constant(self) -> bool:
-        """Return whether no controller has to run between the physics steps of a simulation step."""
-        return not (self._position or self._springs or self._carrying or self._kinematic or self._accompany)
+        """Return whether nothing has to run between, or within, the physics steps of a simulation step."""
+        return not (
+            self._motors
+            or self._position
+            or self._springs
+            or self._kinematic
+            or self._accompany
+            or self._scripted
+        )
 
     @property
     def mean_force(self) -> np.ndarray:
@@ -123,7 +129,7 @@ class Stepper:
                 mujoco.mj_step(model, data, len(piece))
             self._force[:] = data.actuator_force
             return
-        step = mujoco.mj_step if within is None else _halved(within)
+        step = self._motors.stepped(within) if self._motors else _halved(within)
         total, sensed, has_cells = self._force, self._sensed, self._has_cells
         force, sensor_values, accumulate = data.actuator_force, data.sensordata, np.add
         before, after = self._before, self._after
@@ -161,7 +167,11 @@ class Stepper:
         self._force[:], self._sensed[:] = memory.forces, memory.sensed
 
 
-def _halved(within: Within) -> Callable[[mujoco.MjModel, mujoco.MjData], None]:
+def _halved(within: Within | None) -> Step:
+    """Return what makes a physics step without motors."""
+    if within is None:
+        return mujoco.mj_step
+
     def step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         mujoco.mj_step1(model, data)
         within(model, data)
@@ -195,23 +205,3 @@ class _CyclicSprings:
         position = data.qpos[self._qpos]
         error = np.remainder(self._target - position + math.pi, 2 * math.pi) - math.pi
         data.ctrl[self._ctrl] = (position + error) * self._gear
-
-
-class _Carrying:
-    """Rigid motors under velocity control: they carry their load beside keeping their velocity.
-
-    Under a load, a velocity servo alone moves; V-REP's motors do not.
-    """
-
-    def __init__(self, entries: Sequence[Entry]) -> None:
-        chosen = [(b, s) for b, s, r in entries if r == Rule.VELOCITY and carries(b, s)]
-        self._dof = np.array([b.dof for b, _ in chosen], dtype=np.intp)
-        self._ctrl = np.array([b.ctrl for b, _ in chosen], dtype=np.intp)
-        self._target = np.array([commanded_velocity(b, s) * b.gear for b, s in chosen])
-        self._share = np.array([b.gear / b.kv for b, _ in chosen])
-
-    def __bool__(self) -> bool:
-        return bool(self._dof.size)
-
-    def control(self, data: mujoco.MjData) -> None:
-        data.ctrl[self._ctrl] = self._target + data.qfrc_bias[self._dof] * self._share

@@ -21,6 +21,7 @@ from simx_server.scene.formats.vrep.conversion.geometry.masks import add_exclusi
 from simx_server.scene.formats.vrep.conversion.geometry.points import add_points
 from simx_server.scene.formats.vrep.conversion.inertia import set_inertia
 from simx_server.scene.formats.vrep.conversion.joints import add_joint
+from simx_server.scene.formats.vrep.conversion.link_contacts import ease_link_contacts
 from simx_server.scene.formats.vrep.conversion.loops import add_links, add_loops
 from simx_server.scene.formats.vrep.conversion.masses import give_masses
 from simx_server.scene.formats.vrep.conversion.old_uis import add_uis
@@ -91,6 +92,7 @@ def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     add_path_plannings(conversion)
     add_settings(conversion)
     give_masses(spec)
+    ease_link_contacts(spec)
     set_physics(conversion)
     set_surroundings(conversion)
     report_inert(conversion)

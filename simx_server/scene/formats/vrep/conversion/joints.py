@@ -24,6 +24,9 @@ _TYPES = {
 _LIMIT = (0.005, 1.0)
 """Time constant (s) and damping ratio of limits: V-REP's joints stop within one of its dynamics steps of 5 ms."""
 
+_LIMIT_IMPEDANCE = (0.99, 0.999, 0.0001)
+"""How hard limits are: 20 N move the light finger of a gripper less than 0.1 mm beyond."""
+
 _LEAST_ARMATURE = 1e-4
 """Inertia (kg m^2, kg) of a joint that moves bodies without mass, so that MuJoCo can compute with it."""
 
@@ -98,6 +101,7 @@ def _limit(joint: Joint, added: Any) -> None:
     added.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     added.range = [low, high]
     added.solref_limit = _LIMIT
+    added.solimp_limit[:3] = _LIMIT_IMPEDANCE
 
 
 def _add_pitch(conversion: Conversion, joint: Joint, body: Any) -> None:

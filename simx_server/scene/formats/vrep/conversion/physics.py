@@ -9,8 +9,8 @@ import mujoco
 from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 
-LONGEST = 0.0025
-"""Longest physics step in seconds. V-REP's engines take 5 ms; motors that hold a velocity need shorter ones here."""
+LONGEST = 0.005
+"""Longest physics step in seconds: that of V-REP's engines."""
 
 _SHORTEST = 0.0002
 
