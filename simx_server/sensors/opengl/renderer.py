@@ -15,6 +15,7 @@ OpenGL context, in which the shader is compiled already.
 """
 
 import copy
+import importlib
 import logging
 from collections.abc import Callable
 
@@ -24,7 +25,15 @@ from numpy.typing import NDArray
 
 from simx_server.sensors.opengl.backend import make_gl_context
 from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
-from simx_server.sensors.vision.image import NO_CODE, PART, CameraView, Picture, RenderError, nothing
+from simx_server.sensors.vision.image import (
+    DEPTH_OFFSET,
+    NO_CODE,
+    PART,
+    CameraView,
+    Picture,
+    RenderError,
+    nothing,
+)
 from simx_server.sensors.vision.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, drawn, near_the_view
 
 logger = logging.getLogger(__name__)
@@ -65,6 +74,7 @@ class OpenGLRenderer:
         self._gl = make_gl_context(backend_name, 16, 16)
         try:
             self._gl.make_current()
+            _offset_depth()
             self._take(model)
             if self._fine.currentBuffer != _OFFSCREEN:
                 raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
@@ -288,6 +298,18 @@ def _drawing(model: mujoco.MjModel, *, is_coarse: bool = False) -> mujoco.MjrCon
     # The buffer holds 1 at the near plane and 0 at the far plane: return it unchanged.
     drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
     return drawing
+
+
+def _offset_depth() -> None:
+    """Draw with V-REP's polygon offset from now on in the current context.
+
+    MuJoCo changes this state only for shadows, which are off.
+    """
+    # Imported late, because a back end must choose PyOpenGL's platform before; OpenGL.GL loads a hundred more modules.
+    gl = importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_1")
+    importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_0").glEnable(gl.GL_POLYGON_OFFSET_FILL)
+    # Negative, because MuJoCo's depth is 1 near and 0 far.
+    gl.glPolygonOffset(-DEPTH_OFFSET, 0.0)
 
 
 def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:

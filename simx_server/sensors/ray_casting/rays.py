@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.sensors.ray_casting.surface import Ids, Points
-from simx_server.sensors.vision.image import CameraView
+from simx_server.sensors.vision.image import DEPTH_OFFSET, CameraView
 from simx_server.sensors.vision.visibility import drawn, near_the_view
 
 _SEEN_GROUP = 0
@@ -100,3 +100,23 @@ class Seeing:
                 )  # fmt: skip
         distances += rays.start
         return geom_ids, distances, normals
+
+    def drawn_depths(self, rays: Rays, depths: NDArray[np.float64], normals: Points) -> NDArray[np.float64]:
+        """Return the depths (n,) in metres that V-REP showed of surfaces: with its polygon offset, at most `far`.
+
+        OpenGL's depth is linear in z (orthographic) or in 1 / z (perspective), so the clip planes cancel out.
+
+        Args:
+            rays: the rays that met the surfaces.
+            depths: where they met them, metres.
+            normals: (n, 3) outward normals there, all towards the eye.
+        """
+        view = self.view
+        _, turn = view.pose(self.data)
+        pixel = 2 * view.half_extent()[0] / view.width
+        tilt = np.abs(normals @ turn[:, :2]).max(axis=1, initial=0.0)
+        tilt /= -np.einsum("ij,ij->i", normals, rays.directions)
+        tilt *= DEPTH_OFFSET * pixel
+        if view.orthographic_size is not None:
+            return np.minimum(depths + tilt, view.far)
+        return depths / np.maximum(1.0 - tilt, depths / view.far)

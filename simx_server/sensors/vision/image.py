@@ -5,6 +5,7 @@ Rules, the same for OpenGL and for ray casting:
 * rows come bottom first, each row left to right (the order of V-REP's image and depth buffers);
 * a surface is seen between the near and the far plane only, both measured along the view axis; beyond the far
   plane RGB is the background and depth is 1, as in V-REP;
+* depth has V-REP's polygon offset, `DEPTH_OFFSET`: a tilted surface is a little farther away than it is;
 * only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces; users see those of `USERS_GROUP` too;
 * geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and do not change the depth;
 * an image of codes instead of colours has one code per pixel, exactly, and see-through geoms are solid in it.
@@ -23,6 +24,12 @@ from simx_server.errors import RenderError as RenderError
 
 MAX_SIDE = 4096
 """Maximum image side in pixels: 4096 x 4096 is 50 MB of RGB; a mistyped size must not exhaust the memory."""
+
+DEPTH_OFFSET = 0.5
+"""Factor of V-REP's polygon offset: how much of the slope of a surface is added to its depth.
+
+The slope is the greater change of OpenGL's depth, 0 near to 1 far, from one pixel to the next across or up.
+"""
 
 NO_CODE = 0xFFFFFF
 """White: the code of pixels without an object, and the background in V-REP's images of handles."""

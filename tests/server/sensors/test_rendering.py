@@ -99,25 +99,67 @@ def test_depth_is_linear_along_the_view_axis(make_renderer) -> None:
         assert metres[corner] == pytest.approx(4.0, abs=1e-3)
 
 
-def test_depth_matches_the_geometry_within_a_grey_level(make_renderer) -> None:
-    xml = """
+@pytest.mark.parametrize("orthographic_size", [None, 3.0])
+@pytest.mark.parametrize("euler", ["0 0 0", "20 5 0", "-10 62 0"])
+def test_depth_of_a_plane_is_as_much_farther_as_half_its_slope(
+    make_renderer, euler: str, orthographic_size: float | None
+) -> None:
+    xml = f"""
     <mujoco><worldbody>
-      <geom type="plane" size="0 0 0.1" pos="0 0 -0.3" euler="20 5 0"/>
+      <geom type="plane" size="0 0 0.1" pos="0 0 -1" euler="{euler}"/>
       <camera name="eye" pos="0 0 1"/>
     </worldbody></mujoco>
     """
     model, data = load(xml)
-    view = dataclasses.replace(FRONT, near=0.01, far=3.5)
-    depth = make_renderer(model).render(data, view, rgb=False, depth=True).depth
+    view = dataclasses.replace(FRONT, near=0.01, far=6.0, orthographic_size=orthographic_size)
+    renderer = make_renderer(model)
+    renderer.turn_to(model)
+    depth = renderer.render(data, view, rgb=False, depth=True).depth
     half_width, half_height = view.half_extent()
-    x = half_width * ((np.arange(view.width) + 0.5) * 2 / view.width - 1)
-    y = half_height * ((np.arange(view.height) + 0.5) * 2 / view.height - 1)
+    x = half_width * ((np.arange(view.width) + 0.5) * 2 / view.width - 1)[np.newaxis, :]
+    y = half_height * ((np.arange(view.height) + 0.5) * 2 / view.height - 1)[:, np.newaxis]
     normal = data.geom_xmat[0].reshape(3, 3)[:, 2]
-    distance = ((data.geom_xpos[0] - data.cam_xpos[0]) @ normal) / (
-        x[np.newaxis, :] * normal[0] + y[:, np.newaxis] * normal[1] - normal[2]
-    )
-    expected = (distance - view.near) / (view.far - view.near)
-    assert np.abs(depth - expected).max() < ONE_GREY_LEVEL / 10
+    if orthographic_size is None:
+        exact = 2.0 * normal[2] / (normal[2] - x * normal[0] - y * normal[1])
+        window = view.far / (view.far - view.near) * (1.0 - view.near / exact)
+    else:
+        exact = 2.0 + (x * normal[0] + y * normal[1]) / normal[2]
+        window = (exact - view.near) / (view.far - view.near)
+    slopes = [np.abs(np.diff(window, axis=axis)).max() for axis in (0, 1)]  # the same everywhere on a plane
+    window = np.minimum(window + 0.5 * max(slopes), 1.0)
+    if orthographic_size is None:
+        expected = view.far * view.near / (view.far - window * (view.far - view.near))
+    else:
+        expected = view.near + window * (view.far - view.near)
+    expected[(exact < view.near) | (exact > view.far)] = view.far
+    metres = view.near + depth * (view.far - view.near)
+    assert np.abs(metres - expected).max() < 1e-4
+
+
+@pytest.mark.parametrize(("below", "colour"), [(0.25, "wall"), (0.75, "floor")])
+def test_the_polygon_offset_moves_the_line_where_a_floor_meets_a_wall_by_half_a_pixel(
+    opengl_name: str, below: float, colour: str
+) -> None:
+    pixel = 2 * FRONT.half_extent()[1] / FRONT.height
+    # The line is `below` pixels above the middle of the pixels of row 39.
+    distance = 1.0 / ((60 - 39.5 - below) * pixel)
+    xml = f"""
+    <mujoco><worldbody>
+      <geom type="box" size="9 9 0.1" pos="0 0 -1.1" rgba="0 1 0 1"/>
+      <geom type="box" size="9 0.1 9" pos="0 {distance + 0.1} 0" rgba="1 0 0 1"/>
+      <camera name="eye" xyaxes="1 0 0 0 0 1"/>
+    </worldbody></mujoco>
+    """
+    model, data = load(xml)
+    renderer = OpenGLRenderer(model, opengl_name)
+    try:
+        rgb = both(renderer.render(data, FRONT, rgb=True, depth=True)).rgb
+    finally:
+        renderer.close()
+    red, green, _ = rgb[39, 80].astype(int)
+    assert (red > green) == (colour == "wall")
+    assert rgb[40, 80, 0] > rgb[40, 80, 1]
+    assert rgb[38, 80, 1] > rgb[38, 80, 0]
 
 
 def test_beyond_the_far_plane_there_is_background_and_depth_one(make_renderer) -> None:
