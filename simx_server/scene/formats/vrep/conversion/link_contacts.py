@@ -55,7 +55,9 @@ def ease_link_contacts(spec: mujoco.MjSpec) -> None:
             continue
         pairs = [(one, other) for one, other in combinations(parts, 2) if _may_touch(one, other)]
         for (one, other), distance in _near(spec, pairs):
-            pair = spec.add_pair(name=f"{INTERNAL}links:{number}", margin=min(distance, 0.0) - _ROOM)
+            overlap = max(-distance, 0.0) + _ROOM
+            # The gap lets MuJoCo measure from a distance of 0 on: it measures none below.
+            pair = spec.add_pair(name=f"{INTERNAL}links:{number}", margin=-overlap, gap=overlap)
             pair.geomname1, pair.geomname2 = _named(one.geom), _named(other.geom)
             _mix(pair, one.geom, other.geom)
             number += 1

@@ -21,10 +21,11 @@ from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add
 from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks, is_flat
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
 from simx_server.scene.formats.vrep.conversion.geometry.meshes import LEAST_EXTENT, Meshes
-from simx_server.scene.formats.vrep.conversion.geometry.primitives import form_of, looks_round
+from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form, form_of, looks_round
 from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces
 from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import ends_within
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Points, is_convex, sound
+from simx_server.scene.formats.vrep.conversion.geometry.wheels import is_wheel
 from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape
 from simx_server.scene.geometry.poses import NO_TURN, Pose, compose, normalised
 from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
@@ -94,19 +95,30 @@ class _Builder:
             self._add_field(leaf, name)
             return
         form = form_of(leaf)
+        rolling = None
+        if (
+            form is not None
+            and self._contact is not None
+            and is_wheel(self._conversion, self._shape, leaf, self._body)
+        ):
+            radius, half_width = form.size[:2]
+            rolling = Form(mujoco.mjtGeom.mjGEOM_ELLIPSOID, (radius, radius, half_width))
         is_textured = self._looks.has_texture(leaf, self._name)
         if form is not None and not is_textured and looks_round(leaf) and not leaf.is_wireframe:
             geom = self._geom(leaf, SEEN, type=form.type, size=form.size)
             # The sheen of a box lies beside that of V-REP; a round geom's does not.
             is_box = form.type == mujoco.mjtGeom.mjGEOM_BOX
             geom.material = self._looks.material_of(leaf, is_flat=is_box, texture=False)
-            self._collide(geom)
+            if rolling is None:
+                self._collide(geom)
+            else:
+                self._collide(self._geom(leaf, HIDDEN, type=rolling.type, size=rolling.size))
             return
         shown = self._show(leaf, name, textured=is_textured)
         if self._contact is None:
             return
-        if form is not None:
-            self._collide(self._geom(leaf, HIDDEN, type=form.type, size=form.size))
+        if (solid := rolling or form) is not None:
+            self._collide(self._geom(leaf, HIDDEN, type=solid.type, size=solid.size))
         else:
             self._add_solids(leaf, name, shown)
 

@@ -1,0 +1,52 @@
+"""Wheels: cylinders that roll on the ground touch it at one point, in the middle of their width.
+
+V-REP's engines give the two ends of the line of contact the same friction, and wheels turn a robot about their
+middles. MuJoCo's contacts creep under load, and unequally: two points per wheel brake a turn by some per cent, and let
+a straight drive rattle. An ellipsoid as wide as the wheel rolls as the wheel does.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simx_server.scene.formats.vrep.conversion.context import Conversion
+from simx_server.scene.formats.vrep.objects import Joint, JointType, Leaf, Primitive, Shape
+from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, normalised, rotate
+
+_COAXIAL = 1e-3
+"""Metres between a wheel's centre and its joint's axis, and sine of the angle between their directions."""
+
+_WIDEST = 0.8
+"""Width of a wheel, in diameters; a wider cylinder is a roller, on which things lie."""
+
+_LEVEL = 0.5
+"""Vertical part of the direction of a wheel's axis; with more, the cylinder is a turntable."""
+
+
+def is_wheel(conversion: Conversion, shape: Shape, leaf: Leaf, body: Any) -> bool:
+    """Return whether a leaf of a shape is a cylinder that its joint turns about a level axis, its own.
+
+    Args:
+        body: the shape's body in the spec.
+    """
+    joint = conversion.file.objects.get(shape.parent)
+    if leaf.primitive != Primitive.CYLINDER or not isinstance(joint, Joint) or not shape.is_dynamic:
+        return False
+    width, diameter = leaf.size[2], max(leaf.size[:2])
+    if joint.type != JointType.REVOLUTE or width > _WIDEST * diameter:
+        return False
+    (x, y, _), turn = compose(shape.pose, leaf.pose)
+    across = rotate(turn, (0.0, 0.0, 1.0))
+    if max(abs(x), abs(y), abs(across[0]), abs(across[1])) > _COAXIAL:
+        return False
+    _, world = compose(_pose_in_world(body), leaf.pose)
+    return abs(rotate(world, (0.0, 0.0, 1.0))[2]) <= _LEVEL
+
+
+def _pose_in_world(body: Any) -> Pose:
+    pose = IDENTITY
+    while body.name != "world":
+        x, y, z = body.pos.tolist()
+        pose = compose(((x, y, z), normalised(body.quat)), pose)
+        body = body.parent
+    return pose
