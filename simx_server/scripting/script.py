@@ -115,6 +115,9 @@ class Script:
     starts_enabled: bool = True
     """A script that was disabled while it did not run does not start until it is enabled."""
 
+    joint_bases: bool = False
+    """A pose relative to a joint is one in its fixed frame, as before CoppeliaSim 4.0.1; else in its moving frame."""
+
     active_in_run: bool = True
     """Whether a customization script is called during a run."""
 

@@ -402,6 +402,7 @@ class Scripts(Part):
             threaded=bool(note.get("threaded", False)),
             enabled=bool(note.get("enabled", True)),
             starts_enabled=bool(note.get("enabled", True)),
+            joint_bases=bool(note.get("joint_bases", False)),
         )
         self._next_handle += 1
         self._scripts.append(script)

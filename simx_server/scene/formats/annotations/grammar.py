@@ -174,7 +174,13 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "distance": {"entity1": str, "entity2": str, "explicit": switch},
     "parameters": {},
     "data": {},
-    "script": {"file": str, "type": one_of(*SCRIPT_TYPES), "threaded": switch, "enabled": switch},
+    "script": {
+        "file": str,
+        "type": one_of(*SCRIPT_TYPES),
+        "threaded": switch,
+        "enabled": switch,
+        "joint_bases": switch,
+    },
     **{kind: {} for kind in TEXT_KINDS},
     "planning": {
         "path": str,

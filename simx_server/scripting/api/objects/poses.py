@@ -14,6 +14,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers.objects import poses as handlers
 from simx_server.scene.geometry import frames, poses
 from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.matrices import as_numbers, as_pose
 
@@ -38,28 +39,28 @@ class PoseFunctions(ApiPart):
     )
 
     def getObjectPosition(self, handle: int, relative_to: int = -1) -> list[float]:
-        return handlers.get_object_position(self._world, self._plain(handle), self._self(relative_to))
+        return handlers.get_object_position(self._world, *self._both(handle, relative_to))
 
     def setObjectPosition(
         self, handle: int, relative_to: int | list[float], position: list[float] | int = -1
     ) -> int:
         value, reference = _ordered(relative_to, position, "a position")
-        handlers.set_object_position(self._world, self._plain(handle), self._self(reference), value)
+        handlers.set_object_position(self._world, *self._both(handle, reference), value)
         return 1
 
     def getObjectOrientation(self, handle: int, relative_to: int = -1) -> list[float]:
         """Return Euler angles."""
-        return handlers.get_object_orientation(self._world, self._plain(handle), self._self(relative_to))
+        return handlers.get_object_orientation(self._world, *self._both(handle, relative_to))
 
     def setObjectOrientation(
         self, handle: int, relative_to: int | list[float], euler: list[float] | int = -1
     ) -> int:
         value, reference = _ordered(relative_to, euler, "Euler angles")
-        handlers.set_object_orientation(self._world, self._plain(handle), self._self(reference), value)
+        handlers.set_object_orientation(self._world, *self._both(handle, reference), value)
         return 1
 
     def getObjectQuaternion(self, handle: int, relative_to: int = -1) -> list[float]:
-        quat = handlers.get_object_quaternion(self._world, self._plain(handle), self._self(relative_to))
+        quat = handlers.get_object_quaternion(self._world, *self._both(handle, relative_to))
         return _w_first(quat) if _is_w_first(handle) else quat
 
     def setObjectQuaternion(
@@ -68,7 +69,7 @@ class PoseFunctions(ApiPart):
         value, reference = _ordered(relative_to, quaternion, "a quaternion")
         if _is_w_first(handle):
             value = _w_last(value)
-        handlers.set_object_quaternion(self._world, self._plain(handle), self._self(reference), value)
+        handlers.set_object_quaternion(self._world, *self._both(handle, reference), value)
         return 1
 
     def getObjectPose(self, handle: int, relative_to: int = -1) -> list[float]:
@@ -80,7 +81,7 @@ class PoseFunctions(ApiPart):
         value, reference = _ordered(relative_to, pose, "a pose")
         if _is_w_first(handle):
             value = [*value[:3], *_w_last(value[3:])]
-        handlers.set_object_pose(self._world, self._plain(handle), self._self(reference), as_pose(value))
+        handlers.set_object_pose(self._world, *self._both(handle, reference), as_pose(value))
         return 1
 
     def getObjectMatrix(self, handle: int, relative_to: int = -1) -> list[float]:
@@ -91,7 +92,7 @@ class PoseFunctions(ApiPart):
     ) -> int:
         value, reference = _ordered(relative_to, matrix, "a matrix")
         pose = frames.pose_from_matrix12(value)
-        handlers.set_object_pose(self._world, self._plain(handle), self._self(reference), pose)
+        handlers.set_object_pose(self._world, *self._both(handle, reference), pose)
         return 1
 
     def getObjectVelocity(self, handle: int) -> tuple[list[float], list[float]]:
@@ -118,10 +119,24 @@ class PoseFunctions(ApiPart):
         """Return the handle without the flag for the order of a quaternion's numbers."""
         return self._self(handle & ~_WXYZ if _is_w_first(handle) else handle)
 
+    def _both(self, handle: int, relative_to: int) -> tuple[int, int]:
+        """Return the handle, with the flag for a joint's fixed frame where the script means that, and the reference."""
+        plain, reference = self._plain(handle), self._self(relative_to)
+        if self._script.joint_bases and plain > 0:
+            parent = (
+                reference
+                if reference != frames.PARENT
+                else self._sim.scene.get(plain & ~frames.JOINT_BASE_FLAG).parent
+            )
+            item = self._sim.scene.objects.get(parent)
+            if item is not None and item.kind == ObjectKind.JOINT:
+                plain |= frames.JOINT_BASE_FLAG
+        return plain, reference
+
     def _pose(self, handle: int, relative_to: int) -> Pose:
         if relative_to == _INVERSE:
             return poses.inverse(frames.get_pose(self._sim, self._plain(handle)))
-        return frames.get_pose(self._sim, self._plain(handle), self._self(relative_to))
+        return frames.get_pose(self._sim, *self._both(handle, relative_to))
 
 
 def _is_w_first(handle: int) -> bool:

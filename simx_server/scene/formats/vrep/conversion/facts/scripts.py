@@ -20,6 +20,9 @@ from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import (
 from simx_server.scene.formats.vrep.objects import Joint, Script
 from simx_server.scene.formats.vrep.script_needs import needs_of
 
+_MOVING_FRAMES = (4, 0, 1)
+"""First version in which a pose relative to a joint is one in its moving frame."""
+
 _CONTACT_OBJECT = "contactCallbackScript"
 """Name of the script object that is made for a contact call-back script, which has none in the file."""
 
@@ -87,6 +90,7 @@ def _add(conversion: Conversion, script: Script, name: str) -> None:
     if script.type != MAIN:
         options = {"threaded": True} if script.is_threaded else {}
         options |= {"enabled": False} if script.is_disabled else {}
+        options |= {"joint_bases": True} if conversion.file.program < _MOVING_FRAMES else {}
         if options:
             conversion.annotate("script", f"{kind}{name}", **options)
         values = {parameter: value for parameter, _, value in script.parameters if parameter}
