@@ -232,6 +232,7 @@ def _track_of(note: Annotation) -> Track:
         is_closed=bool(note.get("closed", False)),
         method=Method[str(note.get("length", "distance_or_angle")).upper()],
         angle_to_length=float(note.get("angle_to_length", LENGTH_PER_ANGLE)),
+        virtual_to_length=float(note.get("virtual_to_length", 1.0)),
         follows_curve=orientation != ORIENTATIONS[0],
         keeps_x_up=orientation == ORIENTATIONS[2],
         is_flat=bool(note.get("flat", False)),
@@ -250,14 +251,14 @@ def _track_of(note: Annotation) -> Track:
 
 
 def _control_point(numbers: Sequence[float]) -> ControlPoint:
-    x, y, z, qw, qx, qy, qz, before, after, count, pause, velocity, flags, *channels = numbers
+    x, y, z, qw, qx, qy, qz, before, after, count, virtual, velocity, flags, *channels = numbers
     a, b, d, e = channels
     return ControlPoint(
         ((x, y, z), normalised((qw, qx, qy, qz))),
         before,
         after,
         int(count),
-        max(0.0, pause),
+        max(0.0, virtual),
         velocity,
         int(flags),
         (a, b, d, e),

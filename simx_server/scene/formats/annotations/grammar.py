@@ -133,6 +133,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
             "distance", "angle", "larger", "sum", "root", "distance_or_angle", "angle_or_distance"
         ),
         "angle_to_length": not_negative,
+        "virtual_to_length": not_negative,
         "orientation": one_of("points", "curve", "curve_x_up"),
         "flat": switch,
         "position": number,

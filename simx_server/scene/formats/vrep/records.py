@@ -167,6 +167,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Cl0": "list color",
         "Jm2": "2f",  # position, nominal velocity
         "Av3": "fi",  # metres per radian, method of lengths
+        "Av9": "f",  # metres per unit of virtual distance
         "Pat": "list path point",
     },
     "path point": {

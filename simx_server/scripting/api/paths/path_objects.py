@@ -124,7 +124,7 @@ def _share(share: float) -> float:
 
 
 def _control_point(numbers: list[float]) -> ControlPoint:
-    velocity, pause, count, before, after, *more = numbers[6:]
+    velocity, virtual, count, before, after, *more = numbers[6:]
     flags, a, b, d, e = more or (0.0, 0.0, 0.0, 0.0, 0.0)
     turn = quat_from_euler(vector(numbers[3:6], "Euler angles"))
     return ControlPoint(
@@ -132,7 +132,7 @@ def _control_point(numbers: list[float]) -> ControlPoint:
         min(max(before, 0.0), 1.0),
         min(max(after, 0.0), 1.0),
         int(min(max(count, 1), _MOST_COUNT)),
-        max(0.0, pause),
+        max(0.0, virtual),
         velocity,
         int(flags),
         (a, b, d, e),

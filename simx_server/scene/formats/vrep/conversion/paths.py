@@ -81,6 +81,7 @@ def _annotate(conversion: Conversion, path: Path, name: str) -> None:
         closed=True if rules.is_closed else None,
         length=rules.method.name.lower(),
         angle_to_length=rules.angle_to_length,
+        virtual_to_length=rules.virtual_to_length if rules.virtual_to_length != 1.0 else None,
         orientation=orientation,
         flat=True if rules.is_flat else None,
         position=path.position if path.position else None,
@@ -92,9 +93,9 @@ def _numbers_of(point: PathPoint) -> tuple[float, ...]:
     """Return a control point's numbers in the order of the annotation."""
     before, after = (min(max(factor, 0.0), 1.0) for factor in point.bezier)
     count = min(max(point.bezier_points, 1), _MOST_COUNT)
-    pause = max(0.0, point.virtual_distance)
+    virtual = max(0.0, point.virtual_distance)
     place, turn = point.pose
-    return (*place, *turn, before, after, count, pause, point.velocity, point.flags, *point.channels)
+    return (*place, *turn, before, after, count, virtual, point.velocity, point.flags, *point.channels)
 
 
 def _rules_of(path: Path) -> Rules:
@@ -103,6 +104,7 @@ def _rules_of(path: Path) -> Rules:
         is_closed=path.is_closed,
         method=Method(path.length_method) if path.length_method in set(Method) else Method.DISTANCE_OR_ANGLE,
         angle_to_length=max(0.0, path.angle_to_length),
+        virtual_to_length=max(0.0, path.virtual_to_length),
         follows_curve=bool(bits & c.sim_pathproperty_automatic_orientation),
         keeps_x_up=bool(bits & c.sim_pathproperty_keep_x_up),
         is_flat=bool(bits & c.sim_pathproperty_flat_path),

@@ -35,6 +35,7 @@ def fill_path(path: Path, own: Chunks, reading: Reading) -> None:
     path.color = material_of(points.child("Cl0"))
     path.position, path.target_velocity = points.reals("Jm2", 0.0, 0.0)
     (path.angle_to_length,) = points.reals("Av3", path.angle_to_length)
+    (path.virtual_to_length,) = points.reals("Av9", path.virtual_to_length)
     (path.length_method,) = points.ints("Av3", path.length_method)
     for each in points.each("Pat"):
         values = each.reals("At2")

@@ -50,6 +50,8 @@ class Path(VrepObject):
     """How lengths follow from distances and angles: `sim_distcalcmethod_*`."""
     angle_to_length: float = 0.1 / (math.pi / 2)
     """Metres per radian."""
+    virtual_to_length: float = 1.0
+    """Metres per unit of the points' virtual distance."""
 
 
 @dataclass(kw_only=True)
