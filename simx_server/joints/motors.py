@@ -63,7 +63,8 @@ class Motors:
         self._velocity = np.zeros(len(bindings))
         self._of_joints, self._of_tendons = self._velocity[: len(joints)], self._velocity[len(joints) :]
         self._wanted = np.zeros(len(bindings))
-        self._with_friction = [b for b in bindings if b.friction > 0]
+        self._with_friction = [(place, b) for place, b in enumerate(bindings) if b.friction > 0]
+        self._stuck: list[int] = []
 
     def __bool__(self) -> bool:
         return bool(self._bindings)
@@ -112,6 +113,8 @@ class Motors:
         data.ctrl.take(self._ctrl, out=wanted, mode="clip")
         if self._has_gear:
             np.divide(wanted, self._gear, wanted)
+        if self._with_friction:
+            wanted[self._stuck] = 0.0
         np.subtract(wanted, velocity, wanted)
         # A command out of reach asks for the maximum force; greater numbers would cost the solver its digits.
         np.clip(wanted, -MOST_VELOCITY, MOST_VELOCITY, out=wanted)
@@ -128,8 +131,15 @@ class Motors:
     def _resist(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let the friction of the joints themselves act against the commanded motion.
 
-        Their constraint is the motor's now, so the friction becomes a force of the actuator.
+        Their constraint is the motor's now, so the friction becomes a force of the actuator. A motor that is weaker than
+        the friction moves nothing: then the constraint has the force of the friction, see `write_motor_force`.
         """
-        for binding in self._with_friction:
-            direction = np.sign(data.ctrl[binding.ctrl] * binding.gear)
-            model.actuator_biasprm[binding.actuator, 0] = -binding.friction * direction / binding.gear
+        self._stuck = []
+        for place, binding in self._with_friction:
+            tendon = binding.element == "tendon"
+            most = model.tendon_frictionloss[binding.id] if tendon else model.dof_frictionloss[binding.dof]
+            resistance = binding.friction * np.sign(data.ctrl[binding.ctrl] * binding.gear)
+            if most <= binding.friction:
+                self._stuck.append(place)
+                resistance = 0.0
+            model.actuator_biasprm[binding.actuator, 0] = -resistance / binding.gear

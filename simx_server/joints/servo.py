@@ -151,7 +151,11 @@ def write_force_limit(binding: Binding, state: JointState, rule: Rule, model: mu
 
 
 def write_motor_force(binding: Binding, most: float, model: mujoco.MjModel) -> None:
-    """Write the maximum force of a motor, N or N m; a limit of the joint itself in the file holds too."""
+    """Write the maximum force of a motor, N or N m; a limit of the joint itself in the file holds too.
+
+    A motor below the joint's own friction becomes a constraint with the force of the friction (`motors.py`).
+    """
+    most = max(most, binding.friction)
     if binding.element == "tendon":
         model.tendon_frictionloss[binding.id] = max(most, _LEAST_FORCE)
         return
