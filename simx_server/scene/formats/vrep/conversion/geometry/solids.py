@@ -1,33 +1,41 @@
 """Convex solids that collide in place of a mesh: MuJoCo's geoms are convex.
 
-* A convex mesh collides itself.
-* A flat one, and a plane or a disc, collides as a thin slab behind its surface.
-* Any other is cut into its unconnected parts. One that is closed and not convex is decomposed, when the library for
-  that is installed; one that is open and has a few flat sides collides as a slab behind each of them.
-* What remains collides as its convex hull.
+A mesh is cut into its unconnected parts. A convex one collides itself, a flat one as thin solids behind its surface.
+Any other one that
+
+* is closed and consists of boxes, or is an outline with a height: as these boxes or columns, which fill it exactly
+* is static: as thin solids behind its surface
+* is closed and moves: as convex parts by a library, when that is installed
+* moves, and has few flat sides: as thin solids behind them; else as its convex hull
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+import sys
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.formats.vrep.conversion.geometry.boxes import as_boxes
 from simx_server.scene.formats.vrep.conversion.geometry.decomposition import decompose
+from simx_server.scene.formats.vrep.conversion.geometry.extrusions import as_columns
+from simx_server.scene.formats.vrep.conversion.geometry.facets import facets_of
+from simx_server.scene.formats.vrep.conversion.geometry.prisms import DEEPEST, SHEET, prisms
+from simx_server.scene.formats.vrep.conversion.geometry.simplifying import simplified
 from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     Faces,
     Points,
     area_vectors,
     connected,
-    flat_regions,
     is_closed,
     is_convex,
     normals_of,
     sound,
     thickness,
+    volume_of,
     welded,
 )
 from simx_server.scene.formats.vrep.objects import Leaf
@@ -39,16 +47,33 @@ _PLAIN = (1e-3, 1e3, 1e-2)
 """Sizes in metres between which, and a thickness in sizes from which on, points surely have a hull."""
 
 _FULL = 0.9
-"""Part of its convex hull's volume from which on a mesh collides as the hull: V-REP's bevels and grooves."""
+"""Part of its convex hull's volume from which on a moving mesh collides as the hull: V-REP's bevels and grooves."""
 
-SLAB = 0.002
-"""Thickness in metres of the slab that collides in place of a surface."""
+_NEARLY_ALL = 0.999
+"""The same of a static one, whose grooves cost little."""
+
+MOST_STATIC = 2000
+"""Most convex solids of one static leaf; a mesh that needs more is simplified."""
+
+_MOST_FACES = 40_000
+"""Most faces of a static leaf that is tried without being simplified."""
+
+MOST_MOVING = 32
+"""Most convex solids of one moving part, unless no better ones are known."""
 
 MOST_PARTS = 256
-"""Most convex solids of one leaf; a mesh with more unconnected parts collides as its hull."""
+"""Most unconnected parts of one moving leaf, and most solids of one of them; one with more collides as its hull."""
 
-MOST_SLABS = 32
-"""Most slabs of one open part; one with more flat regions collides as its hull."""
+
+class Form(NamedTuple):
+    """What collides in place of a mesh."""
+
+    solids: list[Points]
+    """(n, 3) points of each convex solid, in the leaf's frame."""
+    is_exact: bool
+    """Whether they fill it exactly enough; if not, some are hulls."""
+    moved: float = 0.0
+    """Metres by which the surface was moved at most, to simplify it."""
 
 
 def is_flat(points: Points) -> bool:
@@ -63,49 +88,104 @@ def is_flat(points: Points) -> bool:
     return length <= _FLAT * size * size or float(np.ptp(away @ normal)) <= _FLAT * size * length
 
 
-def slab(points: Points, faces: Faces) -> Points:
-    """Return the points of a solid with a flat mesh as its front: below it, seen from where its faces look."""
-    points, faces = _compact(points, faces)
-    middle, across, _ = thickness(points)
-    if (normals_of(points, faces) @ across).sum() < 0:
-        across = -across
-    flat = points - np.outer((points - middle) @ across, across)
-    return np.concatenate([flat, flat - SLAB * across]).astype(np.float32)
+def solids_of(leaf: Leaf, *, moves: bool, label: str = "") -> Form:
+    """Return the convex solids that collide in place of a mesh that is flat, or not convex.
 
-
-def solids_of(leaf: Leaf) -> tuple[list[Points], bool]:
-    """Return the points of the convex solids that collide in place of a mesh that is not convex.
-
-    Returns:
-        (n, 3) points of each, in the leaf's frame; whether they fill it exactly enough. If not, they are hulls.
+    Args:
+        moves: something moves the mesh. Solids of a static one cost little, so it may have many.
+        label: what messages call the mesh.
     """
     faces = leaf.triangles[sound(leaf.vertices, leaf.triangles)]
     number = connected(leaf.vertices, faces)
-    parts = [faces[number == each] for each in range(int(number.max(initial=-1)) + 1)]
-    if len(parts) > MOST_PARTS:
-        return [_used(leaf.vertices, faces)], False
-    found: list[Points] = []
-    is_exact = True
-    for part in parts:
-        points = _used(leaf.vertices, part)
-        if is_flat(points):
-            found.append(slab(leaf.vertices, part))
-        elif is_convex(leaf.vertices, part) or _fills_its_hull(leaf.vertices, part):
-            found.append(points)
-        elif (several := _pieces(leaf.vertices, part)) is not None:
-            found += several
-        else:
-            is_exact = False
-            found.append(points)
-    return found, is_exact
+    count = int(number.max(initial=-1)) + 1
+    if moves:
+        if count > MOST_PARTS:
+            return Form([_used(leaf.vertices, faces)], is_exact=False)
+        found = [_moving(leaf.vertices, faces[number == each], label) for each in range(count)]
+        return Form([one for each in found for one in each.solids], all(each.is_exact for each in found))
+    solids: list[Points] = []
+    for each in range(count if count <= MOST_STATIC and len(faces) <= _MOST_FACES else 0):
+        solids += _static(leaf.vertices, faces[number == each])
+        if len(solids) > MOST_STATIC:
+            break
+    if 0 < len(solids) <= MOST_STATIC:
+        return Form(solids, is_exact=True)
+    points, fewer, moved = simplified(leaf.vertices, faces, MOST_STATIC)
+    return Form(_behind(points, fewer, deepest=max(moved, SHEET)), is_exact=True, moved=moved)
 
 
-def _pieces(points: Points, faces: Faces) -> list[Points] | None:
-    """Return the points of convex solids that collide in place of a part that is not convex; None: none are known."""
+def _static(points: Points, faces: Faces) -> list[Points]:
+    """Return the solids of a part that nothing moves: exactly its form."""
+    plain = _plain(points, faces, _NEARLY_ALL)
+    if plain is not None:
+        return plain
+    if not is_closed(points, faces):
+        return _behind(points, faces)
+    body = _outwards(points, faces)
+    return as_boxes(*body) or as_columns(*body) or _behind(*body)
+
+
+def _moving(points: Points, faces: Faces, label: str) -> Form:
+    """Return the solids of a part that moves: few, for each meets many others."""
+    plain = _plain(points, faces, _FULL)
+    if plain is not None:
+        return Form(plain, is_exact=True)
+    exact: list[Points] | None = None
     if is_closed(points, faces):
-        return decompose(*_compact(*welded(points, faces)))
-    regions = flat_regions(points, faces, MOST_SLABS)
-    return None if regions is None else [slab(points, region) for region in regions]
+        body = _outwards(points, faces)
+        exact = as_boxes(*body) or as_columns(*body)
+        if exact is not None and len(exact) <= MOST_MOVING:
+            return Form(exact, is_exact=True)
+        parts = decompose(*body, label)
+        if parts is not None:
+            return Form(parts, is_exact=True)
+    if exact is None and len(faces) <= MOST_PARTS:
+        exact = _behind(points, faces, most=MOST_MOVING)
+    if exact and len(exact) <= MOST_PARTS:
+        return Form(exact, is_exact=True)
+    return Form([_used(points, faces)], is_exact=False)
+
+
+def _plain(points: Points, faces: Faces, share: float) -> list[Points] | None:
+    """Return the solids of a part that is flat, or convex; None for any other.
+
+    Args:
+        share: part of its convex hull from which on it counts as convex.
+    """
+    used = _used(points, faces)
+    if is_flat(used):
+        return _sheets(points, faces)
+    if is_convex(points, faces) or _fills_its_hull(points, faces, share):
+        return [used]
+    return None
+
+
+def _sheets(points: Points, faces: Faces) -> list[Points]:
+    """Return solids with a flat mesh as their front: below it, seen from where most of its faces look."""
+    points, faces = welded(*_compact(points, faces))
+    middle, across, _ = thickness(points)
+    looking = normals_of(points, faces) @ across
+    if (looking * np.linalg.norm(area_vectors(points, faces), axis=1)).sum() < 0:
+        across, looking = -across, -looking
+    faces = np.where(looking[:, np.newaxis] < 0, faces[:, ::-1], faces)
+    _, once = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    flat = (points - np.outer((points - middle) @ across, across)).astype(np.float32)
+    faces = faces[np.sort(once)]
+    return prisms(facets_of(flat, faces[sound(flat, faces)]), flat, faces, is_closed=False)
+
+
+def _behind(points: Points, faces: Faces, most: int = sys.maxsize, deepest: float = DEEPEST) -> list[Points]:
+    """Return solids behind each facet of a surface; none where there are more."""
+    facets = facets_of(points, faces)
+    if len(facets) > most:
+        return []
+    return prisms(facets, points, faces, is_closed=is_closed(points, faces), deepest=deepest)
+
+
+def _outwards(points: Points, faces: Faces) -> tuple[Points, Faces]:
+    """Return a closed part by itself, with faces that look outwards."""
+    points, faces = welded(*_compact(points, faces))
+    return points, faces if volume_of(points, faces) > 0 else np.ascontiguousarray(faces[:, ::-1])
 
 
 def has_hull(points: Points) -> bool:
@@ -115,13 +195,11 @@ def has_hull(points: Points) -> bool:
     return is_plain or _hull_volume(points) < math.inf
 
 
-def _fills_its_hull(points: Points, faces: Faces) -> bool:
-    """Return whether a closed mesh fills nearly all of its convex hull."""
+def _fills_its_hull(points: Points, faces: Faces, share: float) -> bool:
+    """Return whether a closed mesh fills this share of its convex hull."""
     if not is_closed(points, faces):
         return False
-    starts = points[faces[:, 0]] - points.mean(axis=0)
-    volume = abs(float(np.einsum("ij,ij->", starts, area_vectors(points, faces)))) / 3
-    return volume >= _FULL * _hull_volume(_used(points, faces))
+    return abs(volume_of(points, faces)) >= share * _hull_volume(_used(points, faces))
 
 
 def _hull_volume(points: Points) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from vrep_concave import bowl
 from vrep_meshes import mesh_of
 from vrep_shapes import box_leaf, compiled, converted, cube, file_of, mesh_leaf, settled, shape_of
 
@@ -95,9 +96,8 @@ def test_mesh_that_is_not_convex_collides_by_hidden_solids(monkeypatch: pytest.M
     assert groups(model) == [SEEN, HIDDEN, HIDDEN]
     assert model.geom_contype.tolist() == [0, 1, 1]
     assert not conversion.report.approximated
-    dented = points.copy()
-    dented[0] = 0.2, 0.2, 0.2
-    conversion = converted(file_of(solid(mesh_leaf(dented, faces))))
+    moving = solid(mesh_leaf(*bowl()), is_dynamic=True, mass=1.0, inertia=(0.1, 0.1, 0.1))
+    conversion = converted(file_of(moving))
     ((sentence, names),) = conversion.report.approximated.items()
     assert "convex hulls" in sentence
     assert "coacd" in sentence
