@@ -57,7 +57,7 @@ def bowl(rings: int = 6, around: int = 16, radius: float = 0.5, wall: float = 0.
             for ring in range(start, start + (rings - 1) * around, around):
                 c, d = ring + around + b, ring + around + a
                 some += [(ring + a, ring + b, c), (ring + a, c, d)]
-            faces += [face[::-1] for face in some] if side else some
+            faces += [(z, y, x) for x, y, z in some] if side else some
     rim = (rings - 1) * around
     for a in range(rim, rim + around):
         b = rim + (a + 1 - rim) % around

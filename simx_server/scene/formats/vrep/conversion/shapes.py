@@ -13,11 +13,14 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry import solids
 from simx_server.scene.formats.vrep.conversion.geometry.abilities import annotate_abilities
-from simx_server.scene.formats.vrep.conversion.geometry.boxes import box_around, box_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import solids
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import box_around, box_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import (
+    how_to_install,
+    is_available,
+)
 from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
-from simx_server.scene.formats.vrep.conversion.geometry.decomposition import how_to_install, is_available
 from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add_height_field
 from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks, is_flat
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
@@ -151,7 +154,7 @@ class _Builder:
 
     @property
     def _label(self) -> str:
-        """What messages call the shape, and how far the conversion is."""
+        """Return the shape's name in messages, and how far the conversion is."""
         handles = list(self._masks.bits)
         return f"'{self._name}', shape {handles.index(self._shape.handle) + 1} of {len(handles)} that collide"
 

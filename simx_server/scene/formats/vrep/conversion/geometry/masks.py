@@ -18,7 +18,7 @@ class Masks:
     bits: Mapping[int, tuple[int, int]]
     """By handle: contype and conaffinity of its geoms."""
     moves: Mapping[int, bool]
-    """By handle: whether physics or a joint moves the shape. What only programs move does not count."""
+    """By handle: whether physics or a joint moves the shape. A motion by programs alone does not count."""
     excluded: list[tuple[int, int]]
     """Pairs of handles that the bits cannot keep apart."""
 

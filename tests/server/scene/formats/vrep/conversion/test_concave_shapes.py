@@ -8,7 +8,7 @@ import pytest
 from vrep_concave import bowl, room
 from vrep_writer import VrepWriter
 
-from simx_server.scene.formats.vrep.conversion.geometry import decomposition
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
 from simx_server.scene.formats.vrep.conversion.shapes import HIDDEN
 from simx_server.scene.formats.vrep.opening import open_vrep
 
@@ -25,9 +25,10 @@ class File(VrepWriter):
     def ball(self, at: At, radius: float = 0.1) -> None:
         """Add a ball of 1 kg that rolls and falls."""
         self.balls.append(f"ball{len(self.balls)}")
+        moment = 0.4 * radius**2
         self.shape(
             self.balls[-1], spheroid=(2 * radius,) * 3, position=at, dynamic=True, respondable=True,
-            inertia=(0.4 * radius**2,) * 3,
+            inertia=(moment, moment, moment),
         )  # fmt: skip
 
     def model(self) -> mujoco.MjModel:

@@ -14,7 +14,7 @@ from vrep_shapes import box_leaf, compiled, converted, cube, file_of, mesh_leaf,
 
 from simx_server.scene.formats.annotations import read_annotations
 from simx_server.scene.formats.vrep.conversion import shapes as conversion_of_shapes
-from simx_server.scene.formats.vrep.conversion.geometry import decomposition
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
 from simx_server.scene.formats.vrep.conversion.shapes import HIDDEN, SEEN, UNDRAWN
 from simx_server.scene.formats.vrep.objects import (
     Engine,

@@ -108,7 +108,7 @@ def _shrink(place: Path) -> None:
 
 
 def _is_ours(place: Path) -> bool:
-    """Return whether a folder belongs to this user, and nobody else can write into it."""
+    """Return whether a folder belongs to this user, and other users cannot write into it."""
     if not hasattr(os, "getuid"):  # Windows, where the user's folders are private
         return place.is_dir()
     about = place.stat()

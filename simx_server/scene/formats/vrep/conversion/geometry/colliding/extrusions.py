@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simx_server.scene.formats.vrep.conversion.geometry.facets import facets_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import facets_of
 from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     Faces,
     Points,

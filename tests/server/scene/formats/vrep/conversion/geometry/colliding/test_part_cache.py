@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simx_server.scene.formats.vrep.conversion.geometry import part_cache
-from simx_server.scene.formats.vrep.conversion.geometry.part_cache import folder, store, stored
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import part_cache
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.part_cache import folder, store, stored
 
 PARTS = [np.arange(12, dtype=np.float32).reshape(4, 3), np.ones((5, 3), np.float32)]
 

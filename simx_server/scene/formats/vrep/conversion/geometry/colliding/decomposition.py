@@ -16,22 +16,22 @@ from functools import cache
 import numpy as np
 
 from simx_client.protocol.cli.installing import extra_line
-from simx_server.scene.formats.vrep.conversion.geometry.decomposing import OPTIONS
-from simx_server.scene.formats.vrep.conversion.geometry.part_cache import store, stored
-from simx_server.scene.formats.vrep.conversion.geometry.simplifying import simplified
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import OPTIONS
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.part_cache import store, stored
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
 
 logger = logging.getLogger(__name__)
 
 SECONDS = 300
-"""Longest time for one mesh on the busiest machine. What limits the work is in `decomposing.py`, so that the parts do
-not depend on the machine's load; one of a real file takes 3 s.
+"""Longest time for one mesh on the busiest machine. The limits of the work are in `decomposing.py`, so the parts do
+not depend on the machine's load. One of a real file takes 3 s.
 """
 
 MOST_FACES = 5000
 """Most faces of a mesh that is decomposed as it is; one with more is simplified before."""
 
-_PROGRAM = "simx_server.scene.formats.vrep.conversion.geometry.decomposing"
+_PROGRAM = "simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing"
 
 _MARGIN = 0.1
 """Part of a mesh's size by which its parts may lie beyond it."""

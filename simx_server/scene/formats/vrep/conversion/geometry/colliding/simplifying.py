@@ -14,7 +14,7 @@ _COARSER = 1.2
 
 
 def simplified(points: Points, faces: Faces, most: int) -> tuple[Points, Faces, float]:
-    """Return a mesh with at most so many faces, and how far in metres a point has moved at most."""
+    """Return a mesh with at most this number of faces, and how far in metres a point has moved at most."""
     used, place = np.unique(faces, return_inverse=True)
     at, corners = points[used].astype(np.float64), place.reshape(-1, 3).astype(np.int64)
     low = at.min(axis=0)

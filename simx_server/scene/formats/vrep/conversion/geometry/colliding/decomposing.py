@@ -31,8 +31,8 @@ search for the best cut is shorter. A mesh of 300 triangles takes about a second
 _MEMORY = 2 << 30
 """Bytes of address space that the process may take."""
 
-_PROCESSOR = 60
-"""Seconds of processor time that it may take: others on the machine do not count."""
+_PROCESSOR = 20
+"""Seconds of processor time that it may take: other programs on the machine do not count."""
 
 
 def main() -> None:

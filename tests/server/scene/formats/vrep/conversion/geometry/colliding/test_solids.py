@@ -7,9 +7,14 @@ import pytest
 from vrep_concave import bowl, notched, room
 from vrep_shapes import cube, mesh_leaf
 
-from simx_server.scene.formats.vrep.conversion.geometry import decomposition, part_cache, prisms, solids
-from simx_server.scene.formats.vrep.conversion.geometry.boxes import box_of
-from simx_server.scene.formats.vrep.conversion.geometry.solids import Form, solids_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import (
+    decomposition,
+    part_cache,
+    prisms,
+    solids,
+)
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import box_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.solids import Form, solids_of
 from simx_server.scene.formats.vrep.objects import Leaf
 
 

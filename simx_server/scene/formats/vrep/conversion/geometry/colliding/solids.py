@@ -19,12 +19,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.vrep.conversion.geometry.boxes import as_boxes
-from simx_server.scene.formats.vrep.conversion.geometry.decomposition import decompose
-from simx_server.scene.formats.vrep.conversion.geometry.extrusions import as_columns
-from simx_server.scene.formats.vrep.conversion.geometry.facets import facets_of
-from simx_server.scene.formats.vrep.conversion.geometry.prisms import DEEPEST, SHEET, prisms
-from simx_server.scene.formats.vrep.conversion.geometry.simplifying import simplified
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import as_boxes
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import decompose
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.extrusions import as_columns
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import facets_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.prisms import DEEPEST, SHEET, prisms
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
 from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     Faces,
     Points,
@@ -66,7 +66,7 @@ MOST_PARTS = 256
 
 
 class Form(NamedTuple):
-    """What collides in place of a mesh."""
+    """The solids that collide in place of a mesh."""
 
     solids: list[Points]
     """(n, 3) points of each convex solid, in the leaf's frame."""
@@ -183,7 +183,7 @@ def _behind(points: Points, faces: Faces, most: int = sys.maxsize, deepest: floa
 
 
 def _outwards(points: Points, faces: Faces) -> tuple[Points, Faces]:
-    """Return a closed part by itself, with faces that look outwards."""
+    """Return a closed part alone, with faces that look outwards."""
     points, faces = welded(*_compact(points, faces))
     return points, faces if volume_of(points, faces) > 0 else np.ascontiguousarray(faces[:, ::-1])
 

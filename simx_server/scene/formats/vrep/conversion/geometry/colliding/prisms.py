@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.scene.formats.vrep.conversion.geometry.facets import Array, Facet
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import Array, Facet
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
 
 SHEET = 0.002

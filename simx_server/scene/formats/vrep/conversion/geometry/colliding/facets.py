@@ -60,7 +60,7 @@ class _Joining:
         self._polygon = list(range(len(faces)))
         """For each face its polygon, or a face that leads there."""
         self._face_at: dict[tuple[int, int], int] = {}
-        """Face at each directed edge; an edge of several faces is nobody's."""
+        """Face at each directed edge; an edge of several faces is left out."""
         self._faces_at: list[list[int]] = [[] for _ in points]
         for face, loop in enumerate(self._loops):
             for at in loop:
