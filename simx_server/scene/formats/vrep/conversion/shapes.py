@@ -13,10 +13,14 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry import solids
 from simx_server.scene.formats.vrep.conversion.geometry.abilities import annotate_abilities
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import solids
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import box_around, box_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import (
+    how_to_install,
+    is_available,
+)
 from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
-from simx_server.scene.formats.vrep.conversion.geometry.decomposition import how_to_install, is_available
 from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add_height_field
 from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks, is_flat
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
@@ -43,6 +47,7 @@ _POINT = 1e-4
 
 _HULLS = "shapes that are not convex collide as their convex hulls"
 _HULLS_WITHOUT = f"{_HULLS}; a package decomposes them: {{}}"
+_SIMPLER = f"static shapes that need more than {solids.MOST_STATIC} convex solids collide in a simpler form"
 _ASLEEP = "shapes that start asleep move from the start"
 _DAMPING = "the damping that an engine gives to the motion of single shapes is left out"
 _UNREPEATED = "textures that V-REP shows once are repeated"
@@ -141,33 +146,44 @@ class _Builder:
         if not len(faces):
             return
         points = leaf.vertices[np.unique(faces)]
-        if solids.is_flat(points):
-            self._add_solid(leaf, solids.slab(leaf.vertices, faces), name)
-        elif leaf.is_convex or is_convex(leaf.vertices, faces):
+        if not solids.is_flat(points) and (leaf.is_convex or is_convex(leaf.vertices, faces)):
             if shown is not None and solids.has_hull(points):
                 self._collide(shown)
             else:
                 self._add_solid(leaf, points, name)
-        else:
-            found, is_exact = solids.solids_of(leaf)
-            for one in found:
-                self._add_solid(leaf, one, name)
-            if not is_exact:
-                why = _HULLS if is_available() else _HULLS_WITHOUT.format(how_to_install())
-                self._conversion.report.approximate(why, self._name)
+            return
+        moves = self._masks.moves[self._shape.handle]
+        form = solids.solids_of(leaf, moves=moves, label=self._label)
+        for one in form.solids:
+            self._add_solid(leaf, one, name)
+        if not form.is_exact:
+            why = _HULLS if is_available() else _HULLS_WITHOUT.format(how_to_install())
+            self._conversion.report.approximate(why, self._name)
+        if form.moved:
+            self._conversion.report.approximate(
+                _SIMPLER, f"{self._name} ({len(faces)} triangles, moved by at most {form.moved:.2g} m)"
+            )
+
+    @property
+    def _label(self) -> str:
+        """Return the shape's name in messages, and how far the conversion is."""
+        handles = list(self._masks.bits)
+        return f"'{self._name}', shape {handles.index(self._shape.handle) + 1} of {len(handles)} that collide"
+
+    @property
+    def _masks(self) -> Masks:
+        return Masks.of(self._conversion)
 
     def _add_solid(self, leaf: Leaf, points: Points, name: str) -> None:
-        if not solids.has_hull(points):
-            middle, size = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0) / 2
-            at = Leaf(
-                pose=compose(leaf.pose, ((float(middle[0]), float(middle[1]), float(middle[2])), NO_TURN))
-            )
-            self._collide(
-                self._geom(at, HIDDEN, type=mujoco.mjtGeom.mjGEOM_BOX, size=np.maximum(size, _POINT))
-            )
+        box = box_of(points)
+        if box is None and solids.has_hull(points):
+            mesh = self._meshes.solid(points, f"{name}_solid")
+            self._collide(self._geom(leaf, HIDDEN, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh))
             return
-        mesh = self._meshes.solid(points, f"{name}_solid")
-        self._collide(self._geom(leaf, HIDDEN, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh))
+        pose, half = (box or box_around(points)).placed()
+        at = Leaf(pose=compose(leaf.pose, pose))
+        size = np.maximum(half, _POINT)
+        self._collide(self._geom(at, HIDDEN, type=mujoco.mjtGeom.mjGEOM_BOX, size=size))
 
     def _add_field(self, leaf: Leaf, name: str) -> None:
         self._show(leaf, name, textured=self._looks.has_texture(leaf, self._name))
@@ -191,7 +207,7 @@ class _Builder:
     def _collide(self, geom: Any) -> None:
         if self._contact is not None:
             self._contact.apply(geom)
-            geom.contype, geom.conaffinity = Masks.of(self._conversion).bits[self._shape.handle]
+            geom.contype, geom.conaffinity = self._masks.bits[self._shape.handle]
 
 
 def _annotate(conversion: Conversion, shape: Shape) -> None:
