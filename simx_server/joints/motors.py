@@ -69,7 +69,7 @@ class Motors:
     def __bool__(self) -> bool:
         return bool(self._bindings)
 
-    def stepped(self, within: Callable[[mujoco.MjModel, mujoco.MjData], Any] | None) -> Step:
+    def stepped(self, within: Sequence[Callable[[mujoco.MjModel, mujoco.MjData], Any]]) -> Step:
         """Return what makes a physics step with these motors.
 
         Args:
@@ -81,8 +81,8 @@ class Motors:
             if self._with_friction:
                 self._resist(model, data)
             first_half(model, data)
-            if within is not None:
-                within(model, data)
+            for call in within:
+                call(model, data)
             rows = self._present_rows(data)
             data.efc_aref[rows] = self._references(model, data)
             second_half(model, data)
@@ -131,8 +131,8 @@ class Motors:
     def _resist(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let the friction of the joints themselves act against the commanded motion.
 
-        Their constraint is the motor's now, so the friction becomes a force of the actuator. A motor that is weaker than
-        the friction moves nothing: then the constraint has the force of the friction, see `write_motor_force`.
+        Their constraint is the motor's now, so the friction becomes a force of the actuator. A motor that is weaker
+        than the friction moves nothing: then the constraint has the force of the friction, see `write_motor_force`.
         """
         self._stuck = []
         for place, binding in self._with_friction:

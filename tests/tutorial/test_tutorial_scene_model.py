@@ -315,7 +315,9 @@ def test_gripper_strokes_to_both_ends_and_its_fingers_stay_parallel(fresh: Rig) 
 
 def test_finger_speed_is_the_commanded_one_and_both_fingers_share_it(fresh: Rig) -> None:
     _, openings = fresh.run(ZERO, 0.5, 0.05)
-    assert openings[-1] - openings[round(0.2 / fresh.model.opt.timestep) - 1] == pytest.approx(0.05 * (0.5 - 0.2), rel=0.02)
+    assert openings[-1] - openings[round(0.2 / fresh.model.opt.timestep) - 1] == pytest.approx(
+        0.05 * (0.5 - 0.2), rel=0.02
+    )
     hand = fresh.data.body("RG2")
     left, right = (
         (hand.xmat.reshape(3, 3).T @ (fresh.data.body(f"RG2_{side}Touch").xpos - hand.xpos))[0]

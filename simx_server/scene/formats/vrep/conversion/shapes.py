@@ -21,6 +21,7 @@ from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition 
     is_available,
 )
 from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
+from simx_server.scene.formats.vrep.conversion.geometry.ground import deepened
 from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add_height_field
 from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks, is_flat
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
@@ -29,9 +30,9 @@ from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form, 
 from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces
 from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import ends_within
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Points, is_convex, sound
-from simx_server.scene.formats.vrep.conversion.geometry.wheels import is_wheel
+from simx_server.scene.formats.vrep.conversion.geometry.wheels import is_wheel, rolling
 from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape
-from simx_server.scene.geometry.poses import NO_TURN, Pose, compose, normalised
+from simx_server.scene.geometry.poses import IDENTITY, NO_TURN, Pose, compose, normalised
 from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
 from simx_server.scene.mask_bits import ALL_MASKS
 
@@ -100,32 +101,38 @@ class _Builder:
             self._add_field(leaf, name)
             return
         form = form_of(leaf)
-        rolling = None
-        if (
-            form is not None
-            and self._contact is not None
-            and is_wheel(self._conversion, self._shape, leaf, self._body)
-        ):
-            radius, half_width = form.size[:2]
-            rolling = Form(mujoco.mjtGeom.mjGEOM_ELLIPSOID, (radius, radius, half_width))
         is_textured = self._looks.has_texture(leaf, self._name)
         if form is not None and not is_textured and looks_round(leaf) and not leaf.is_wireframe:
             geom = self._geom(leaf, SEEN, type=form.type, size=form.size)
             # The sheen of a box lies beside that of V-REP; a round geom's does not.
             is_box = form.type == mujoco.mjtGeom.mjGEOM_BOX
             geom.material = self._looks.material_of(leaf, is_flat=is_box, texture=False)
-            if rolling is None:
+            solid, at = self._collision_form(leaf, form)
+            if solid is form:
                 self._collide(geom)
             else:
-                self._collide(self._geom(leaf, HIDDEN, type=rolling.type, size=rolling.size))
+                self._add_form(leaf, solid, at)
             return
         shown = self._show(leaf, name, textured=is_textured)
         if self._contact is None:
             return
-        if (solid := rolling or form) is not None:
-            self._collide(self._geom(leaf, HIDDEN, type=solid.type, size=solid.size))
+        if form is not None:
+            self._add_form(leaf, *self._collision_form(leaf, form))
         else:
             self._add_solids(leaf, name, shown)
+
+    def _collision_form(self, leaf: Leaf, form: Form) -> tuple[Form, Pose]:
+        """Return the form with which a leaf collides, its own one where possible, and its pose in the leaf's frame."""
+        if self._contact is None:
+            return form, IDENTITY
+        if is_wheel(self._conversion, self._shape, leaf, self._body):
+            return rolling(form), IDENTITY
+        return deepened(self._conversion, self._shape, leaf, form)
+
+    def _add_form(self, leaf: Leaf, form: Form, at: Pose) -> None:
+        """Let a form collide in place of a leaf."""
+        place = Leaf(pose=compose(leaf.pose, at))
+        self._collide(self._geom(place, HIDDEN, type=form.type, size=form.size))
 
     def _show(self, leaf: Leaf, name: str, *, textured: bool) -> Any:
         """Add the geom that shows a leaf, and return it; None for one that is not shown."""
