@@ -22,7 +22,7 @@ class Arm:
 
     joints: int
     lag: float
-    """Steady lag behind moving targets, as a part of V-REP's: the one farthest from 1."""
+    """Greatest difference of the steady lag behind moving targets from V-REP's, rad or m."""
     force: float
     """Greatest difference of the reported force from the inverse dynamics while all joints move, as a part of the
     greatest force of the joint, or of 0.1 N m.
@@ -52,13 +52,13 @@ def arm(model: str) -> Arm:
             reported.append(np.array([-joints.force(handle) for handle in moved]))
             errors.append(wanted - reported[-1])
         behind = np.array([abs(joints.target_position(h) - joints.position(h)) for h in moved])
-        lags = behind / [_lag(one, handle) * _SPEED * step for handle in moved]
+        by_law = np.array([_lag(one, handle) * _SPEED * step for handle in moved])
         largest = np.abs(reported).max(axis=0)
         most = np.array([joints.max_force(handle) for handle in moved])
         overshoot = max(_overshoot(one, moved, number) for number in range(len(moved)))
         return Arm(
             joints=len(moved),
-            lag=float(lags[np.argmax(np.abs(lags - 1))]),
+            lag=float(np.abs(behind - by_law).max()),
             force=float((np.abs(errors[3:]).max(axis=0) / np.maximum(largest, 0.1)).max()),
             peak=float((largest / most).max()),
             overshoot=overshoot,
@@ -97,7 +97,9 @@ def _inverse(one: Running, handles: list[int]) -> Array:
     bare = copy.copy(one.model)
     bare.dof_frictionloss[:] = 0  # motors are MuJoCo's friction loss
     scratch = mujoco.MjData(bare)
-    dofs = [int(bare.joint(one.world.simulation.scene.get(handle).element_name).dofadr[0]) for handle in handles]
+    dofs = [
+        int(bare.joint(one.world.simulation.scene.get(handle).element_name).dofadr[0]) for handle in handles
+    ]
     forces: list[Array] = []
 
     def compare(_index: int, _count: int, is_over: bool) -> None:
