@@ -1,8 +1,10 @@
 """V-REP's joints on MuJoCo's: modes, motors, position and velocity control, forces.
 
-In force mode with the motor on:
-* control loop on: each physics step the commanded velocity is P / 0.005 s * (target - position) (plus I and D), limited
-  to the upper velocity, the force to the maximum force: V-REP's controller at its standard 5 ms dynamics step;
+A motor keeps the commanded velocity with at most its maximum force, as in V-REP's engines (`motors.py`). In force mode
+with the motor on:
+* control loop on: in each physics step the commanded velocity removes the part of the error (target - position) that
+  V-REP's controller removes in the same time: P in each of its dynamics steps of 5 ms; plus I and D, limited to the
+  upper velocity;
 * control loop on, spring and damper: the force is K * (target - position) - C * velocity, within the maximum force;
 * control loop off: the joint moves at the target velocity; at zero with the lock on, it holds the position reached;
 * motor off: no force and no gravity compensation of the driven body, which falls; a joint that is rewound (rollers
