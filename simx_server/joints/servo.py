@@ -37,7 +37,7 @@ _LEAST_FORCE = 1e-12
 """Maximum force in N or N m that stands for none: MuJoCo has no constraint for a friction loss of 0."""
 
 _SOFTNESS = 1e-4
-"""How far a motor gives way: part of the inverse inertia of its joint. A load of 50 N m on a light joint, 5 rad/s^2 per
+"""How soft a motor is: part of the inverse inertia of its joint. A load of 50 N m on a light joint, 5 rad/s^2 per
 N m, costs it 1e-4 rad/s.
 """
 

@@ -236,7 +236,7 @@ def test_a_pass_that_fails_is_told_to_every_client_and_the_next_run_works(
     driver, watcher = world.client(), world.client()
     start_stepped(driver)
 
-    def fail(substeps: int) -> None:
+    def fail(substeps: int, *within: object) -> None:
         raise mujoco.FatalError("mj_stackAlloc: out of memory")
 
     with monkeypatch.context() as patched:

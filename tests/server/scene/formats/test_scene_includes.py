@@ -39,7 +39,7 @@ def test_shipped_model_with_its_parts_is_included_from_any_folder(tmp_path: Path
     )
     scene, model = load_scene(file)
     assert {"UR5_joint6", "RG2", "ResizableFloor_5_25", "Target"} <= names(scene)
-    assert model.opt.timestep == 0.002
+    assert model.opt.timestep == 0.005
 
 
 def test_included_file_of_ones_own_includes_a_shipped_one(tmp_path: Path) -> None:
