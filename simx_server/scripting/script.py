@@ -58,7 +58,7 @@ class Order(IntEnum):
 
 
 class Traversal(IntEnum):
-    """When a script is called compared with those below its object; the values are V-REP's sim.scripttreetraversal_*."""
+    """When a script is called compared with those below its object, in V-REP's numbers."""
 
     REVERSE = 0
     FORWARD = 1

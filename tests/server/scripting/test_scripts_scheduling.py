@@ -102,7 +102,9 @@ def test_a_script_with_forward_traversal_is_called_before_those_below_it(
     traversals: dict[str, str], order: tuple[str, ...]
 ) -> None:
     notes = {f"script:{name}": f"traversal={traversal}" for name, traversal in traversals.items()}
-    world = scripted({f"lua:{name}": tell(name) for name in ("base", "left", "leaf", "right", "plain")} | notes)
+    world = scripted(
+        {f"lua:{name}": tell(name) for name in ("base", "left", "leaf", "right", "plain")} | notes
+    )
     world.run(0)
     said(world)
     world.run(1)

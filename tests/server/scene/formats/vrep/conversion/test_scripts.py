@@ -63,7 +63,9 @@ def test_threads_disabled_scripts_and_languages_are_kept() -> None:
 
 
 def test_when_a_script_is_called_is_kept() -> None:
-    notes = annotated(script(order=0, traversal=1), script(type=CUSTOMIZATION, traversal=2))[0].objects["base"]
+    notes = annotated(script(order=0, traversal=1), script(type=CUSTOMIZATION, traversal=2))[0].objects[
+        "base"
+    ]
     assert (notes["script"]["order"], notes["script"]["traversal"]) == ("first", "forward")
     assert notes["customization script"]["traversal"] == "parent"
 
