@@ -138,6 +138,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in [name for name in os.environ if name.startswith("SIMX_")]:
         monkeypatch.delenv(variable)
+    monkeypatch.setenv("SIMX_CACHE", "0")  # nor anything in the folder of that person
 
 
 @pytest.fixture(autouse=True)

@@ -67,6 +67,7 @@ class Moment:
     next_handle: int
     dynamics_enabled: bool
     is_rearranged: bool
+    has_overlaps: bool
     size: int
     """About how many bytes it takes beside the moment before."""
 
@@ -107,6 +108,7 @@ def take(world: World, before: Moment | None) -> Moment:
         sim.scene.next_handle,
         sim.dynamics_enabled,
         sim.is_rearranged,
+        sim.has_overlaps,
         size + state.nbytes + sum(each.nbytes for each in derived) + joints.size + bytes_of_signals,
     )
 
@@ -162,7 +164,7 @@ def restore(world: World, moment: Moment, before: Moment | None) -> None:
     sim.recall_parts(moment.parts)
     _restore_data(sim.model, sim.data, moment)
     sim.sleepers.recall(moment.asleep)
-    sim.is_rearranged = moment.is_rearranged
+    sim.is_rearranged, sim.has_overlaps = moment.is_rearranged, moment.has_overlaps
 
 
 def _restore_data(model: mujoco.MjModel, data: mujoco.MjData, moment: Moment) -> None:

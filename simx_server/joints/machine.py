@@ -298,15 +298,20 @@ class Machine:
         """Return whether scripts are called between the physics steps of a simulation step."""
         return bool(self._asked) or self._accompany is not None
 
-    def step(self, count: int) -> None:
+    def step(self, count: int, *within: Within) -> None:
         """Make `count` physics steps under the controllers.
+
+        Args:
+            count: number of steps.
+            within: called within each of them, beside `within_steps`.
 
         Raises:
             StepFailed: the simulation step cannot be completed.
             mujoco.FatalError: MuJoCo failed.
         """
         self._measured.begin()
-        self._current_stepper().step(count, average_force=self._average_force, within=self.within_steps)
+        calls = within if self.within_steps is None else (self.within_steps, *within)
+        self._current_stepper().step(count, average_force=self._average_force, within=calls)
 
     @property
     def mean_sensed(self) -> np.ndarray:

@@ -19,7 +19,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.joints.servo import MOST_VELOCITY, Entry, is_motor
+from simx_server.joints.indices import as_slice
+from simx_server.joints.servo import Entry, is_motor
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Makes one physics step."""
@@ -38,64 +39,64 @@ class Motors:
         bindings = [binding for binding, state, rule in entries if is_motor(binding, state, rule)]
         bindings.sort(key=lambda b: (b.element == "tendon", b.dof, b.id))  # MuJoCo's order of constraints
         self._bindings = bindings
-        self._model, self._data = model, data
         dofs, tendons = (
             np.flatnonzero(model.dof_frictionloss > 0),
             np.flatnonzero(model.tendon_frictionloss > 0),
         )
         self._rows_in_all = len(dofs) + len(tendons)
-        self._rows = np.array(
-            [
-                len(dofs) + np.searchsorted(tendons, b.id)
-                if b.element == "tendon"
-                else np.searchsorted(dofs, b.dof)
-                for b in bindings
-            ],
-            dtype=np.intp,
-        )
-        self._ctrl = np.array([b.ctrl for b in bindings], dtype=np.intp)
-        self._out = np.array([b.out for b in bindings], dtype=np.intp)
-        self._gear = np.array([b.gear for b in bindings])
-        self._has_gear = bool(np.any(self._gear != 1.0))
-        joints = [b.dof for b in bindings if b.element == "joint"]
-        self._dofs = np.array(joints, dtype=np.intp)
-        self._tendons = np.array([b.id for b in bindings if b.element == "tendon"], dtype=np.intp)
-        self._velocity = np.zeros(len(bindings))
-        self._of_joints, self._of_tendons = self._velocity[: len(joints)], self._velocity[len(joints) :]
+        rows = [
+            len(dofs) + np.searchsorted(tendons, b.id)
+            if b.element == "tendon"
+            else np.searchsorted(dofs, b.dof)
+            for b in bindings
+        ]
+        self._rows = np.array(rows, dtype=np.intp)
+        self._with_friction = [(place, b) for place, b in enumerate(bindings) if b.friction > 0]
+        self._stuck: list[int] = []
         self._wanted = np.zeros(len(bindings))
-        self._with_friction = [b for b in bindings if b.friction > 0]
+        self._command = self._commanding(data)
+        self._report = self._reporting(data)
+        self._rate = 1.0 / model.opt.timestep
 
     def __bool__(self) -> bool:
         return bool(self._bindings)
 
-    def stepped(self, within: Callable[[mujoco.MjModel, mujoco.MjData], Any] | None) -> Step:
+    def stepped(self, within: Sequence[Callable[[mujoco.MjModel, mujoco.MjData], Any]]) -> Step:
         """Return what makes a physics step with these motors.
 
         Args:
             within: called within the step, when MuJoCo's constraints are known.
         """
         first_half, second_half = mujoco.mj_step1, mujoco.mj_step2
+        command, report, wanted, rate = self._command, self._report, self._wanted, self._rate
+        multiply = np.multiply
+        with_friction, count = self._with_friction, self._rows_in_all
+        adjacent = as_slice(self._rows)
 
         def step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-            if self._with_friction:
+            if with_friction:
                 self._resist(model, data)
             first_half(model, data)
-            if within is not None:
-                within(model, data)
-            rows = self._present_rows(data)
-            data.efc_aref[rows] = self._references(model, data)
+            for call in within:
+                call(model, data)
+            command()
+            multiply(wanted, rate, wanted)
+            first = data.ne
+            if data.nf != count:
+                rows = self._awake_rows(data)
+            elif adjacent is None:
+                rows = self._rows + first
+            else:
+                rows = slice(adjacent.start + first, adjacent.stop + first)
+            data.efc_aref[rows] = wanted
             second_half(model, data)
-            self._report(data, rows)
+            report(data.efc_force[rows])
 
         return step
 
-    def _present_rows(self, data: mujoco.MjData) -> NDArray[np.intp]:
-        """Return the rows of the motors among the constraints of this physics step."""
-        first = data.ne
-        if data.nf == self._rows_in_all:
-            return self._rows if not first else self._rows + first
-        # Constraints of sleeping bodies are left out. A body with a motor never sleeps.
-        last = first + data.nf
+    def _awake_rows(self, data: mujoco.MjData) -> NDArray[np.intp]:
+        """Return the rows of the motors where those of sleeping bodies are missing. A body with a motor is awake."""
+        first, last = data.ne, data.ne + data.nf
         kinds, ids = data.efc_type[first:last].tolist(), data.efc_id[first:last].tolist()
         present = {key: first + row for row, key in enumerate(zip(kinds, ids, strict=True))}
         return np.array(
@@ -103,33 +104,57 @@ class Motors:
             dtype=np.intp,
         )
 
-    def _references(self, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-        """Return the acceleration by which each motor reaches its command in this physics step, rad/s^2 or m/s^2."""
-        wanted, velocity = self._wanted, self._velocity
-        data.qvel.take(self._dofs, out=self._of_joints, mode="clip")
-        if self._tendons.size:
-            data.ten_velocity.take(self._tendons, out=self._of_tendons, mode="clip")
-        data.ctrl.take(self._ctrl, out=wanted, mode="clip")
-        if self._has_gear:
-            np.divide(wanted, self._gear, wanted)
-        np.subtract(wanted, velocity, wanted)
-        # A command out of reach asks for the maximum force; greater numbers would cost the solver its digits.
-        np.clip(wanted, -MOST_VELOCITY, MOST_VELOCITY, out=wanted)
-        np.divide(wanted, model.opt.timestep, wanted)
-        return wanted
+    def _commanding(self, data: mujoco.MjData) -> Callable[[], object]:
+        """Return what writes the difference of each motor's command from its velocity, rad/s or m/s."""
+        wanted, bindings = self._wanted, self._bindings
+        ctrl = np.array([b.ctrl for b in bindings], dtype=np.intp)
+        dofs = np.array([b.dof for b in bindings if b.element == "joint"], dtype=np.intp)
+        tendons = np.array([b.id for b in bindings if b.element == "tendon"], dtype=np.intp)
+        gear = np.array([b.gear for b in bindings])
+        subtract = np.subtract
+        of_ctrl, of_dofs = as_slice(ctrl), as_slice(dofs)
+        if of_ctrl is not None and of_dofs is not None and not tendons.size and np.all(gear == 1.0):
+            commands, velocities = data.ctrl[of_ctrl], data.qvel[of_dofs]
+            if not self._with_friction:
+                return lambda: subtract(commands, velocities, wanted)
+        controls, speeds, lengthening = data.ctrl, data.qvel, data.ten_velocity
+        velocity = np.zeros(len(bindings))
+        of_joints, of_tendons = velocity[: len(dofs)], velocity[len(dofs) :]
 
-    def _report(self, data: mujoco.MjData, rows: NDArray[np.intp]) -> None:
-        """Write the forces where MuJoCo keeps those of actuators; it computes its own anew in each step."""
-        force = data.efc_force[rows]
-        if self._has_gear:
-            np.divide(force, self._gear, force)
-        data.actuator_force[self._out] = force
+        def command() -> None:
+            controls.take(ctrl, out=wanted, mode="clip")
+            np.divide(wanted, gear, wanted)
+            if self._stuck:
+                wanted[self._stuck] = 0.0
+            speeds.take(dofs, out=of_joints, mode="clip")
+            if tendons.size:
+                lengthening.take(tendons, out=of_tendons, mode="clip")
+            subtract(wanted, velocity, wanted)
+
+        return command
+
+    def _reporting(self, data: mujoco.MjData) -> Callable[[NDArray[np.float64]], object]:
+        """Return what writes the forces where MuJoCo keeps those of actuators, which it computes in each step."""
+        out = np.array([b.out for b in self._bindings], dtype=np.intp)
+        gear = np.array([b.gear for b in self._bindings])
+        forces, adjacent = data.actuator_force, as_slice(out)
+        if adjacent is not None and np.all(gear == 1.0):
+            place = forces[adjacent]
+            return lambda force: np.copyto(place, force)
+        return lambda force: forces.__setitem__(out, force / gear)
 
     def _resist(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let the friction of the joints themselves act against the commanded motion.
 
-        Their constraint is the motor's now, so the friction becomes a force of the actuator.
+        Their constraint is the motor's now, so the friction becomes a force of the actuator. A motor that is weaker
+        than the friction moves nothing: then the constraint has the force of the friction, see `write_motor_force`.
         """
-        for binding in self._with_friction:
-            direction = np.sign(data.ctrl[binding.ctrl] * binding.gear)
-            model.actuator_biasprm[binding.actuator, 0] = -binding.friction * direction / binding.gear
+        self._stuck = []
+        for place, binding in self._with_friction:
+            tendon = binding.element == "tendon"
+            most = model.tendon_frictionloss[binding.id] if tendon else model.dof_frictionloss[binding.dof]
+            resistance = binding.friction * np.sign(data.ctrl[binding.ctrl] * binding.gear)
+            if most <= binding.friction:
+                self._stuck.append(place)
+                resistance = 0.0
+            model.actuator_biasprm[binding.actuator, 0] = -resistance / binding.gear

@@ -8,9 +8,11 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from simx_server.joints.dependency import Followers
-from simx_server.joints.servo import Entry, Rule
+from simx_server.joints.indices import as_slice
+from simx_server.joints.servo import MOST_VELOCITY, Entry, Rule
 from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 
 Control = Callable[[int, int], object]
@@ -49,7 +51,7 @@ class PositionControl:
         self._gain = np.array(
             [position_gain(s.p if r == Rule.POSITION or s.p else 0.1, step) for _, s, r in loops]
         )
-        self._limit = np.array([s.upper_velocity for _, s, _ in loops])
+        self._limit = np.array([min(s.upper_velocity, MOST_VELOCITY) for _, s, _ in loops])
         self._integral = np.array([s.i * step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._derivative = np.array([s.d / step / VREP_DYNAMICS_STEP for _, s, _ in loops])
         self._sum = np.zeros(len(loops))
@@ -207,8 +209,7 @@ def _goal(state: JointState, rule: Rule) -> float:
     return state.held if rule == Rule.HOLD else state.target_position
 
 
-def _view(values: np.ndarray, indices: np.ndarray) -> np.ndarray | None:
+def _view(values: np.ndarray, indices: NDArray[np.intp]) -> np.ndarray | None:
     """Return a view of these items; None if they are not adjacent in this order."""
-    if not indices.size or np.any(np.diff(indices) != 1):
-        return None
-    return values[indices[0] : indices[-1] + 1]
+    items = as_slice(indices)
+    return None if items is None else values[items]

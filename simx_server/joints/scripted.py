@@ -11,7 +11,7 @@ from typing import Any
 
 import mujoco
 
-from simx_server.joints.servo import Entry, Rule, write_motor_force
+from simx_server.joints.servo import MOST_VELOCITY, Entry, Rule, write_motor_force
 from simx_server.joints.state import UNLIMITED
 
 Ask = Callable[[dict[str, Any]], Mapping[str, Any] | None]
@@ -69,7 +69,7 @@ class ScriptedJoints:
                 continue
             velocity = _number(answer.get("velocity", answer.get("vel")))
             if velocity is not None:
-                data.ctrl[binding.ctrl] = velocity * binding.gear
+                data.ctrl[binding.ctrl] = min(max(velocity, -MOST_VELOCITY), MOST_VELOCITY) * binding.gear
             force = _number(answer.get("force"))
             if force is not None:
                 write_motor_force(binding, min(abs(force), UNLIMITED), self._model)

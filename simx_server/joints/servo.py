@@ -28,7 +28,10 @@ UNDRIVEN = (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT, Rule.PROFILE
 """Rules under which the motor does nothing."""
 
 MOST_VELOCITY = 1e4
-"""rad/s or m/s, beyond what any joint reaches: a motor that wants this velocity always acts with its maximum force."""
+"""rad/s or m/s, beyond what any joint reaches: a motor that wants this velocity always acts with its maximum force.
+
+Commands are limited to it, since MuJoCo's solver would lose digits to greater numbers.
+"""
 
 _LEAST_FORCE = 1e-12
 """Maximum force in N or N m that stands for none: MuJoCo has no constraint for a friction loss of 0."""
@@ -120,9 +123,8 @@ def commanded_velocity(binding: Binding, state: JointState) -> float:
     """
     if state.pushes and binding.element != "tendon":
         return MOST_VELOCITY if state.pushes > 0 else -MOST_VELOCITY
-    if binding.element != "tendon":
-        return state.target_velocity
-    return float(np.clip(state.target_velocity, -state.upper_velocity, state.upper_velocity))
+    most = min(state.upper_velocity, MOST_VELOCITY) if binding.element == "tendon" else MOST_VELOCITY
+    return min(max(state.target_velocity, -most), most)
 
 
 def spring_control(binding: Binding, state: JointState) -> float:
@@ -151,7 +153,11 @@ def write_force_limit(binding: Binding, state: JointState, rule: Rule, model: mu
 
 
 def write_motor_force(binding: Binding, most: float, model: mujoco.MjModel) -> None:
-    """Write the maximum force of a motor, N or N m; a limit of the joint itself in the file holds too."""
+    """Write the maximum force of a motor, N or N m; a limit of the joint itself in the file holds too.
+
+    A motor below the joint's own friction becomes a constraint with the force of the friction (`motors.py`).
+    """
+    most = max(most, binding.friction)
     if binding.element == "tendon":
         model.tendon_frictionloss[binding.id] = max(most, _LEAST_FORCE)
         return

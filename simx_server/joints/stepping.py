@@ -116,15 +116,17 @@ class Stepper:
         """Give a running position controller or spring a new target; return False when the joint has none here."""
         return self._position.retarget(handle, value) or self._springs.retarget(handle, value)
 
-    def step(self, count: int, *, average_force: bool, within: Within | None = None) -> None:
-        """Make `count` physics steps. Without `average_force` and controllers, forces are those of the last one.
+    def step(self, count: int, *, average_force: bool, within: Sequence[Within] = ()) -> None:
+        """Make `count` physics steps, with calls of `within` in each.
+
+        Without `average_force` and controllers, forces are those of the last one.
 
         With `within` a model with integrator RK4 is stepped with Euler's method: MuJoCo's halves of a step have no RK4.
 
         Raises the exceptions of `pieces`.
         """
         model, data = self._model, self._data
-        if self.is_constant and not average_force and not self._has_cells and within is None:
+        if self.is_constant and not average_force and not self._has_cells and not within:
             for piece in self._pieces(data, count):
                 mujoco.mj_step(model, data, len(piece))
             self._force[:] = data.actuator_force
@@ -167,14 +169,15 @@ class Stepper:
         self._force[:], self._sensed[:] = memory.forces, memory.sensed
 
 
-def _halved(within: Within | None) -> Step:
+def _halved(within: Sequence[Within]) -> Step:
     """Return what makes a physics step without motors."""
-    if within is None:
+    if not within:
         return mujoco.mj_step
 
     def step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         mujoco.mj_step1(model, data)
-        within(model, data)
+        for call in within:
+            call(model, data)
         mujoco.mj_step2(model, data)
 
     return step

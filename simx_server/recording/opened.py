@@ -163,8 +163,9 @@ class Opened:
     def _warn(self) -> None:
         if self.header.get("behaviour", 1) != BEHAVIOUR:
             logger.warning(
-                "recorded by an older server: the replay may differ if meshes were imported, the scene is a URDF, or a "
-                "script reads a joint's force or loops for long"
+                "recorded by an older server: the replay differs where motors, wheels or imported meshes move; "
+                "version %s, which made the recording, replays it bit for bit",
+                self.header.get("server", "0.1.0"),
             )
         for name, mine in (("mujoco", mujoco.__version__), ("server", __version__)):
             if (its := self.header.get(name)) != mine:

@@ -21,6 +21,7 @@ from simx_server.errors import CommandError, one_line
 from simx_server.files.scene_files import SceneFiles
 from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
+from simx_server.joints.stepping import Within
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
 from simx_server.scene import properties
@@ -34,6 +35,7 @@ from .interruptions import Interruptions
 from .part import Part
 from .physics_callbacks import PhysicsCalls
 from .saved_state import Snapshot
+from .separation import has_deep_contacts, limit_separation
 from .sleepers import Sleepers
 from .surfaces import Surfaces
 
@@ -114,6 +116,8 @@ class Simulation:
         self._stale = False
         self.is_rearranged = True
         """State or model was written since the last physics."""
+        self.has_overlaps = False
+        """Shapes overlapped deeply in the last physics step."""
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
         self._adopt_empty()
@@ -354,6 +358,7 @@ class Simulation:
         """
         if not self.dynamics_enabled:
             return
+        within: tuple[Within, ...] = (limit_separation,) if self.is_rearranged or self.has_overlaps else ()
         if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
             self.is_rearranged = False
             if self.model.ngeom > FEW:
@@ -363,9 +368,10 @@ class Simulation:
                 self.refresh()
             if self.sleepers.must_stay_awake:
                 with self.sleepers.kept_awake():
-                    self.joints.step(self.substeps)
+                    self.joints.step(self.substeps, *within)
             else:
-                self.joints.step(self.substeps)
+                self.joints.step(self.substeps, *within)
+        self.has_overlaps = has_deep_contacts(self.data)
         # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
         if not _are_finite(self.data):
             raise StepFailed(DIVERGED)

@@ -1,4 +1,4 @@
-"""The tutorial scene as MuJoCo sees it, without a server: kinematics, names, servo, gripper, grasp.
+"""The tutorial scene with its joints, without a server: kinematics, names, motors, gripper, grasp.
 
 The expected numbers are V-REP's, read from the decoded tutorial scene, or those of the real UR5.
 """
@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from simx_server.scene.formats.loader import load_scene
+from simx_server.world.simulation import Simulation
+
 Array = NDArray[np.float64]
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -18,16 +21,17 @@ ZERO = np.zeros(6)
 RESET = np.radians([90.0, -45.0, 90.0, 0.0, -100.0, 0.0])
 GRASP = np.radians([78.0, 12.2, 110.7, -32.9, -90.0, -12.0])
 JOINTS = [f"UR5_joint{i}" for i in range(1, 7)]
-SERVO_RATE = 20.0  # 1/s: V-REP's P = 0.1 per 5 ms dynamics step
-UPPER_VELOCITY = np.pi
 
 
 class Rig:
-    """A scene with V-REP's joint rule applied at every physics step."""
+    """A scene whose joints alone are stepped, without scripts and clients."""
 
     def __init__(self, scene: str) -> None:
-        self.model = mujoco.MjModel.from_xml_path(str(SCENES / scene))
-        self.data = mujoco.MjData(self.model)
+        self.sim = Simulation()
+        self.sim.use(*load_scene(SCENES / scene))
+        self.model, self.data = self.sim.model, self.sim.data
+        self.arm = [self.sim.scene.resolve(name) for name in JOINTS]
+        self.gripper = self.sim.scene.resolve("RG2_openCloseJoint")
         self.qpos = np.array([self.model.joint(name).qposadr[0] for name in JOINTS])
         self.dofs = np.array([self.model.joint(name).dofadr[0] for name in JOINTS])
         self.motors = np.array([self.model.actuator(name).id for name in JOINTS])
@@ -43,12 +47,13 @@ class Rig:
 
     def run(self, target: Array, seconds: float, finger_velocity: float = 0.0) -> tuple[Array, Array]:
         """Drive the arm to `target` (radians); return all joint angles (n, 6) and gripper positions (n,)."""
+        joints = self.sim.joints
+        for handle, angle in zip(self.arm, target.tolist(), strict=True):
+            joints.set_target_position(handle, angle)
+        joints.set_target_velocity(self.gripper, finger_velocity)
         angles, openings = [], []
         for _ in range(round(seconds / self.model.opt.timestep)):
-            error = target - self.data.qpos[self.qpos]
-            self.data.ctrl[self.motors] = np.clip(SERVO_RATE * error, -UPPER_VELOCITY, UPPER_VELOCITY)
-            self.data.ctrl[self.gripper_motor] = finger_velocity
-            mujoco.mj_step(self.model, self.data)
+            joints.step(1)
             angles.append(self.data.qpos[self.qpos].copy())
             openings.append(self.opening)
         return np.array(angles), np.array(openings)
@@ -92,7 +97,8 @@ def rig() -> Rig:
 @pytest.fixture
 def fresh(rig: Rig) -> Rig:
     """The tutorial scene as loaded: arm at zero, objects as saved."""
-    mujoco.mj_resetData(rig.model, rig.data)
+    rig.sim.stop()
+    rig.sim.start()
     mujoco.mj_forward(rig.model, rig.data)
     return rig
 
@@ -309,7 +315,9 @@ def test_gripper_strokes_to_both_ends_and_its_fingers_stay_parallel(fresh: Rig) 
 
 def test_finger_speed_is_the_commanded_one_and_both_fingers_share_it(fresh: Rig) -> None:
     _, openings = fresh.run(ZERO, 0.5, 0.05)
-    assert openings[-1] - openings[99] == pytest.approx(0.05 * (0.5 - 0.2), rel=0.02)
+    assert openings[-1] - openings[round(0.2 / fresh.model.opt.timestep) - 1] == pytest.approx(
+        0.05 * (0.5 - 0.2), rel=0.02
+    )
     hand = fresh.data.body("RG2")
     left, right = (
         (hand.xmat.reshape(3, 3).T @ (fresh.data.body(f"RG2_{side}Touch").xpos - hand.xpos))[0]

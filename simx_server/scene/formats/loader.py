@@ -5,8 +5,9 @@ Preparation adds, it does not remove:
 * names for elements without one, so that an edit finds every element again;
 * for every hinge and slide joint without a plain actuator a velocity actuator with gain 0, which exerts nothing until
   the joint's motor is switched on: no later mode needs another compile;
-* the integrator `implicitfast` in place of the explicit ones, Euler and RK4: V-REP's motors are stiff in velocity, and
-  those are unstable with them;
+* the integrator `implicitfast` in place of the explicit ones, Euler and RK4: servos with the file's own gains are stiff
+  in velocity, and unstable with those;
+* constraints, where the file switches them off: V-REP's motors are constraints;
 * all angles in radians: parts of files in degrees and of files in radians can then be combined.
 """
 
@@ -180,12 +181,27 @@ def prepare(spec: mujoco.MjSpec) -> None:
             and joint.name not in driven
         ):
             _add_motor(spec, joint.name)
+    _keep_motors_possible(spec)
     if spec.option.integrator in _EXPLICIT:
         spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
         logger.debug(
             "integrator implicitfast is used in place of an explicit one: stiff joint motors need it"
         )
 
+
+def _keep_motors_possible(spec: mujoco.MjSpec) -> None:
+    """Replace flags that switch off friction loss, which motors are made of, by what has the same effect otherwise."""
+    option = spec.option
+    if not option.disableflags & (_DISABLE.mjDSBL_CONSTRAINT | _DISABLE.mjDSBL_FRICTIONLOSS):
+        return
+    if option.disableflags & _DISABLE.mjDSBL_CONSTRAINT:
+        option.disableflags |= _DISABLE.mjDSBL_CONTACT | _DISABLE.mjDSBL_LIMIT | _DISABLE.mjDSBL_EQUALITY
+    option.disableflags &= ~(_DISABLE.mjDSBL_CONSTRAINT | _DISABLE.mjDSBL_FRICTIONLOSS)
+    for each in (*spec.joints, *spec.tendons):
+        each.frictionloss = 0.0
+
+
+_DISABLE = mujoco.mjtDisableBit
 
 _EXPLICIT = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
 _MAY_SLEEP = (mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED, mujoco.mjtSleepPolicy.mjSLEEP_INIT)

@@ -13,6 +13,7 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped
 from recordings import recorded, replay
 from scenes_for_tests import ARM
 from scripted_world import evaluate, scripted
+from vrep_concave import bowl
 from vrep_writer import VrepWriter
 
 import simx_client as v
@@ -160,10 +161,12 @@ def test_mesh_of_a_client_that_is_not_convex_passes_its_trial(client, world, her
     writer = VrepWriter(21)
     mesh = points, np.concatenate([bottom, bottom[:, ::-1] + 6, np.array(sides)])
     writer.shape("corner", mesh=mesh, dynamic=True, respondable=True)
+    writer.shape("bowl", mesh=bowl(), respondable=True, position=(0, 0, 5))
+    writer.shape("swing", mesh=bowl(3, 8), dynamic=True, respondable=True, position=(0, 0, 9))
     writer.settings()
     (here / "corner.ttt").write_bytes(writer.bytes())
     assert v.simxLoadScene(client, str(here / "corner.ttt"), 1, BLOCKING) == 0, error_of(client)
-    assert names(world) == ["corner"]
+    assert names(world) == ["corner", "bowl", "swing"]
 
 
 def with_scripts(*, is_model: bool = False) -> bytes:

@@ -18,6 +18,7 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
+from simx_client.protocol.version import __version__
 from simx_server.app.server import serve
 from simx_server.app.settings import Settings
 from simx_server.parts.add_ons import ADD_ON_TYPE
@@ -282,7 +283,7 @@ def test_recording_of_an_older_server_is_replayed_with_a_warning_of_what_may_dif
 
     rewrite(recording, change)
     assert replay(recording) == DONE
-    assert "the replay may differ if meshes were imported" in caplog.text
+    assert f"version {__version__}, which made the recording, replays it bit for bit" in caplog.text
 
 
 def test_code_of_clients_is_replayed_only_when_that_is_allowed_again(

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError
 from simx_server.scene.editing.compounds.grouping import merge
 from simx_server.scene.editing.creating import GREY, add
-from simx_server.scene.formats.vrep.conversion.geometry.decomposition import (
-    SECONDS,
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import (
     decompose,
     how_to_install,
     is_available,
@@ -36,7 +35,7 @@ def convex_shape(world: World, handle: int, *, morph: bool) -> int:
 
     Raises:
         UnknownHandle, WrongKind, CommandError: the surface is not closed, the library is not installed, or it finds
-            nothing in time.
+            nothing within its limits.
     """
     sim = world.simulation
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
@@ -73,7 +72,7 @@ def _parts(world: World, handle: int) -> list[NDArray[np.float64]]:
         raise CommandError(f"the surface of '{name}' is not closed, so it has no convex parts")
     if not is_available():
         raise CommandError(f"convex parts need a library that is not installed: {how_to_install()}")
-    found = decompose(used, joined)
+    found = decompose(used, joined, name)
     if not found:
-        raise CommandError(f"no convex parts of '{name}' were found within {SECONDS} s")
+        raise CommandError(f"the library found no convex parts of '{name}'; the log says why")
     return [np.asarray(part, np.float64) for part in found]

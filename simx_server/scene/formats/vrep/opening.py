@@ -6,7 +6,7 @@ import importlib
 
 import mujoco
 
-from simx_server.scene.formats.vrep.conversion.geometry import decomposition
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
 from simx_server.scene.formats.vrep.converting import convert
 from simx_server.scene.formats.vrep.reading import read_file
 from simx_server.scene.formats.vrep.report import Report

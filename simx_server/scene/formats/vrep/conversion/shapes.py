@@ -13,10 +13,15 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry import solids
 from simx_server.scene.formats.vrep.conversion.geometry.abilities import annotate_abilities
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import solids
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import box_around, box_of
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import (
+    how_to_install,
+    is_available,
+)
 from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
-from simx_server.scene.formats.vrep.conversion.geometry.decomposition import how_to_install, is_available
+from simx_server.scene.formats.vrep.conversion.geometry.ground import deepened
 from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add_height_field
 from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks, is_flat
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
@@ -25,9 +30,9 @@ from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form, 
 from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces
 from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import ends_within
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Points, is_convex, sound
-from simx_server.scene.formats.vrep.conversion.geometry.wheels import is_wheel
+from simx_server.scene.formats.vrep.conversion.geometry.wheels import is_wheel, rolling
 from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape
-from simx_server.scene.geometry.poses import NO_TURN, Pose, compose, normalised
+from simx_server.scene.geometry.poses import IDENTITY, NO_TURN, Pose, compose, normalised
 from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
 from simx_server.scene.mask_bits import ALL_MASKS
 
@@ -43,6 +48,7 @@ _POINT = 1e-4
 
 _HULLS = "shapes that are not convex collide as their convex hulls"
 _HULLS_WITHOUT = f"{_HULLS}; a package decomposes them: {{}}"
+_SIMPLER = f"static shapes that need more than {solids.MOST_STATIC} convex solids collide in a simpler form"
 _ASLEEP = "shapes that start asleep move from the start"
 _DAMPING = "the damping that an engine gives to the motion of single shapes is left out"
 _UNREPEATED = "textures that V-REP shows once are repeated"
@@ -95,32 +101,38 @@ class _Builder:
             self._add_field(leaf, name)
             return
         form = form_of(leaf)
-        rolling = None
-        if (
-            form is not None
-            and self._contact is not None
-            and is_wheel(self._conversion, self._shape, leaf, self._body)
-        ):
-            radius, half_width = form.size[:2]
-            rolling = Form(mujoco.mjtGeom.mjGEOM_ELLIPSOID, (radius, radius, half_width))
         is_textured = self._looks.has_texture(leaf, self._name)
         if form is not None and not is_textured and looks_round(leaf) and not leaf.is_wireframe:
             geom = self._geom(leaf, SEEN, type=form.type, size=form.size)
             # The sheen of a box lies beside that of V-REP; a round geom's does not.
             is_box = form.type == mujoco.mjtGeom.mjGEOM_BOX
             geom.material = self._looks.material_of(leaf, is_flat=is_box, texture=False)
-            if rolling is None:
+            solid, at = self._collision_form(leaf, form)
+            if solid is form:
                 self._collide(geom)
             else:
-                self._collide(self._geom(leaf, HIDDEN, type=rolling.type, size=rolling.size))
+                self._add_form(leaf, solid, at)
             return
         shown = self._show(leaf, name, textured=is_textured)
         if self._contact is None:
             return
-        if (solid := rolling or form) is not None:
-            self._collide(self._geom(leaf, HIDDEN, type=solid.type, size=solid.size))
+        if form is not None:
+            self._add_form(leaf, *self._collision_form(leaf, form))
         else:
             self._add_solids(leaf, name, shown)
+
+    def _collision_form(self, leaf: Leaf, form: Form) -> tuple[Form, Pose]:
+        """Return the form with which a leaf collides, its own one where possible, and its pose in the leaf's frame."""
+        if self._contact is None:
+            return form, IDENTITY
+        if is_wheel(self._conversion, self._shape, leaf, self._body):
+            return rolling(form), IDENTITY
+        return deepened(self._conversion, self._shape, leaf, form)
+
+    def _add_form(self, leaf: Leaf, form: Form, at: Pose) -> None:
+        """Let a form collide in place of a leaf."""
+        place = Leaf(pose=compose(leaf.pose, at))
+        self._collide(self._geom(place, HIDDEN, type=form.type, size=form.size))
 
     def _show(self, leaf: Leaf, name: str, *, textured: bool) -> Any:
         """Add the geom that shows a leaf, and return it; None for one that is not shown."""
@@ -141,33 +153,44 @@ class _Builder:
         if not len(faces):
             return
         points = leaf.vertices[np.unique(faces)]
-        if solids.is_flat(points):
-            self._add_solid(leaf, solids.slab(leaf.vertices, faces), name)
-        elif leaf.is_convex or is_convex(leaf.vertices, faces):
+        if not solids.is_flat(points) and (leaf.is_convex or is_convex(leaf.vertices, faces)):
             if shown is not None and solids.has_hull(points):
                 self._collide(shown)
             else:
                 self._add_solid(leaf, points, name)
-        else:
-            found, is_exact = solids.solids_of(leaf)
-            for one in found:
-                self._add_solid(leaf, one, name)
-            if not is_exact:
-                why = _HULLS if is_available() else _HULLS_WITHOUT.format(how_to_install())
-                self._conversion.report.approximate(why, self._name)
+            return
+        moves = self._masks.moves[self._shape.handle]
+        form = solids.solids_of(leaf, moves=moves, label=self._label)
+        for one in form.solids:
+            self._add_solid(leaf, one, name)
+        if not form.is_exact:
+            why = _HULLS if is_available() else _HULLS_WITHOUT.format(how_to_install())
+            self._conversion.report.approximate(why, self._name)
+        if form.moved:
+            self._conversion.report.approximate(
+                _SIMPLER, f"{self._name} ({len(faces)} triangles, moved by at most {form.moved:.2g} m)"
+            )
+
+    @property
+    def _label(self) -> str:
+        """Return the shape's name in messages, and how far the conversion is."""
+        handles = list(self._masks.bits)
+        return f"'{self._name}', shape {handles.index(self._shape.handle) + 1} of {len(handles)} that collide"
+
+    @property
+    def _masks(self) -> Masks:
+        return Masks.of(self._conversion)
 
     def _add_solid(self, leaf: Leaf, points: Points, name: str) -> None:
-        if not solids.has_hull(points):
-            middle, size = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0) / 2
-            at = Leaf(
-                pose=compose(leaf.pose, ((float(middle[0]), float(middle[1]), float(middle[2])), NO_TURN))
-            )
-            self._collide(
-                self._geom(at, HIDDEN, type=mujoco.mjtGeom.mjGEOM_BOX, size=np.maximum(size, _POINT))
-            )
+        box = box_of(points)
+        if box is None and solids.has_hull(points):
+            mesh = self._meshes.solid(points, f"{name}_solid")
+            self._collide(self._geom(leaf, HIDDEN, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh))
             return
-        mesh = self._meshes.solid(points, f"{name}_solid")
-        self._collide(self._geom(leaf, HIDDEN, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh))
+        pose, half = (box or box_around(points)).placed()
+        at = Leaf(pose=compose(leaf.pose, pose))
+        size = np.maximum(half, _POINT)
+        self._collide(self._geom(at, HIDDEN, type=mujoco.mjtGeom.mjGEOM_BOX, size=size))
 
     def _add_field(self, leaf: Leaf, name: str) -> None:
         self._show(leaf, name, textured=self._looks.has_texture(leaf, self._name))
@@ -191,7 +214,7 @@ class _Builder:
     def _collide(self, geom: Any) -> None:
         if self._contact is not None:
             self._contact.apply(geom)
-            geom.contype, geom.conaffinity = Masks.of(self._conversion).bits[self._shape.handle]
+            geom.contype, geom.conaffinity = self._masks.bits[self._shape.handle]
 
 
 def _annotate(conversion: Conversion, shape: Shape) -> None:

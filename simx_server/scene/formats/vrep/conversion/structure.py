@@ -247,6 +247,20 @@ def children_of(file: VrepFile) -> dict[int, list[VrepObject]]:
     return found
 
 
+def world_poses(file: VrepFile) -> dict[int, Pose]:
+    """Return the pose of each object in the world, by handle."""
+    poses: dict[int, Pose] = {}
+    moved: dict[int, Pose] = {-1: IDENTITY}
+    children = children_of(file)
+    waiting = list(children.get(-1, []))
+    while waiting:
+        item = waiting.pop()
+        pose = poses[item.handle] = compose(moved[item.parent], item.pose)
+        moved[item.handle] = compose(pose, motion_of(item)) if isinstance(item, Joint) else pose
+        waiting += children.get(item.handle, [])
+    return poses
+
+
 def motion_of(joint: Joint) -> Pose:
     """Return the pose of a joint's moving frame in its fixed one."""
     if joint.type == JointType.SPHERICAL:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from vrep_samples import close_worlds
 
-from simx_server.scene.formats.vrep.conversion.geometry import decomposition
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
 
 
 @pytest.fixture(autouse=True)

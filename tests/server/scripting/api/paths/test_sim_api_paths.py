@@ -131,11 +131,15 @@ def test_the_z_axis_of_a_new_path_points_along_it(world: ScriptWorld) -> None:
     assert world.value("sim.getOrientationOnPath(q, 0.5)") == pytest.approx([1, 0, 0])
 
 
-def test_a_pause_is_a_length_on_the_spot(world: ScriptWorld) -> None:
-    world.lua(H + "sim.insertPathCtrlPoints(h'rail', 0, 1, 1, {1,0,0, 0,0,0, 1,0.5,1,0,0})")
-    assert world.lua(H + "return sim.getPathLength(h'rail')") == [2.5]
-    for position, x in ((0.9, 0.9), (1.0, 1.0), (1.4, 1.0), (2.0, 1.5)):
-        found = world.lua(H + f"return sim.getPositionOnPath(h'rail', {position} / 2.5)")
+def test_a_virtual_distance_is_length_on_the_spot_where_points_coincide(world: ScriptWorld) -> None:
+    """Three points at one place, of which the middle one has a virtual distance of 0.5: a metre of rest."""
+    world.lua(
+        H
+        + "for i = 1, 3 do sim.insertPathCtrlPoints(h'rail', 0, i, 1, {1,0,0, 0,0,0, 1,i == 2 and 0.5 or 0,1,0,0}) end"
+    )
+    assert world.lua(H + "return sim.getPathLength(h'rail')") == [3.0]
+    for position, x in ((0.9, 0.9), (1.0, 1.0), (1.9, 1.0), (2.5, 1.5)):
+        found = world.lua(H + f"return sim.getPositionOnPath(h'rail', {position} / 3)")
         assert found == [pytest.approx([x, 0, 1])]
 
 

@@ -17,6 +17,8 @@ class Masks:
 
     bits: Mapping[int, tuple[int, int]]
     """By handle: contype and conaffinity of its geoms."""
+    moves: Mapping[int, bool]
+    """By handle: whether physics or a joint moves the shape. A motion by programs alone does not count."""
     excluded: list[tuple[int, int]]
     """Pairs of handles that the bits cannot keep apart."""
 
@@ -34,6 +36,7 @@ class Masks:
         handles = [shape.handle for shape in shapes]
         return cls(
             dict(zip(handles, bits.geoms, strict=True)),
+            {handle: kind.motion != Motion.FIXED for handle, kind in zip(handles, kinds, strict=True)},
             [(handles[one], handles[other]) for one, other in bits.excluded],
         )
 

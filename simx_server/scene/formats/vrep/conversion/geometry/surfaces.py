@@ -91,7 +91,7 @@ class Surfaces:
     def _prepare(cls, conversion: Conversion) -> Surfaces:
         file = conversion.file
         engine = file.settings.engine
-        ground = None if file.is_model else _ground(file.objects.values())
+        ground = None if file.is_model else ground_of(file.objects.values())
         values = _DEFAULT_GROUND if ground is None else _values(ground.surface, engine)
         return cls(engine, values)
 
@@ -199,7 +199,7 @@ def _of_mujoco(surface: Surface | None) -> Contact | None:
     )
 
 
-def _ground(objects: Iterable[object]) -> Shape | None:
+def ground_of(objects: Iterable[object]) -> Shape | None:
     """Return the static respondable shape with the largest surface from above, which is the ground."""
     static = [
         one

@@ -20,11 +20,8 @@ Mask = NDArray[np.bool_]
 _SLIVER = 1e-10
 """Area of a triangle, in squared sizes of its mesh, up to which it is left out."""
 
-_ALIKE = 1e-2
-"""Difference of unit normals, and of distances in sizes of a mesh, up to which two faces lie in one plane."""
 
-
-def area_vectors(points: Points, faces: Faces) -> NDArray[np.float64]:
+def area_vectors(points: Points | NDArray[np.float64], faces: Faces) -> NDArray[np.float64]:
     """Return (n, 3) the normals of faces by the right-hand rule, as long as their areas."""
     corners = points.T.astype(np.float64)[:, faces.T]
     (ax, ay, az), (bx, by, bz) = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -81,31 +78,6 @@ def connected(points: Points, faces: Faces) -> NDArray[np.int64]:
     return number.reshape(-1)
 
 
-def flat_regions(points: Points, faces: Faces, most: int) -> list[Faces] | None:
-    """Return the faces in groups: those that hang together and lie in one plane, up to `_ALIKE`.
-
-    Returns:
-        None where there are more than `most`. A curved mesh has about as many planes as faces, and a look at each
-        would take minutes.
-    """
-    normals = normals_of(points, faces)
-    offsets = np.einsum("ij,ij->i", normals, points[faces[:, 0]])
-    size = float(np.ptp(points[np.unique(faces)], axis=0).max())
-    planes = np.round(np.column_stack([normals, offsets / size]) / _ALIKE).astype(np.int64)
-    _, plane = np.unique(planes, axis=0, return_inverse=True)
-    count = int(plane.max(initial=-1)) + 1
-    if count > most:
-        return None
-    found: list[Faces] = []
-    for number in range(count):
-        some = faces[plane.reshape(-1) == number]
-        part = connected(points, some)
-        if len(found) + int(part.max()) + 1 > most:
-            return None
-        found += [some[part == each] for each in range(int(part.max()) + 1)]
-    return found
-
-
 def welded(points: Points, faces: Faces) -> tuple[Points, Faces]:
     """Return a mesh in which no two points lie at the same place."""
     _, first, number = np.unique(_weld(points), return_index=True, return_inverse=True)
@@ -116,6 +88,12 @@ def is_closed(points: Points, faces: Faces) -> bool:
     """Return whether the mesh has no border: at each edge as many faces have one direction as the other."""
     there, back = _edges(_weld(points)[faces], len(points))
     return len(faces) > 0 and np.array_equal(np.sort(there), np.sort(back))
+
+
+def volume_of(points: Points | NDArray[np.float64], faces: Faces) -> float:
+    """Return the volume in a closed mesh, m^3; negative where it faces inwards."""
+    starts = points[faces[:, 0]] - points.mean(axis=0)
+    return float(np.einsum("ij,ij->", starts, area_vectors(points, faces))) / 3
 
 
 _FIRST_FACES = 64

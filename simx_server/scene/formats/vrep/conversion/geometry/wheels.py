@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import mujoco
+
 from simx_server.scene.formats.vrep.conversion.context import Conversion
+from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form
 from simx_server.scene.formats.vrep.objects import Joint, JointType, Leaf, Primitive, Shape
 from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, normalised, rotate
 
@@ -41,6 +44,12 @@ def is_wheel(conversion: Conversion, shape: Shape, leaf: Leaf, body: Any) -> boo
         return False
     _, world = compose(_pose_in_world(body), leaf.pose)
     return abs(rotate(world, (0.0, 0.0, 1.0))[2]) <= _LEVEL
+
+
+def rolling(form: Form) -> Form:
+    """Return the form with which the cylinder of a wheel collides."""
+    radius, half_width, _ = form.size
+    return Form(mujoco.mjtGeom.mjGEOM_ELLIPSOID, (radius, radius, half_width))
 
 
 def _pose_in_world(body: Any) -> Pose:

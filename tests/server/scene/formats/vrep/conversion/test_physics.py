@@ -14,7 +14,13 @@ from simx_server.scene.formats.vrep.objects import Settings
 
 @pytest.mark.parametrize(
     ("wanted", "simulation", "expected"),
-    [(0.005, 0.05, 0.0025), (0.001, 0.05, 0.001), (0.002, 0.005, 0.005 / 3), (0.005, 0.001, 0.001)],
+    [
+        (0.005, 0.05, 0.005),
+        (0.02, 0.05, 0.005),
+        (0.001, 0.05, 0.001),
+        (0.002, 0.005, 0.005 / 3),
+        (0.005, 0.001, 0.001),
+    ],
 )
 def test_physics_step_is_a_part_of_the_simulation_step(
     wanted: float, simulation: float, expected: float
@@ -35,7 +41,7 @@ def test_settings_of_the_file_arrive() -> None:
     set_physics(conversion)
     model = conversion.spec.compile()
     assert model.opt.gravity.tolist() == [0.0, 1.0, -1.62]
-    assert model.opt.timestep == pytest.approx(0.0025)
+    assert model.opt.timestep == pytest.approx(0.004)
     assert read_annotations(conversion.spec).time_step == 0.02
 
 

@@ -8,12 +8,13 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from vrep_concave import bowl
 from vrep_meshes import mesh_of
 from vrep_shapes import box_leaf, compiled, converted, cube, file_of, mesh_leaf, settled, shape_of
 
 from simx_server.scene.formats.annotations import read_annotations
 from simx_server.scene.formats.vrep.conversion import shapes as conversion_of_shapes
-from simx_server.scene.formats.vrep.conversion.geometry import decomposition
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
 from simx_server.scene.formats.vrep.conversion.shapes import HIDDEN, SEEN, UNDRAWN
 from simx_server.scene.formats.vrep.objects import (
     Engine,
@@ -95,9 +96,8 @@ def test_mesh_that_is_not_convex_collides_by_hidden_solids(monkeypatch: pytest.M
     assert groups(model) == [SEEN, HIDDEN, HIDDEN]
     assert model.geom_contype.tolist() == [0, 1, 1]
     assert not conversion.report.approximated
-    dented = points.copy()
-    dented[0] = 0.2, 0.2, 0.2
-    conversion = converted(file_of(solid(mesh_leaf(dented, faces))))
+    moving = solid(mesh_leaf(*bowl()), is_dynamic=True, mass=1.0, inertia=(0.1, 0.1, 0.1))
+    conversion = converted(file_of(moving))
     ((sentence, names),) = conversion.report.approximated.items()
     assert "convex hulls" in sentence
     assert "coacd" in sentence

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from vrep_shapes import cube
 
-from simx_server.scene.formats.vrep.conversion.geometry import topology
 from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     both_sides,
     connected,
@@ -79,13 +77,3 @@ def test_thickness_is_measured_across_the_plane_of_a_mesh() -> None:
     assert np.allclose(middle, 5)
     assert np.allclose(np.abs(across), [0, 1, 0], atol=1e-4)
     assert abs(spread - 0.01) < 1e-5
-
-
-def test_regions_of_a_curved_mesh_are_not_looked_at_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    side = np.linspace(0, 1, 20)
-    x, y = np.meshgrid(side, side)
-    points = np.column_stack([x.ravel(), y.ravel(), np.sin(7 * x.ravel()) * y.ravel()]).astype(np.float32)
-    corner = np.arange(400).reshape(20, 20)
-    faces = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:]], axis=2).reshape(-1, 3)
-    monkeypatch.setattr(topology, "connected", None)
-    assert topology.flat_regions(points, faces.astype(np.int32), 32) is None

@@ -14,7 +14,7 @@ try:
 except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
-_OPTIONS = {
+OPTIONS = {
     "threshold": 0.1,
     "max_convex_hull": 32,
     "mcts_nodes": 10,
@@ -31,16 +31,20 @@ search for the best cut is shorter. A mesh of 300 triangles takes about a second
 _MEMORY = 2 << 30
 """Bytes of address space that the process may take."""
 
+_PROCESSOR = 20
+"""Seconds of processor time that it may take: other programs on the machine do not count."""
+
 
 def main() -> None:
     """Read a mesh from standard input (`.npz` with `points` and `faces`); write the points of each part."""
     if resource is not None:
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+        resource.setrlimit(resource.RLIMIT_CPU, (_PROCESSOR, _PROCESSOR))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     library: Any = importlib.import_module("coacd")
     library.set_log_level("error")
     with np.load(io.BytesIO(sys.stdin.buffer.read())) as mesh:
-        parts = library.run_coacd(library.Mesh(mesh["points"], mesh["faces"]), **_OPTIONS)
+        parts = library.run_coacd(library.Mesh(mesh["points"], mesh["faces"]), **OPTIONS)
     np.savez(sys.stdout.buffer, *[np.asarray(points, np.float32) for points, _ in parts])
 
 

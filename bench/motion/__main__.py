@@ -1,0 +1,226 @@
+"""``python -m bench.motion [--samples FOLDER]``: run all robots, write `docs/motion.md`."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from bench.motion.arms import arm
+from bench.motion.drives import Differential, differential, mecanum
+from bench.motion.hover import hover
+from bench.motion.lines import follow
+from bench.motion.opened import running
+from bench.motion.rest import jitter
+from bench.motion.samples import samples
+from simx_server.files.library import list_scenes
+
+PAGE = Path(__file__).parents[2] / "docs" / "motion.md"
+
+DRIVES = {
+    "Pioneer P3-DX": Differential("pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor"),
+    "BubbleRob": Differential("bubblerob", "bubbleRob_leftMotor", "bubbleRob_rightMotor"),
+    "e-puck": Differential("e_puck", "ePuck_leftJoint", "ePuck_rightJoint"),
+    "LineTracer": Differential("line_follower", "DynamicLeftJoint", "DynamicRightJoint"),
+    "K-Junior": Differential("k_junior", "KJunior_motorLeft", "KJunior_motorRight"),
+    "Khepera III": Differential("khepera_iii", "K3_leftWheelMotor", "K3_rightWheelMotor"),
+    "lumibot": Differential("lumibot", "lumibot_leftMotor", "lumibot_rightMotor"),
+    "dr12": Differential("dr12", "dr12_leftJoint_", "dr12_rightJoint_"),
+}
+
+ARMS = {
+    "UR3": "ur3",
+    "UR5": "ur5",
+    "UR10": "ur10",
+    "Franka Emika Panda": "frankaemikapanda",
+    "KUKA LBR iiwa 7": "kuka_lbr_iiwa_7_r800",
+    "KUKA LBR iiwa 14": "kuka_lbr_iiwa_14_r820",
+    "KUKA LBR4+": "kuka_lbr4",
+    "Jaco": "jaco_arm",
+    "Mico": "mico_arm",
+    "ABB IRB 140": "abb_irb_140",
+    "two_link_arm": "two_link_arm",
+}
+
+INTRODUCTION = """# How robots move
+
+This page shows what the shipped robots and V-REP's own files do, beside what they should do.
+`python -m bench.motion --samples FOLDER` writes it. Physics is deterministic, so the numbers belong to
+the code and not to the machine, except the last column of each table: the processor time of a
+simulation step as a part of the time that it simulates.
+
+A motor keeps the commanded velocity with at most its maximum force, as in V-REP's physics engines: it is
+a constraint that MuJoCo solves together with the contacts. All these robots have simulation steps of
+50 ms and physics steps of 5 ms, as in V-REP, unless a table says otherwise.
+"""
+
+
+def page(folder: Path | None) -> str:
+    """Return the page.
+
+    Args:
+        folder: with files of V-REP; None: their table is left out.
+    """
+    parts = [INTRODUCTION, *_wheels(), *_arms(), *_others(), *_rest()]
+    if folder is not None:
+        parts += _samples(folder)
+    return "\n".join(parts) + "\n"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
+
+
+def _wheels() -> list[str]:
+    rows: list[list[str]] = []
+    for name, robot in DRIVES.items():
+        found = differential(robot)
+        rows.append(
+            [
+                name,
+                f"{found.speed:.4f}",
+                f"{1000 * found.side:.1f} mm",
+                f"{math.degrees(found.yaw):.3f}°",
+                f"{found.turning:.4f}",
+                f"{100 * found.wheels:.3f} %",
+                f"{100 * found.share:.1f} %",
+            ]
+        )
+    base = mecanum()
+    return [
+        "## Wheels\n",
+        "A straight drive of 30 s at 0.1 m/s, then turns. Speeds are parts of what wheel velocities, radius and\n"
+        "track give: 1 is right. The row shows the turn that is farthest from 1.\n",
+        _table(
+            (
+                "robot",
+                "speed",
+                "beside its line",
+                "turned",
+                "yaw rate",
+                "wheel beside its command",
+                "of real time",
+            ),
+            rows,
+        ),
+        "The youBot drives ahead, sideways, about itself and combined, each within "
+        f"{100 * base.error:.1f} % of the kinematics. Its velocity changes by at most "
+        f"{1e6 * base.jump:.1g} µm/s from one simulation step to the next.\n",
+    ]
+
+
+def _arms() -> list[str]:
+    rows: list[list[str]] = []
+    for name, model in ARMS.items():
+        found = arm(model)
+        rows.append(
+            [
+                name,
+                str(found.joints),
+                f"{1e6 * found.lag:.1f} µrad",
+                f"{100 * found.force:.2f} %",
+                f"{100 * found.peak:.0f} %",
+                f"{100 * found.overshoot:.1f} %",
+                f"{100 * found.share:.1f} %",
+            ]
+        )
+    return [
+        "## Arms\n",
+        "All joints under position control move together. The lag behind the targets is compared with V-REP's\n"
+        "law: a position controller removes the part P of its error in each 5 ms. The reported force is compared\n"
+        "with the inverse dynamics of the motion.\n",
+        _table(
+            (
+                "arm",
+                "joints",
+                "lag beside the law",
+                "force beside the inverse dynamics",
+                "greatest force, of the maximum",
+                "overshoot of one degree",
+                "of real time",
+            ),
+            rows,
+        ),
+    ]
+
+
+def _others() -> list[str]:
+    flight, line = hover(), follow()
+    return [
+        "## Flying, following a line\n",
+        _table(
+            ("robot", "what it does", "found", "of real time"),
+            [
+                [
+                    "Quadricopter",
+                    "hovers 10 s, flies 0.5 m aside",
+                    f"sinks {1000 * flight.dip:.2f} mm; rests {1000 * flight.error:.3f} mm and "
+                    f"{1000 * flight.arrival:.3f} mm from its targets",
+                    f"{100 * flight.share:.1f} %",
+                ],
+                [
+                    "LineTracer",
+                    "follows its track for 30 s by its three eyes",
+                    f"at most {1000 * line.farthest:.0f} mm from the line, {math.degrees(line.way):.0f}° of the round",
+                    f"{100 * line.share:.1f} %",
+                ],
+            ],
+        ),
+    ]
+
+
+def _rest() -> list[str]:
+    rows: list[list[str]] = []
+    for scene in list_scenes():
+        with running(scene) as one:
+            fastest = jitter(one)
+            rows.append(
+                [
+                    f"`{scene}`",
+                    f"{1000 * one.model.opt.timestep:g} ms",
+                    f"{1000 * fastest:.2g} mm/s",
+                    f"{100 * one.share:.1f} %",
+                ]
+            )
+    return [
+        "## At rest\n",
+        "The fastest part of each shipped scene, 4 to 6 s after the start, while no program commands anything.\n",
+        _table(("scene", "physics step", "fastest part", "of real time"), rows),
+    ]
+
+
+def _samples(folder: Path) -> list[str]:
+    rows = [
+        [
+            found.name,
+            f"{1000 * found.physics_step:g} ms",
+            f"{1000 * found.fastest:.2g} mm/s",
+            str(found.stopped),
+            "yes" if found.ran else "no",
+            f"{100 * found.share:.1f} %",
+        ]
+        for found in samples(folder)
+    ]
+    return [
+        "## Files of V-REP\n",
+        "Public files run for 30 s with their scripts. The fastest part of the last two seconds is 0 or tiny where\n"
+        "nothing drives; `Mobile_robots`, `MyAckermannSteeringModel`, `MyDifferentialDriveModel` and\n"
+        "`blocosControlaveis` drive. Scripts that are stopped need plug-ins of others, or modules that are missing.\n",
+        _table(("file", "physics step", "fastest part", "scripts stopped", "ran 30 s", "of real time"), rows),
+    ]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(prog="python -m bench.motion", description=__doc__)
+    parser.add_argument("--samples", type=Path, help="folder with files of V-REP")
+    chosen = parser.parse_args(arguments)
+    logging.basicConfig(level=logging.ERROR)
+    PAGE.write_text(page(chosen.samples), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

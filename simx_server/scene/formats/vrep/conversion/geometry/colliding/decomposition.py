@@ -1,0 +1,137 @@
+"""Convex parts of a mesh, by the library CoACD, which is an extra and runs in a separate process."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import io
+import logging
+import os
+import subprocess
+import sys
+import time
+from functools import cache
+
+import numpy as np
+
+from simx_client.protocol.cli.installing import extra_line
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import OPTIONS
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.part_cache import store, stored
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
+from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
+
+logger = logging.getLogger(__name__)
+
+SECONDS = 300
+"""Longest time for one mesh on the busiest machine. The limits of the work are in `decomposing.py`, so the parts do
+not depend on the machine's load. One of a real file takes 3 s.
+"""
+
+MOST_FACES = 5000
+"""Most faces of a mesh that is decomposed as it is; one with more is simplified before."""
+
+_PROGRAM = "simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing"
+
+_MARGIN = 0.1
+"""Part of a mesh's size by which its parts may lie beyond it."""
+
+_MOST_KNOWN = 64
+"""Meshes whose parts are remembered: a scene is often opened again."""
+
+_known: dict[str, list[Points] | None] = {}
+_is_off = False
+
+
+@cache
+def how_to_install() -> str:
+    """Return the shell command that installs the library."""
+    return extra_line("convex")
+
+
+@cache
+def is_available() -> bool:
+    """Return whether the library is installed."""
+    return importlib.util.find_spec("coacd") is not None
+
+
+def switch_off() -> None:
+    """Decompose nothing in this process from now on: it will be unable to open files and to start others."""
+    global _is_off
+    _is_off = True
+    how_to_install()
+    is_available()
+
+
+def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | None:
+    """Return the points of convex parts that together fill a closed mesh, the same ones each time.
+
+    They are remembered, and kept in the user's cache folder.
+
+    Args:
+        points: (n, 3), each of them used.
+        faces: (m, 3), indices of points.
+        label: what messages call the mesh.
+
+    Returns:
+        None without the library, or where it finds nothing within its limits.
+    """
+    if _is_off or not is_available():
+        return None
+    if len(faces) > MOST_FACES:
+        points, faces, _ = simplified(points, faces, MOST_FACES)
+    key = hashlib.blake2b(_rules() + points.tobytes() + b"/" + faces.tobytes(), digest_size=16).hexdigest()
+    if key not in _known:
+        while len(_known) >= _MOST_KNOWN:
+            del _known[next(iter(_known))]
+        _known[key] = _kept(key, points, faces, label)
+    return _known[key]
+
+
+@cache
+def _rules() -> bytes:
+    """Return what the parts depend on besides the mesh."""
+    return repr((sorted(OPTIONS.items()), importlib.metadata.version("coacd"))).encode()
+
+
+def _kept(key: str, points: Points, faces: Faces, label: str) -> list[Points] | None:
+    """Return parts from the cache, or made and put there."""
+    parts = stored(key)
+    if parts is not None and _lie_within(parts, points):
+        return parts
+    parts = _run(points, faces, label or "a mesh")
+    if parts:
+        store(key, parts)
+    return parts
+
+
+def _lie_within(parts: list[Points], points: Points) -> bool:
+    """Return whether parts can be those of a mesh."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN * float((high - low).max())
+    return all((each >= low - margin).all() and (each <= high + margin).all() for each in parts)
+
+
+def _run(points: Points, faces: Faces, label: str) -> list[Points] | None:
+    mesh = io.BytesIO()
+    np.savez(mesh, points=points.astype(np.float64), faces=faces.astype(np.int32))
+    logger.info("%s: its %d triangles are decomposed into convex parts", label, len(faces))
+    started = time.monotonic()
+    try:
+        answer = subprocess.run(
+            [sys.executable, "-m", _PROGRAM],
+            input=mesh.getvalue(),
+            capture_output=True,
+            timeout=SECONDS,
+            check=True,
+            # More threads hardly save time, and on a busy machine they wait for each other in a loop.
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
+        )
+        with np.load(io.BytesIO(answer.stdout)) as parts:
+            found = [parts[name] for name in parts.files]
+    except (subprocess.SubprocessError, OSError, ValueError) as error:
+        logger.warning("%s: its %d triangles could not be decomposed: %s", label, len(faces), error)
+        return None
+    seconds = time.monotonic() - started
+    logger.info("%s: %d convex parts after %.1f s", label, len(found), seconds)
+    return found
