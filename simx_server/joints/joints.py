@@ -55,7 +55,7 @@ class Joints(Machine):
         rule = rule_of(binding, state)
         if rule == Rule.POSITION and state.mode != JointMode.FORCE:
             self._retarget(binding, state, value)
-            if self._sim.is_running or binding.element == "tendon":
+            if self._sim.step_count > 0 or binding.element == "tendon":
                 return
         if binding.element == "tendon":
             raise CommandError(

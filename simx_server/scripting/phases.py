@@ -23,7 +23,8 @@ the scene to its close, whether the simulation runs or not.
 
 The contact call-back is called once per pair and simulation step.
 
-Scripts deeper in the tree are called first, children in their order before their parent, as in V-REP's default order.
+Scripts deeper in the tree are called first, children in their order before their parent, as in V-REP's default order;
+`calling_order.py` has the exceptions.
 Throughout a simulation step, also in sensing, simulated time is that of its start. With a main script, the child
 scripts' actuation and sensing run when it calls ``sim.handleChildScripts``; physics runs between the two in any case.
 

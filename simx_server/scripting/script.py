@@ -50,11 +50,21 @@ class ScriptKind(IntEnum):
 
 
 class Order(IntEnum):
-    """When a script is called compared with others; the values are V-REP's sim.scriptexecorder_*."""
+    """When a script is called compared with siblings; the values are V-REP's sim.scriptexecorder_*."""
 
     FIRST = 0
     NORMAL = 1
     LAST = 2
+
+
+class Traversal(IntEnum):
+    """When a script is called compared with those below its object, in V-REP's numbers."""
+
+    REVERSE = 0
+    FORWARD = 1
+    """Before them."""
+    PARENT = 2
+    """As the next script above."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +132,8 @@ class Script:
     """Whether a customization script is called during a run."""
 
     order: Order = Order.NORMAL
+
+    traversal: Traversal = Traversal.REVERSE
 
     has_thread: bool = False
     """Whether its thread is running."""

@@ -15,12 +15,13 @@ from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
 from simx_server.world.part import Part
 
+from .calling_order import in_calling_order
 from .exchange import check_results
 from .interpreter import Function, ScriptError
 from .lives import Lives, OpenSpaces
 from .named_ports import named_ports
 from .phases import Phases
-from .script import LUA, PYTHON, LooseScript, Script, ScriptKind
+from .script import LUA, PYTHON, LooseScript, Order, Script, ScriptKind, Traversal
 from .targets import find_target, split_target
 
 if TYPE_CHECKING:
@@ -230,9 +231,8 @@ class Scripts(Part):
         """Return the scripts (of a kind) in the order in which they are called."""
         if len(self._scripts) < 2:
             return [one for one in self._scripts if kind is None or one.kind == kind]
-        places = self._sim.scene.leaves_first()
-        chosen = [script for script in self._scripts if kind is None or script.kind == kind]
-        return sorted(chosen, key=lambda script: (script.order, places.get(script.home, -1)))
+        chosen = (script for script in self._scripts if kind is None or script.kind == kind)
+        return in_calling_order(chosen, self._sim.scene)
 
     def list_scripts(self) -> str:
         """Return the scripts of the scene in one line, for messages."""
@@ -403,6 +403,8 @@ class Scripts(Part):
             enabled=bool(note.get("enabled", True)),
             starts_enabled=bool(note.get("enabled", True)),
             joint_bases=bool(note.get("joint_bases", False)),
+            order=Order[str(note.get("order", "normal")).upper()],
+            traversal=Traversal[str(note.get("traversal", "reverse")).upper()],
         )
         self._next_handle += 1
         self._scripts.append(script)

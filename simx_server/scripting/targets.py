@@ -1,9 +1,10 @@
-"""Targets of simxCallScriptFunction: a script by its type and object, by its handle, or an add-on by its name."""
+"""Scripts that a call means: one by its type and object, by its handle, an add-on by its name, or those of a tree."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from simx_client.protocol import constants as c
 from simx_server.parts.add_ons import ADD_ON_TYPE, AddOn
 
 from ..errors import CommandError, UnknownName
@@ -70,6 +71,22 @@ def find_target(scripts: Known, scene: Scene, options: int, name: str) -> Script
     if script is None:
         raise _missing(scripts, kind.text, name)
     return script
+
+
+def find_group(scripts: Known, scene: Scene, target: int, owner: int) -> list[Script] | None:
+    """Return the scripts that one of an object means by sim.handle_all, or by sim.handle_tree and sim.handle_chain
+    those on its object and on objects below or above it; None for another target.
+    """
+    every = [one for one in scripts.all() if one.owner in scene.objects]
+    match target:
+        case c.sim_handle_all:
+            return every
+        case c.sim_handle_tree:
+            return [one for one in every if scene.is_below(one.owner, owner)]
+        case c.sim_handle_chain:
+            return [one for one in every if owner in scene.objects and scene.is_below(owner, one.owner)]
+        case _:
+            return None
 
 
 def _owner(scripts: Known, scene: Scene, name: str) -> int:

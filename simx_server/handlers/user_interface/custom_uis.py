@@ -55,7 +55,7 @@ def set_ui_button_property(world: World, ui: int, button: int, prop: int) -> Non
 
 
 @handler("simxSetUIButtonLabel")
-def set_ui_button_label(world: World, ui: int, button: int, up: str, down: str) -> None:
+def set_ui_button_label(world: World, ui: int, button: int, up: str | None, down: str | None) -> None:
     world.user_interface.custom_uis.set_label(ui, button, up, down)
 
 

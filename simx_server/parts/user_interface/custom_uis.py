@@ -210,10 +210,13 @@ class CustomUIs(Part):
         element = self.get(handle).element(element_id)
         element.colors = [new or old for new, old in zip(colors, element.colors, strict=True)]
 
-    def set_label(self, handle: int, element_id: int, up: str, down: str) -> None:
-        """Set the labels of an element. Raises CommandError."""
+    def set_label(self, handle: int, element_id: int, up: str | None, down: str | None) -> None:
+        """Set the labels of an element; None leaves one as it is. Raises CommandError."""
         element = self.get(handle).element(element_id)
-        element.label, element.down_label = up[:MAX_LABEL], down[:MAX_LABEL]
+        if up is not None:
+            element.label = up[:MAX_LABEL]
+        if down is not None:
+            element.down_label = down[:MAX_LABEL]
 
     def take_event(self, handle: int) -> Event | None:
         """Return the oldest unread event and remove it; None without events or for an unknown UI (as V-REP)."""

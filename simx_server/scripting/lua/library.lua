@@ -36,6 +36,7 @@ for _, library in pairs { "math", "string", "table", "utf8" } do
 end
 world.string.dump = nil
 getmetatable("").__index = world.string
+world.math.mod = math.fmod
 world.math.pow = function(x, y) return x ^ y end
 world.math.ldexp = function(x, e) return x * 2.0 ^ e end
 world.math.log10 = function(x) return math.log(x, 10) end

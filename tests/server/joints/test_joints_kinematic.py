@@ -80,6 +80,18 @@ def test_hybrid_joint_is_driven_to_where_it_is_set() -> None:
     assert sim.joints.position(rail(sim)) == pytest.approx(0.08, abs=1e-3)
 
 
+def test_hybrid_joint_is_put_in_place_before_the_first_physics_step_of_a_run() -> None:
+    world = slider(note="mode=passive hybrid=on P=0.1 upper_velocity=1", gravity="0 0 0")
+    sim = world.simulation
+    sim.start()
+    sim.joints.set_position(rail(sim), 0.08)
+    assert sim.joints.position(rail(sim)) == 0.08
+    world.step()
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.08, abs=1e-9)
+    sim.stop()
+    assert sim.joints.position(rail(sim)) == 0.0
+
+
 def test_hybrid_joint_takes_a_target_position_from_clients_and_scripts() -> None:
     joint = """<body name="cart"><joint name="rail" type="slide" axis="1 0 0"/><geom size="0.1" mass="1"/></body>"""
     note = '<text name="simx:joint:rail" data="mode=ik hybrid=on upper_velocity=1"/>'

@@ -76,19 +76,39 @@ def test_a_message_reaches_all_other_scripts() -> None:
     assert len(said(world)) == 2
 
 
-def test_the_order_of_a_script_decides_before_its_place_in_the_tree() -> None:
-    world = scripted({"lua:base": tell("base"), "lua:leaf": tell("leaf"), "lua:right": tell("right")})
+def test_the_order_of_a_script_decides_among_siblings() -> None:
+    names = ("base", "left", "leaf", "right", "plain")
+    world = scripted({f"lua:{name}": tell(name) for name in names})
     world.run(0)
-    evaluate(
-        world, "sim.setScriptAttribute(sim.handle_self, sim.scriptattribute_executionorder, 2)", on="leaf"
-    )
-    evaluate(
-        world,
-        "sim.setScriptAttribute(sim.handle_self, sim.scriptattribute_executionorder, sim.scriptexecorder_first)",
-    )
+    for name, order in (("right", "first"), ("leaf", "last"), ("base", "last")):
+        attribute = f"sim.scriptattribute_executionorder, sim.scriptexecorder_{order}"
+        evaluate(world, f"sim.setScriptAttribute(sim.handle_self, {attribute})", on=name)
     said(world)
     world.run(1)
-    assert said(world) == ["base actuation", "right actuation", "leaf actuation"]
+    order = ("plain", "right", "leaf", "left", "base")
+    assert said(world) == [f"{name} actuation" for name in order]
+
+
+@pytest.mark.parametrize(
+    ("traversals", "order"),
+    [
+        ({"base": "forward"}, ("base", "leaf", "left", "right", "plain")),
+        ({"base": "forward", "left": "parent"}, ("base", "left", "leaf", "right", "plain")),
+        ({"left": "forward", "leaf": "parent"}, ("left", "leaf", "right", "base", "plain")),
+        ({"left": "parent"}, ("leaf", "left", "right", "base", "plain")),
+    ],
+)
+def test_a_script_with_forward_traversal_is_called_before_those_below_it(
+    traversals: dict[str, str], order: tuple[str, ...]
+) -> None:
+    notes = {f"script:{name}": f"traversal={traversal}" for name, traversal in traversals.items()}
+    world = scripted(
+        {f"lua:{name}": tell(name) for name in ("base", "left", "leaf", "right", "plain")} | notes
+    )
+    world.run(0)
+    said(world)
+    world.run(1)
+    assert said(world) == [f"{name} actuation" for name in order]
 
 
 def test_a_customization_script_may_sleep_during_a_run() -> None:

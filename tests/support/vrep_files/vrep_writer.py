@@ -350,7 +350,7 @@ class VrepWriter(RestOfFile):
     def script(
         self, code: str, owner: int = -1, *, kind: str = "child", threaded: bool = False, disabled: bool = False,
         language: str = "", parameters: Sequence[tuple[str, str, str]] = (), flags: int = 0, as_object: bool = False,
-        unowned: bool = False,
+        unowned: bool = False, order: int | None = None, traversal: int | None = None,
     ) -> int:  # fmt: skip
         """Add a script of an object, or with -1 the main script; `as_object` hangs a script object below the owner.
 
@@ -363,6 +363,8 @@ class VrepWriter(RestOfFile):
         records = self._numbers("Si2", "3i", number, -1 if hidden else handle, kind_number)
         records += self._numbers("Coc", "i", handle) if not hidden else b""
         records += self._numbers("Va2", "B", threaded + 2 * disabled + flags) + chunk("Ste", masked(code))
+        records += b"" if order is None else chunk("Seo", struct.pack("<i", order))
+        records += b"" if traversal is None else chunk("Ttd", struct.pack("<i", traversal))
         records += chunk("Lne", text(language)) if language else b""
         if parameters:
             listing = struct.pack("<i", len(parameters))

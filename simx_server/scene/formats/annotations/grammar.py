@@ -181,6 +181,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "threaded": switch,
         "enabled": switch,
         "joint_bases": switch,
+        "order": one_of("first", "normal", "last"),
+        "traversal": one_of("reverse", "forward", "parent"),
     },
     **{kind: {} for kind in TEXT_KINDS},
     "planning": {

@@ -8,7 +8,7 @@ LEAST, MOST = 7, 17
 """Numbers of a point: its pose needs 7."""
 
 DEFAULTS = (0.5, 0.5, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Those after the pose: two Bezier factors, number of Bezier points, pause, velocity, flags, four channels."""
+"""Those after the pose: two Bezier factors, number of Bezier points, virtual distance, velocity, flags, four channels."""
 
 MOST_POINTS = 100_000
 
@@ -49,7 +49,7 @@ def _point(text: str) -> tuple[float, ...]:
     if not is_valid or not all(0 <= factor <= 1 for factor in numbers[7:9]) or not 1 <= numbers[9] <= 1000:
         raise ValueError(
             f"points with semicolons between them, each {LEAST} to {MOST} finite numbers with commas: "
-            "x,y,z,qw,qx,qy,qz, two Bezier factors from 0 to 1, number of Bezier points from 1 to 1000, pause, "
-            "velocity, flags, four channels"
+            "x,y,z,qw,qx,qy,qz, two Bezier factors from 0 to 1, number of Bezier points from 1 to 1000, "
+            "virtual distance, velocity, flags, four channels"
         )
     return numbers

@@ -285,6 +285,8 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Coc": "i",  # object
         "Coi": "i",  # joint of a joint control call-back script, -1 for other scripts
         "Va2": "B",  # 1 threaded, 2 disabled, 8: the simulator's own main script
+        "Seo": "i",  # 0 first among siblings, 1 normal, 2 last
+        "Ttd": "i",  # 0 after the scripts below, 1 before them, 2 as the script above; up to CoppeliaSim 4
         "Ste": "raw",
         "Lne": "s",
         "Prm": "list parameters",

@@ -8,6 +8,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.parts.communication.wireless import NO_ANTENNA, Address, Area
 from simx_server.scripting.api.base import HANDLE_SELF, ApiPart
+from simx_server.scripting.targets import find_group
 
 _ANY = -1
 
@@ -71,26 +72,15 @@ class WirelessFunctions(ApiPart):
         return self._self(handle)
 
     def _receivers(self, target: int) -> frozenset[int] | None:
-        scripts, scene = self._world.scripts, self._sim.scene
-        match target:
-            case c.sim_handle_all:
-                return None
-            case c.sim_handle_tree:
-                return frozenset(
-                    one.handle
-                    for one in scripts.all()
-                    if one.owner in scene.objects and scene.is_below(one.owner, self._owner)
-                )
-            case c.sim_handle_chain:
-                return frozenset(
-                    one.handle
-                    for one in scripts.all()
-                    if self._owner in scene.objects and scene.is_below(self._owner, one.owner)
-                )
-            case _:
-                if scripts.get(target) is None:
-                    raise CommandError(
-                        f"{target} is no receiver; give sim.handle_all, sim.handle_tree, sim.handle_chain or the "
-                        f"handle of a script; scripts of this scene: {scripts.list_scripts()}"
-                    )
-                return frozenset([target])
+        scripts = self._world.scripts
+        if target == c.sim_handle_all:
+            return None
+        group = find_group(scripts, self._sim.scene, target, self._owner)
+        if group is not None:
+            return frozenset(one.handle for one in group)
+        if scripts.get(target) is None:
+            raise CommandError(
+                f"{target} is no receiver; give sim.handle_all, sim.handle_tree, sim.handle_chain or the "
+                f"handle of a script; scripts of this scene: {scripts.list_scripts()}"
+            )
+        return frozenset([target])

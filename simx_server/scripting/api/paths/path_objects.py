@@ -62,17 +62,17 @@ class PathObjectFunctions(ApiPart):
         return 1
 
     def getPositionOnPath(self, path: int, share: float) -> list[float]:
-        """Return the position in the world at a share of the path's length."""
+        """Return the position in the world at a share of the path's length; beyond 1 a closed path goes round."""
         return list(self._pose_on_path(path, share)[0])
 
     def getOrientationOnPath(self, path: int, share: float) -> list[float]:
-        """Return the Euler angles in the world at a share of the path's length."""
+        """Return the Euler angles in the world at a share of the path's length; beyond 1 a closed path goes round."""
         return euler_from_quat(self._pose_on_path(path, share)[1])
 
     def getDataOnPath(self, path: int, share: float) -> tuple[int, list[float]]:
         """Return the auxiliary flags, and the four auxiliary channels, at a share of the path's length."""
         curve = self._world.paths.get(self._self(path)).curve
-        found = curve.at(_share(share) * curve.length)
+        found = curve.at(share * curve.length)
         return found.flags, list(found.channels)
 
     def getClosestPositionOnPath(self, path: int, position: list[float]) -> float:
@@ -115,12 +115,7 @@ class PathObjectFunctions(ApiPart):
 
     def _pose_on_path(self, path: int, share: float) -> Pose:
         own = self._self(path)
-        return self._world.paths.pose_at(own, _share(share) * self._world.paths.get(own).curve.length)
-
-
-def _share(share: float) -> float:
-    """Return the share of a length; the end of a closed path is its end, not its start."""
-    return min(max(share, 0.0), 1.0) if share == share else 0.0
+        return self._world.paths.pose_at(own, share * self._world.paths.get(own).curve.length)
 
 
 def _control_point(numbers: list[float]) -> ControlPoint:

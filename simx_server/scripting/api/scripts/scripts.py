@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NoReturn
 
 from simx_client.protocol import constants as c
@@ -14,7 +15,7 @@ from simx_server.scripting.exchange import check_results
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.script import LUA, Script, ScriptKind
 from simx_server.scripting.signature import to_text
-from simx_server.scripting.targets import find_target, split_target
+from simx_server.scripting.targets import find_group, find_target, split_target
 
 _NONE = -1
 _HIGHEST_TYPE = 0xFF
@@ -133,37 +134,27 @@ class ScriptFunctions(ApiPart):
 
     def getScriptSimulationParameter(
         self, script: int, name: str, as_text: bool = False
-    ) -> bool | float | str | None:
+    ) -> bool | float | str | tuple[list[bool | float | str | None], list[int]] | None:
         """Return true, false or a number where the text is one, else the text; nil for a missing parameter, and for
-        `nil`.
+        `nil`. With sim.handle_all, sim.handle_tree (below the caller) or sim.handle_chain (above it): the values of
+        all scripts that have the parameter, and their handles.
         """
-        text = self._world.script_parameters.get(self._script_at(script).home, name)
-        if text is None or as_text:
-            return text
-        plain = {"true": True, "false": False, "nil": None}
-        if text in plain:
-            return plain[text]
-        try:
-            return int(text)
-        except ValueError:
-            pass
-        try:
-            return float(text)
-        except ValueError:
-            return text
+        parameters = self._world.script_parameters
+        group = self._with_parameter(script, name)
+        if group is None:
+            return _value(parameters.get(self._script_at(script).home, name), as_text)
+        values = [_value(parameters.get(one.home, name), as_text) for one in group]
+        return (values, [one.handle for one in group]) if group else None
 
     def setScriptSimulationParameter(self, script: int, name: str, value: Any) -> int:
-        """Set a parameter of one script, or with sim.handle_all of all; return the number of scripts.
+        """Set a parameter of one script, or with sim.handle_all, sim.handle_tree (below the caller) or
+        sim.handle_chain (above it) of all that have it; return the number of scripts.
 
-        Differs: a missing parameter is created. A number is stored as its text.
+        Differs: a missing parameter of one script is created. A number is stored as its text.
         """
-        every = script == c.sim_handle_all
-        owners = [one.home for one in self._world.scripts.all() if one.home != -1]
-        text = _text(value)
-        parameters = self._world.script_parameters
-        return sum(
-            parameters.set(o, name, text) for o in (owners if every else [self._script_at(script).home])
-        )
+        group = self._with_parameter(script, name)
+        scripts = [self._script_at(script)] if group is None else group
+        return sum(self._world.script_parameters.set(one.home, name, _text(value)) for one in scripts)
 
     def include(self, _file: str, _command: str | None = None) -> NoReturn:
         """Run a Lua file of the simulator's folder, as ``require`` does: ``/lua/graph_customization.lua`` is the
@@ -187,6 +178,18 @@ class ScriptFunctions(ApiPart):
         """Return 1 in a script with a thread."""
         return int(self._script.has_thread)
 
+    def _with_parameter(self, target: int, name: str) -> list[Script] | None:
+        """Return the child scripts of a group that have a parameter; None for a single script.
+
+        The caller does not belong to its tree and chain.
+        """
+        group = find_group(self._world.scripts, self._sim.scene, target, self._owner)
+        if group is None:
+            return None
+        left_out = None if target == c.sim_handle_all else self._script
+        children = [one for one in group if one.kind == ScriptKind.CHILD and one is not left_out]
+        return [one for one in children if self._world.script_parameters.get(one.home, name) is not None]
+
     def _of(self, owner: int, kind: ScriptKind) -> int:
         found = self._world.scripts.of(owner, kind)
         return _NONE if found is None else found.handle
@@ -196,6 +199,19 @@ class ScriptFunctions(ApiPart):
             return self._script
         name = self._adjusted(described) if described else described
         return find_target(self._world.scripts, self._sim.scene, script, name)
+
+
+def _value(text: str | None, as_text: bool) -> bool | float | str | None:
+    """Return what a parameter's text means."""
+    if text is None or as_text:
+        return text
+    plain = {"true": True, "false": False, "nil": None}
+    if text in plain:
+        return plain[text]
+    for number in (int, float):
+        with suppress(ValueError):
+            return number(text)
+    return text
 
 
 def _text(value: Any) -> str:

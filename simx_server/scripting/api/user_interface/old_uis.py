@@ -152,9 +152,9 @@ class CustomUIFunctions(ApiPart):
     def getUIButtonLabel(self, ui: int, button: int) -> str:
         return self._world.user_interface.custom_uis.get(ui).element(button).label
 
-    def setUIButtonLabel(self, ui: int, button: int, up: str, down: str | None = None) -> None:
-        """Set the labels that a button shows when it is up and when it is down; nil: the same for both."""
-        custom_uis.set_ui_button_label(self._world, ui, button, up, up if down is None else down)
+    def setUIButtonLabel(self, ui: int, button: int, up: str | None, down: str | None = None) -> None:
+        """Set the labels that a button shows when it is up and when it is down; nil leaves one as it is."""
+        custom_uis.set_ui_button_label(self._world, ui, button, up, down)
 
     def removeUI(self, ui: int) -> None:
         custom_uis.remove_ui(self._world, ui)

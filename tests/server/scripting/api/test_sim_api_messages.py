@@ -125,6 +125,8 @@ def test_custom_uis_are_operated_by_number(world: ScriptWorld, tmp_path) -> None
     assert world.lua("return sim.getUIEventButton(ui)")[0] == 2
     world.lua("sim.setUIButtonLabel(ui, 2, 'Run')")
     assert world.value("sim.getUIButtonLabel(ui, 2)") == "Run"
+    world.lua("sim.setUIButtonLabel(ui, 2, nil)")
+    assert world.value("sim.getUIButtonLabel(ui, 2)") == "Run"
     bits = world.value("sim.getUIButtonProperty(ui, 2)")
     world.lua(f"sim.setUIButtonProperty(ui, 2, {bits})")
     assert world.value("sim.getUIButtonProperty(ui, 2)") == bits

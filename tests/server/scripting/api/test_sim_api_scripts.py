@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scripted_world import evaluate, scripted
 from sim_api_calls import SCENE, ScriptWorld
 
 from simx_server.scene.formats.annotations import SceneError
@@ -165,16 +166,38 @@ def test_parameters_that_are_set_last_until_the_stop(world: ScriptWorld) -> None
     put = OTHER_SCRIPT + "return sim.setScriptSimulationParameter({}, '{}', {})"
     assert world.lua(put.format("other", "speed", "4")) == [1]
     assert world.lua(put.format("other", "own", "'text'")) == [1]
-    assert world.lua(put.format("sim.handle_all", "flag", "false")) == [3]
+    assert world.lua(put.format("other", "flag", "false")) == [1]
     get = (
         OTHER_SCRIPT
         + "local function get(...) return sim.getScriptSimulationParameter(other, ...) end return "
     )
     assert world.lua(get + "get('speed'), get('own'), get('flag')") == [4, "text", False]
-    assert world.lua("return sim.getScriptSimulationParameter(sim.handle_self, 'flag')") == [False]
     world.call("simxStopSimulation")
     world.run(0)
     assert world.lua(get + "get('speed'), (get('own')), (get('flag'))") == [2.5, None, None]
+
+
+def test_parameters_of_scripts_below_and_above_are_set_and_read_together() -> None:
+    has = {f"parameters:{name}": "speed=1" for name in ("base", "left", "leaf", "plain")}
+    world = scripted({f"lua:{name}": "x = 1" for name in ("base", "left", "leaf", "right", "plain")} | has)
+    world.run(0)
+    parameter = "ScriptSimulationParameter(sim.handle_%s, 'speed'"
+
+    def speeds() -> list[float | None]:
+        return [
+            evaluate(world, f"return (sim.get{parameter % 'self'}))", on=name)[0]
+            for name in ("base", "left", "leaf", "right", "plain")
+        ]
+
+    assert evaluate(world, f"return sim.set{parameter % 'tree'}, 2)") == [2]
+    assert speeds() == [1, 2, 2, None, 1]
+    assert evaluate(world, f"return sim.set{parameter % 'chain'}, 3)", on="leaf") == [2]
+    assert speeds() == [3, 3, 2, None, 1]
+    assert evaluate(world, f"return sim.set{parameter % 'all'}, 4)") == [4]
+    assert speeds() == [4, 4, 4, None, 4]
+    values, handles = evaluate(world, f"return sim.get{parameter % 'tree'})")
+    assert (values, len(handles)) == ([4, 4], 2)
+    assert evaluate(world, f"return sim.get{parameter % 'tree'})", on="right") == []
 
 
 def test_parameters_need_a_value_and_an_object() -> None:

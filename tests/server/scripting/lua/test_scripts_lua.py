@@ -290,10 +290,10 @@ def test_a_random_seed_may_have_a_fraction() -> None:
 def test_what_lua_51_scripts_expect_is_there() -> None:
     interpreter = script("""
         function string.twice(s) return s .. s end
-        function f() return unpack({1, 2}), math.pow(2, 3), table.getn({1, 2, 3}), loadstring('return 4')(),
-            ('a'):twice() end
+        function f() return unpack({1, 2}), math.pow(2, 3), math.mod(-5, 3), table.getn({1, 2, 3}),
+            loadstring('return 4')(), ('a'):twice() end
     """)
-    assert interpreter.call("f") == [1, 8.0, 3, 4, b"aa"]
+    assert interpreter.call("f") == [1, 8.0, -2, 3, 4, b"aa"]
 
 
 LISTS = {

@@ -40,14 +40,14 @@ def fill_path(path: Path, own: Chunks, reading: Reading) -> None:
     for each in points.each("Pat"):
         values = each.reals("At2")
         (count,) = each.ints("At2")
-        (pause,) = each.reals("At3", 0.0)
+        (virtual_distance,) = each.reals("At3", 0.0)
         (flags,) = each.ints("At4", 0)
         path.points.append(
             PathPoint(
                 pose=(vector(values), turn(each, "At2", values[3:7])),
                 bezier=(values[7], values[8]),
                 bezier_points=count,
-                virtual_distance=pause,
+                virtual_distance=virtual_distance,
                 velocity=values[9],
                 flags=flags,
                 channels=each.reals("At4", *(0.0,) * 4),

@@ -36,6 +36,8 @@ def script_of(chunks: Chunks, program: tuple[int, int, int]) -> Script:
     (chosen,) = chunks.ints("Coc", -1)
     (called_for,) = chunks.ints("Coi", -1)
     (flags,) = chunks.ints("Va2", 0)
+    (order,) = chunks.ints("Seo", 1)
+    (traversal,) = chunks.ints("Ttd", 0)
     text = unmasked(chunks.raw("Ste"))
     first = text.lstrip().partition("\n")[0].strip()
     language = chunks.text("Lne") or ("python" if first.startswith("#python") else "lua")
@@ -47,6 +49,8 @@ def script_of(chunks: Chunks, program: tuple[int, int, int]) -> Script:
         language="python" if language.lower().startswith("python") else "lua",
         is_threaded=bool(flags & THREADED),
         is_disabled=bool(flags & DISABLED),
+        order=min(max(order, 0), 2),
+        traversal=min(max(traversal, 0), 2),
     )
     if kind == JOINT_CALL_BACK and called_for >= 0:
         script.owner = called_for

@@ -24,6 +24,10 @@ class Script:
     is_threaded: bool = False
     is_disabled: bool = False
     is_default_main: bool = False
+    order: int = 1
+    """0 first among siblings, 1 normal, 2 last."""
+    traversal: int = 0
+    """0 after the scripts below its object, 1 before them, 2 as the next script above."""
     parameters: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
     """Name, unit, value of the user parameters."""
 

@@ -90,6 +90,13 @@ def test_script_texts_are_unmasked(ser: int, text: str) -> None:
     assert script.parameters == [("speed", "m/s", "0.5"), ("on", "", "true")]
 
 
+def test_order_and_traversal_of_scripts_are_read() -> None:
+    writer = VrepWriter(24)
+    writer.script("x=1", writer.dummy("head"), order=2, traversal=1)
+    writer.script("x=1", writer.dummy("tail"))
+    assert [(each.order, each.traversal) for each in read(writer).scripts] == [(2, 1), (1, 0)]
+
+
 def test_a_script_of_latin_letters_is_read() -> None:
     writer = VrepWriter(21)
     owner = writer.dummy("owner")

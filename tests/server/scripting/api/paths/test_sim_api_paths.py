@@ -113,6 +113,15 @@ def test_control_points_come_and_go(world: ScriptWorld) -> None:
     world.fails("sim.createPath(-1, {5, 9})", "9 is no method of lengths; those are 0 to 6")
 
 
+def test_beyond_its_length_a_closed_path_goes_round(world: ScriptWorld) -> None:
+    world.lua("p = sim.createPath(-1, {5, sim.distcalcmethod_dl, 0}, {0.2, 0, 0})")
+    points = "0,0,0, 0,0,0, 1,0,1,0,0,  4,0,0, 0,0,0, 1,0,1,0,0"
+    world.lua(f"sim.insertPathCtrlPoints(p, 1, 0, 2, {{{points}}})")
+    assert world.value("sim.getPathLength(p)") == pytest.approx(8)
+    for share, x in ((0.25, 2), (1, 0), (2.125, 1), (7.75, 2)):
+        assert world.value(f"sim.getPositionOnPath(p, {share})") == pytest.approx([x, 0, 0], abs=1e-9)
+
+
 def test_the_z_axis_of_a_new_path_points_along_it(world: ScriptWorld) -> None:
     world.lua("p = sim.createPath(-1)")
     world.lua("sim.insertPathCtrlPoints(p, 0, 0, 2, {0,0,0, 0,0,0, 1,0,1,0,0,  3,0,0, 0,0,0, 1,0,1,0,0})")

@@ -23,6 +23,9 @@ from simx_server.scene.formats.vrep.script_needs import needs_of
 _MOVING_FRAMES = (4, 0, 1)
 """First version in which a pose relative to a joint is one in its moving frame."""
 
+_ORDERS = ("first", "normal", "last")
+_TRAVERSALS = ("reverse", "forward", "parent")
+
 _CONTACT_OBJECT = "contactCallbackScript"
 """Name of the script object that is made for a contact call-back script, which has none in the file."""
 
@@ -90,6 +93,8 @@ def _add(conversion: Conversion, script: Script, name: str) -> None:
     if script.type != MAIN:
         options = {"threaded": True} if script.is_threaded else {}
         options |= {"enabled": False} if script.is_disabled else {}
+        options |= {"order": _ORDERS[script.order]} if script.order != 1 else {}
+        options |= {"traversal": _TRAVERSALS[script.traversal]} if script.traversal else {}
         options |= {"joint_bases": True} if conversion.file.program < _MOVING_FRAMES else {}
         if options:
             conversion.annotate("script", f"{kind}{name}", **options)

@@ -62,6 +62,14 @@ def test_threads_disabled_scripts_and_languages_are_kept() -> None:
     assert list(report.needs) == ["child script of 'base'"], "a disabled script needs nothing"
 
 
+def test_when_a_script_is_called_is_kept() -> None:
+    notes = annotated(script(order=0, traversal=1), script(type=CUSTOMIZATION, traversal=2))[0].objects[
+        "base"
+    ]
+    assert (notes["script"]["order"], notes["script"]["traversal"]) == ("first", "forward")
+    assert notes["customization script"]["traversal"] == "parent"
+
+
 def test_a_script_object_has_its_script() -> None:
     found, _ = annotated(script(object=2, owner=1))
     assert found.objects["its_script"]["script"]["text"] == "x = 1"
