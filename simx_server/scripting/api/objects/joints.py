@@ -92,8 +92,8 @@ class JointFunctions(ApiPart):
     setJointMaxForce = setJointForce
 
     def setJointTargetForce(self, joint: int, force: float, signed: bool = True) -> int:
-        """Set the maximum force. A joint in force control pushes in the direction of its sign, which a target velocity
-        other than 0 always takes too. With `signed` False only the magnitude counts: the target velocity gives the sign.
+        """Set the maximum force. The target velocity takes its sign, and a joint in force control pushes in that
+        direction. With `signed` False only the magnitude counts, and the target velocity gives the sign.
         """
         if not signed:
             return self.setJointForce(joint, force)
