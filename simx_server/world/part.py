@@ -18,13 +18,13 @@ class Part:
     """
 
     def scene_closing(self) -> None:
-        """React before the scene is replaced by another one or by the empty scene."""
+        """React before the scene is replaced by another one."""
 
     def scene_changed(self) -> None:
-        """React to another scene: a file was loaded, or the scene was closed and is empty now."""
+        """React to another scene: a file was loaded, or the scene was closed and the default one is there."""
 
     def scene_loaded(self) -> None:
-        """React to a loaded file; called after `scene_changed`."""
+        """React to what the new scene has; called after `scene_changed`."""
 
     def model_changed(self, twins: Twins | None) -> None:
         """React to new objects for scene, model and data.

@@ -24,7 +24,7 @@ from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
 from simx_server.scene import properties
-from simx_server.scene.formats.loader import empty_scene, load_scene
+from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
 from simx_server.scene.geometry.first_turns import set_turns
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.objects import Scene
@@ -94,7 +94,7 @@ class Simulation:
         self.step_count = 0
         """Simulation steps of this run; 0 when stopped."""
         self.scene_id = 0
-        """A different number for every loaded scene, and for the empty one after closing."""
+        """A different number for every loaded scene, and for the default one after closing."""
         self.dynamics_enabled = True
         """Boolean parameter 6: if false, simulation steps run without physics. A new scene starts with true."""
         self.is_stopping = False
@@ -116,7 +116,8 @@ class Simulation:
         """State or model was written since the last physics."""
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
-        self._adopt_empty()
+        scene, model = empty_scene()
+        self._adopt(scene, model, self._first_state(scene, model))
 
     def attach(self, *parts: Part) -> None:
         """Notify these parts of the simulation's events from now on, after those attached before."""
@@ -236,16 +237,13 @@ class Simulation:
         self.tell(lambda part: part.model_changed(None))
 
     def close(self) -> None:
-        """Replace the scene by an empty one.
+        """Replace the scene by V-REP's default one.
 
         Raises:
             CommandError: the simulation is not stopped.
         """
         self._require_stopped("a scene can be closed")
-        self.tell(lambda part: part.scene_closing())
-        self._adopt_empty()
-        self.tell(lambda part: part.scene_changed())
-        self.tell(lambda part: part.model_changed(None))
+        self.use(*default_scene(self.files.sources))
 
     def start(self) -> None:
         """Start from stopped (everything is saved), resume from paused."""
@@ -502,10 +500,6 @@ class Simulation:
             "simulation step, or a scene with a longer timestep of <option>",
         )
         return count
-
-    def _adopt_empty(self) -> None:
-        scene, model = empty_scene()
-        self._adopt(scene, model, self._first_state(scene, model))
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.scene, self.model, self.data = scene, model, data
