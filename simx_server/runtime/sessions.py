@@ -114,6 +114,9 @@ class ClientSession:
     """Takes values instead of bytes, for a client in this process."""
 
     is_stepping: bool = False
+    allows_steps: bool = False
+    """A call of this client waits for simulation steps, and allows the next one without a trigger."""
+
     lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict[str, tuple[str, bytes]])
     """Files of the client's machine that a loading call will read: given path to name and content."""
     called: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
@@ -180,7 +183,7 @@ class ClientSession:
     @property
     def is_waiting(self) -> bool:
         """Return whether the simulation must wait for a trigger of this client."""
-        return self.is_stepping and not self._triggers
+        return self.is_stepping and not self._triggers and not self.allows_steps
 
     def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
         """Answer the triggers, because the step was made (or never will be), as soon as `after` is done as well."""
