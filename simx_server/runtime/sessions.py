@@ -91,6 +91,9 @@ class Interrupted:
     noted: Called | None = None
     """That call, where a history notes it."""
 
+    problem: str = ""
+    """Why the first call of the rest waits in vain for a simulation step."""
+
     call: Unfinished | None = None
     """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
 
@@ -190,6 +193,12 @@ class ClientSession:
         triggers, self._triggers = self._triggers, []
         if triggers:
             _answer(triggers, list(after))
+
+    def fail_triggers(self, problem: str) -> None:
+        """Answer the triggers with the reason why their step cannot be made."""
+        triggers, self._triggers = self._triggers, []
+        for future in triggers:
+            future.set_exception(CommandError(problem))
 
 
 def _answer(triggers: list[Future[None]], after: list[Future[Any]]) -> None:

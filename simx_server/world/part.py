@@ -52,7 +52,7 @@ class Part:
         """React to the end of a run. The state is not restored yet: changes made here are reverted with the rest."""
 
     def run_stopped(self) -> None:
-        """React after the saved state is restored."""
+        """React after the saved state is restored. `Simulation.failure` says whether the run could not continue."""
 
     def step_finished(self) -> None:
         """React to a complete simulation step; the time has advanced. The run may be stopped here."""

@@ -99,6 +99,8 @@ class Simulation:
         """Boolean parameter 6: if false, simulation steps run without physics. A new scene starts with true."""
         self.is_stopping = False
         """The run is about to end: a script requested it, or it is ending now."""
+        self.failure = ""
+        """Why the run that is being stopped cannot continue; empty for a stop that was asked for."""
         self.is_ending = False
         """The server has been told to end: from now on scripts get little time."""
         self.scene_is_of_client = False
@@ -380,17 +382,24 @@ class Simulation:
             raise StepFailed(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:
-        """End a run whose physics cannot continue.
-
-        The stop resets MuJoCo's data, which an error leaves half computed.
-        """
+        """End a run whose physics cannot continue; the log says why."""
         text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
         what, _, advice = text.partition("; ")
         problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
         logger.error("%s", problem)
-        self.stop()
-        text = f"{problem}; {advice}" if advice else problem
-        self.tell(lambda part: part.script_stopped(text))
+        self.fail(f"{problem}; {advice}" if advice else problem)
+
+    def fail(self, problem: str) -> None:
+        """End a run that cannot continue. Calls that wait for one of its steps fail with the reason.
+
+        The stop resets MuJoCo's data, which an error leaves half computed.
+        """
+        self.failure = problem
+        try:
+            self.stop()
+        finally:
+            self.failure = ""
+            self.tell(lambda part: part.script_stopped(problem))
 
     def soon(self, action: Callable[[], object]) -> None:
         """Start, pause or stop at the request of a script, once no simulation step and no script is in progress."""

@@ -215,7 +215,7 @@ class ZmqClients(Part):
     def wait(self, connection: Connection) -> None:
         """Continue a connection's call after the next simulation step, which its client allows if it steps.
 
-        The step may come much later: the call may have begun before the run, or in a pause.
+        The step may come much later: the call may have started before the run, or in a pause.
         """
         self._waiting[connection] = None
         connection.client.session.allows_steps = True
@@ -236,9 +236,12 @@ class ZmqClients(Part):
         self._continue()
 
     def run_stopped(self) -> None:
-        """End the stepping of every client, as the server loop does, and let waiting calls find out."""
+        """End the stepping of every client, as the server loop does, and let waiting calls find out, or fail."""
+        failure = self.world.simulation.failure
         for client in self._clients.values():
             client.level = client.locks = 0
+            for connection in client.connections.values() if failure else ():
+                connection.fail(failure)
         self._continue()
 
     def run_paused(self) -> None:
