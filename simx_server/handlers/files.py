@@ -68,7 +68,7 @@ def load_scene(world: World, client: ClientSession, path: str, options: int) -> 
     """Search for the file in the workspace, beside the present scene and among the shipped scenes, or on the client.
 
     Files that the scene file names must lie in these folders too. Of a path that leads elsewhere, such as a path of
-    the machine that the program was written on, only the last part counts.
+    the machine that the program was written on, only the last part counts. An empty name means V-REP's default scene.
 
     Differs: scenes are V-REP's own files, MJCF or URDF; for a missing `.ttt` file the same name with another such
     ending is taken.
@@ -81,6 +81,9 @@ def load_scene(world: World, client: ClientSession, path: str, options: int) -> 
     if sim.is_running:
         client.lent_files.pop(path, None)
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
+    if not path:
+        sim.close()
+        return
     with file_to_load(world, client, path, options, lambda text: find(sim, text)) as (found, name):
         yield from load(world, found, name)
 

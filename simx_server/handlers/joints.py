@@ -73,19 +73,5 @@ def get_joint_max_force(world: World, joint: int) -> float:
 @handler("simxSetJointForce")
 def set_joint_force(world: World, joint: int, force: float) -> None:
     """Use the magnitude, also of a negative number; the target velocity gives the direction."""
-    world.simulation.joints.set_max_force(joint, force)
-
-
-def set_signed_force(world: World, joint: int, force: float) -> None:
-    """Set the maximum force, for scripts. A joint in force control pushes in the direction of its sign; else a
-    negative force also makes the target velocity negative.
-    """
     joints = world.simulation.joints
-    joints.set_max_force(joint, force)
-    state = joints.state(joint)
-    if not force:
-        return
-    if state.pushes:
-        joints.change(joint, pushes=1 if force > 0 else -1)
-    elif force < 0 and state.target_velocity > 0:
-        joints.set_target_velocity(joint, -state.target_velocity)
+    joints.set_target_force(joint, -abs(force) if joints.target_velocity(joint) < 0 else abs(force))

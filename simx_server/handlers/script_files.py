@@ -52,7 +52,7 @@ def load_scene_of_server(world: World, given: str | bytes) -> None:
     """Load a scene for a script, as simxLoadScene does, as soon as no script runs.
 
     Args:
-        given: a file of the server's side, or the content of a V-REP file.
+        given: a file of the server's side, or the content of a V-REP file; empty for V-REP's default scene.
 
     Raises:
         CommandError: the simulation is not stopped, the file does not exist, or it lies elsewhere.
@@ -60,6 +60,9 @@ def load_scene_of_server(world: World, given: str | bytes) -> None:
     sim = world.simulation
     if sim.is_running:
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
+    if not given:
+        sim.soon(sim.close)
+        return
     content = _content(given)
     if content is not None:
         sim.soon(lambda: _load_content(world, content))

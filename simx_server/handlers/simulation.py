@@ -37,8 +37,9 @@ def stop_simulation(world: World) -> None:
 def close_scene(world: World) -> None:
     """Raises CommandError while not stopped.
 
-    Differs: the result is an empty scene, since one is loaded at a time; V-REP showed another open one, or its default
-    scene.
+    V-REP's default scene is there then: floor, lights and view cameras.
+
+    Differs: one scene is loaded at a time; V-REP showed another one that was open.
     """
     world.simulation.close()
 

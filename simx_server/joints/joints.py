@@ -134,6 +134,7 @@ class Joints(Machine):
             return
         before = rule_of(binding, state)
         state.target_velocity = value
+        _point(state, value)
         if switches:
             state.motor, state.control_loop = True, False
         stays = before == rule_of(binding, state) == Rule.VELOCITY
@@ -158,6 +159,22 @@ class Joints(Machine):
         binding, state = self._single(handle)
         state.max_force = abs(_finite(value, "a maximum force"))
         write_force_limit(binding, state, rule_of(binding, state), self._sim.model)
+
+    def target_force(self, handle: int) -> float:
+        """Return the maximum force with the sign of its direction."""
+        state = self._single(handle)[1]
+        return 0.0 - state.max_force if state.backwards else state.max_force
+
+    def set_target_force(self, handle: int, value: float) -> None:
+        """Set the maximum force with a sign: in force control the direction, else that of the target velocity."""
+        self.set_max_force(handle, value)
+        state = self.state(handle)
+        before = state.pushes, state.target_velocity
+        _point(state, value)
+        if value * state.target_velocity < 0:
+            state.target_velocity = -state.target_velocity
+        if before != (state.pushes, state.target_velocity):
+            self._apply(handle, rebuild=state.rigid)
 
     def force(self, handle: int) -> float:
         """Return the motor's force (N) or torque (N m), mean over the last simulation step, with V-REP's sign.
@@ -398,6 +415,14 @@ def _finite(value: float, what: str) -> float:
     if not math.isfinite(number):
         raise CommandError(f"{what} must be a finite number, not {number}")
     return number
+
+
+def _point(state: JointState, direction: float) -> None:
+    """Turn the maximum force to the sign of a number other than 0."""
+    if direction:
+        state.backwards = direction < 0
+        if state.pushes:
+            state.pushes = -1 if state.backwards else 1
 
 
 def _is_cyclic(binding: Binding, state: JointState) -> bool:

@@ -45,7 +45,16 @@ class Settings:
     weights: Weights
 
 
-_MOVING = {"target_position", "target_velocity", "motion", "motion_time", "held", "offset", "spherical"}
+_MOVING = {
+    "target_position",
+    "target_velocity",
+    "backwards",
+    "motion",
+    "motion_time",
+    "held",
+    "offset",
+    "spherical",
+}
 """Values that change in a run without a change of the model's arrays."""
 
 _BYTES = 56 + 8 * len(SETTING_NAMES) + 4 * 24

@@ -118,7 +118,7 @@ def _read_control_mode(joints: Joints, handle: int) -> int:
 
 def _write_control_mode(joints: Joints, handle: int, value: float) -> None:
     if value == _FORCE:
-        towards = joints.state(handle).pushes or (-1 if joints.target_velocity(handle) < 0 else 1)
+        towards = -1 if joints.target_force(handle) < 0 else 1
         joints.change(handle, motor=True, control_loop=False, pushes=towards)
         return
     if value not in _CONTROL_MODES:

@@ -161,6 +161,8 @@ class JointState:
     pushes: int = 0
     """With the motor on and the control loop off: 1 or -1 where the motor acts with its maximum force, towards greater
     or smaller positions, whatever its target velocity (V-REP's force control); 0: velocity control."""
+    backwards: bool = False
+    """The maximum force was given as a negative number; the sign of a target velocity other than 0 replaces it."""
     hybrid: bool = False
     """Outside force mode: a motor drives the joint to where it is set."""
     master: int = -1
@@ -287,6 +289,7 @@ def initial_state(
         acceleration=float(note.get("upper_acceleration", 0.0)),
         jerk=float(note.get("upper_jerk", 0.0)),
         pushes=0 if control != "force" else -1 if max_force < 0 else 1,
+        backwards=max_force < 0,
         max_force=abs(max_force),
         target_position=float(note.get("target_position", position)),
         target_velocity=float(note.get("target_velocity", 0.0)),

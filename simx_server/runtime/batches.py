@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
 from simx_client.protocol.commands import TRIGGER, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Batch, Call, Operation, Reply
+from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
 
 from .answers import DONE, Answer
@@ -150,7 +151,12 @@ class Batches:
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
         has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call)
-        self._execute(session, batch.rest, batch.replies, has_waited=has_waited)
+        rest, replies = batch.rest, batch.replies
+        if batch.problem:
+            call, *rest = rest
+            status, values = self._executor.failure(session, call.command, CommandError(batch.problem))
+            replies.append(Reply(call.call_id, status, self._messages.time_ms(), values))
+        self._execute(session, rest, replies, has_waited=has_waited and not batch.problem)
 
     @property
     def are_waiting_for_step(self) -> bool:
@@ -171,6 +177,11 @@ class Batches:
             if session := self._loop.sessions.get(client):
                 self._loop.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
+
+    def fail_waiting_for_step(self, problem: str) -> None:
+        """Refuse the paced calls that wait, when they are continued: their simulation step cannot be made."""
+        for batch in self._waiting_for_step.values():
+            batch.problem = problem
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
         """Answer each call of a batch that exceeds a limit, and execute none of them. Raises CodecError."""

@@ -541,8 +541,8 @@ class ServerLoop(Part):
                 raise
             except Exception as error:
                 logger.exception("the pass failed, so the simulation is stopped")
-                self._handle(self.simulation.stop)
-                self.script_stopped(f"the pass failed, so the simulation is stopped: {error!r}")
+                problem = f"the pass failed, so the simulation is stopped: {error!r}"
+                self._handle(partial(self.simulation.fail, problem))
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
             self._publisher.publish(self.sessions.values(), after_pass=True, is_bounded=self.may_cut_batches)
@@ -565,10 +565,20 @@ class ServerLoop(Part):
         """Report an error of a script, or of a simulation step, to every client: no single call has caused it."""
         if self.world.parameters.error_report_mode & sim_api_errormessage_report:
             for session in self.sessions.values():
-                session.errors.append(problem)
+                if not (
+                    session.errors and session.errors[-1].endswith(problem)
+                ):  # the error of a call that waited
+                    session.errors.append(problem)
 
     def run_stopped(self) -> None:
-        """End stepped mode of every client after a stop request; clients must enable it again for each run."""
+        """End stepped mode of every client, which must enable it again for each run.
+
+        If the run cannot continue, the calls that wait for its steps fail.
+        """
+        if failure := self.simulation.failure:
+            for session in self.sessions.values():
+                session.fail_triggers(failure)
+            self._batches.fail_waiting_for_step(failure)
         for session in self.sessions.values():
             session.set_stepping(False)
 

@@ -91,6 +91,9 @@ class Interrupted:
     noted: Called | None = None
     """That call, where a history notes it."""
 
+    problem: str = ""
+    """Why the first call of the rest waits in vain for a simulation step."""
+
     call: Unfinished | None = None
     """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
 
@@ -114,6 +117,9 @@ class ClientSession:
     """Takes values instead of bytes, for a client in this process."""
 
     is_stepping: bool = False
+    allows_steps: bool = False
+    """A call of this client waits for simulation steps, and allows the next one without a trigger."""
+
     lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict[str, tuple[str, bytes]])
     """Files of the client's machine that a loading call will read: given path to name and content."""
     called: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
@@ -180,13 +186,19 @@ class ClientSession:
     @property
     def is_waiting(self) -> bool:
         """Return whether the simulation must wait for a trigger of this client."""
-        return self.is_stepping and not self._triggers
+        return self.is_stepping and not self._triggers and not self.allows_steps
 
     def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
         """Answer the triggers, because the step was made (or never will be), as soon as `after` is done as well."""
         triggers, self._triggers = self._triggers, []
         if triggers:
             _answer(triggers, list(after))
+
+    def fail_triggers(self, problem: str) -> None:
+        """Answer the triggers with the reason why their step cannot be made."""
+        triggers, self._triggers = self._triggers, []
+        for future in triggers:
+            future.set_exception(CommandError(problem))
 
 
 def _answer(triggers: list[Future[None]], after: list[Future[Any]]) -> None:

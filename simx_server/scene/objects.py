@@ -147,7 +147,7 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Return the file stem, or `empty` for the scene that remains after closing."""
+        """Return the file stem, or the model's name of a scene without a file."""
         return self.path.stem if self.path is not None else self.spec.modelname or "empty"
 
     def reindex(self) -> None:

@@ -18,13 +18,13 @@ class Part:
     """
 
     def scene_closing(self) -> None:
-        """React before the scene is replaced by another one or by the empty scene."""
+        """React before the scene is replaced by another one."""
 
     def scene_changed(self) -> None:
-        """React to another scene: a file was loaded, or the scene was closed and is empty now."""
+        """React to another scene: a file was loaded, or the scene was closed and the default one is there."""
 
     def scene_loaded(self) -> None:
-        """React to a loaded file; called after `scene_changed`."""
+        """React to what the new scene has; called after `scene_changed`."""
 
     def model_changed(self, twins: Twins | None) -> None:
         """React to new objects for scene, model and data.
@@ -52,7 +52,7 @@ class Part:
         """React to the end of a run. The state is not restored yet: changes made here are reverted with the rest."""
 
     def run_stopped(self) -> None:
-        """React after the saved state is restored."""
+        """React after the saved state is restored. `Simulation.failure` says whether the run could not continue."""
 
     def step_finished(self) -> None:
         """React to a complete simulation step; the time has advanced. The run may be stopped here."""

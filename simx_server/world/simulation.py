@@ -25,7 +25,7 @@ from simx_server.joints.stepping import Within
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
 from simx_server.scene import properties
-from simx_server.scene.formats.loader import empty_scene, load_scene
+from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
 from simx_server.scene.geometry.first_turns import set_turns
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.objects import Scene
@@ -96,11 +96,13 @@ class Simulation:
         self.step_count = 0
         """Simulation steps of this run; 0 when stopped."""
         self.scene_id = 0
-        """A different number for every loaded scene, and for the empty one after closing."""
+        """A different number for every loaded scene, and for the default one after closing."""
         self.dynamics_enabled = True
         """Boolean parameter 6: if false, simulation steps run without physics. A new scene starts with true."""
         self.is_stopping = False
         """The run is about to end: a script requested it, or it is ending now."""
+        self.failure = ""
+        """Why the run that is being stopped cannot continue; empty for a stop that was asked for."""
         self.is_ending = False
         """The server has been told to end: from now on scripts get little time."""
         self.scene_is_of_client = False
@@ -120,7 +122,8 @@ class Simulation:
         """Shapes overlapped deeply in the last physics step."""
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
-        self._adopt_empty()
+        scene, model = empty_scene()
+        self._adopt(scene, model, self._first_state(scene, model))
 
     def attach(self, *parts: Part) -> None:
         """Notify these parts of the simulation's events from now on, after those attached before."""
@@ -240,16 +243,13 @@ class Simulation:
         self.tell(lambda part: part.model_changed(None))
 
     def close(self) -> None:
-        """Replace the scene by an empty one.
+        """Replace the scene by V-REP's default one.
 
         Raises:
             CommandError: the simulation is not stopped.
         """
         self._require_stopped("a scene can be closed")
-        self.tell(lambda part: part.scene_closing())
-        self._adopt_empty()
-        self.tell(lambda part: part.scene_changed())
-        self.tell(lambda part: part.model_changed(None))
+        self.use(*default_scene(self.files.sources))
 
     def start(self) -> None:
         """Start from stopped (everything is saved), resume from paused."""
@@ -388,17 +388,24 @@ class Simulation:
             raise StepFailed(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:
-        """End a run whose physics cannot continue.
-
-        The stop resets MuJoCo's data, which an error leaves half computed.
-        """
+        """End a run whose physics cannot continue; the log says why."""
         text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
         what, _, advice = text.partition("; ")
         problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
         logger.error("%s", problem)
-        self.stop()
-        text = f"{problem}; {advice}" if advice else problem
-        self.tell(lambda part: part.script_stopped(text))
+        self.fail(f"{problem}; {advice}" if advice else problem)
+
+    def fail(self, problem: str) -> None:
+        """End a run that cannot continue. Calls that wait for one of its steps fail with the reason.
+
+        The stop resets MuJoCo's data, which an error leaves half computed.
+        """
+        self.failure = problem
+        try:
+            self.stop()
+        finally:
+            self.failure = ""
+            self.tell(lambda part: part.script_stopped(problem))
 
     def soon(self, action: Callable[[], object]) -> None:
         """Start, pause or stop at the request of a script, once no simulation step and no script is in progress."""
@@ -508,10 +515,6 @@ class Simulation:
             "simulation step, or a scene with a longer timestep of <option>",
         )
         return count
-
-    def _adopt_empty(self) -> None:
-        scene, model = empty_scene()
-        self._adopt(scene, model, self._first_state(scene, model))
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.scene, self.model, self.data = scene, model, data

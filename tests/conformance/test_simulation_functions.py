@@ -132,14 +132,23 @@ def test_streams_survive_a_change_of_scene_and_then_give_8(
 
 
 @of("simxCloseScene")
-def test_closing_leaves_an_empty_scene_and_is_8_while_running(cid: int, simx: Any) -> None:
+def test_closing_opens_the_default_scene_and_is_8_while_running(cid: int, simx: Any) -> None:
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid, BLOCKING) == REMOTE_ERROR
     v.simxPauseSimulation(cid, BLOCKING)
     assert simx(cid, BLOCKING) == REMOTE_ERROR, "paused is not stopped"
     v.simxStopSimulation(cid, BLOCKING)
     assert simx(cid, BLOCKING) == OK
-    assert v.simxGetObjects(cid, v.sim_handle_all, BLOCKING) == (OK, [])
+    for name in ("ResizableFloor_5_25", "DefaultCamera", "DefaultLightA"):
+        assert v.simxGetObjectHandle(cid, name, BLOCKING)[0] == OK
+    assert v.simxGetObjectHandle(cid, "lid", BLOCKING)[0] == REMOTE_ERROR
+
+
+@of("simxLoadScene")
+def test_an_empty_name_opens_the_default_scene(cid: int, simx: Any) -> None:
+    assert simx(cid, "", 0, BLOCKING) == OK
+    assert v.simxGetObjectHandle(cid, "ResizableFloor_5_25", BLOCKING)[0] == OK
+    assert v.simxGetObjectHandle(cid, "lid", BLOCKING)[0] == REMOTE_ERROR
 
 
 def test_start_pause_and_stop_are_different_commands(world: Any, cid: int) -> None:

@@ -40,7 +40,7 @@ SIMULATION = (
     ),
     Command(
         name="simxCloseScene",
-        doc="Close the scene while stopped.",
+        doc="Close the scene while stopped; the default scene is open then.",
         effect=Effect.EDITS,
         legacy_id=0x0005,
         twin="sim.closeScene",

@@ -19,7 +19,6 @@ from simx_server.scripting.interpreter import PATIENCE
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script, ScriptKind
 from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
 
 from .connection import Connection, too_long
 from .functions import described
@@ -214,15 +213,17 @@ class ZmqClients(Part):
     # --- calls that wait -------------------------------------------------------------------------
 
     def wait(self, connection: Connection) -> None:
-        """Continue a connection's call after the next simulation step, which its client allows if it steps."""
+        """Continue a connection's call after the next simulation step, which its client allows if it steps.
+
+        The step may come much later: the call may have started before the run, or in a pause.
+        """
         self._waiting[connection] = None
-        session = connection.client.session
-        if session.is_stepping and self.world.simulation.state is SimulationState.RUNNING:
-            session.trigger(is_running=True)
+        connection.client.session.allows_steps = True
 
     def _continue(self) -> None:
         waiting, self._waiting = self._waiting, {}
         for connection in waiting:
+            connection.client.session.allows_steps = False
             self.loop.post_for(connection.client.key, partial(self._go_on, connection))
 
     def _go_on(self, connection: Connection) -> None:
@@ -235,9 +236,12 @@ class ZmqClients(Part):
         self._continue()
 
     def run_stopped(self) -> None:
-        """End the stepping of every client, as the server loop does, and let waiting calls find out."""
+        """End the stepping of every client, as the server loop does, and let waiting calls find out, or fail."""
+        failure = self.world.simulation.failure
         for client in self._clients.values():
             client.level = client.locks = 0
+            for connection in client.connections.values() if failure else ():
+                connection.fail(failure)
         self._continue()
 
     def run_paused(self) -> None:

@@ -69,6 +69,9 @@ class Connection:
         """The function that is being executed, or waits."""
 
         self._waiting: Waiting | None = None
+        self._problem = ""
+        """Why the call that waits does so in vain."""
+
         self._depth = 0
         """Functions of the client that are running."""
 
@@ -144,8 +147,9 @@ class Connection:
         waiting = self._waiting
         if waiting is None:
             return
+        problem, self._problem = self._problem, ""
         try:
-            self._act(lambda: next(waiting))
+            self._act(lambda: waiting.throw(CommandError(problem)) if problem else next(waiting))
         except StopIteration as end:
             self._waiting = None
             self._finish(end.value)
@@ -154,6 +158,11 @@ class Connection:
             self._fail(problem)
         else:
             self._clients.wait(self)
+
+    def fail(self, problem: str) -> None:
+        """End a call that waits, when it is continued: no simulation step comes."""
+        if self._waiting is not None:
+            self._problem = problem
 
     def _invoke(self, request: Request) -> tuple[Any, ...] | Waiting:
         arguments = with_functions(request.arguments, lambda name: ClientFunction(self.client, name))
@@ -226,7 +235,7 @@ class Connection:
 
     def end(self) -> None:
         """Abandon a call that waits: its client has left, or says good-bye."""
-        waiting, self._waiting = self._waiting, None
+        waiting, self._waiting, self._problem = self._waiting, None, ""
         if waiting is not None and self.client.acting is not self:
             waiting.close()
 

@@ -27,13 +27,14 @@ from simx_server.scene.formats.model_copies import copy_models
 from simx_server.scene.formats.mounting import mount_bodies
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.specs import one_line, read_scene
+from simx_server.scene.formats.surroundings import default_scene as default_spec
 from simx_server.scene.formats.urdf.reading import is_urdf, read_urdf
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
 from simx_server.scene.tree import INTERNAL, build_scene
 from simx_server.world import physics_warnings
 
-__all__ = ["ADDED_ACTUATOR", "SceneError", "empty_scene", "load_scene", "prepare"]
+__all__ = ["ADDED_ACTUATOR", "SceneError", "default_scene", "empty_scene", "load_scene", "prepare"]
 
 logger = logging.getLogger(__name__)
 
@@ -98,8 +99,13 @@ def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
 
 
 def empty_scene() -> tuple[Scene, mujoco.MjModel]:
-    """Return the scene that remains after closing: gravity, no objects."""
+    """Return the scene of a simulation that has loaded none: gravity, no objects."""
     return build(mujoco.MjSpec(), None)
+
+
+def default_scene(sources: Sources) -> tuple[Scene, mujoco.MjModel]:
+    """Return the scene that remains after closing: V-REP's floor, lights and view cameras."""
+    return build(default_spec(sources), None)
 
 
 def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:

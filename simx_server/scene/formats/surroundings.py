@@ -1,4 +1,4 @@
-"""Add V-REP's default scene to a file without one: a URDF or a `.ttm` has no floor, light or camera."""
+"""V-REP's default scene, also for a file without one: a URDF or a `.ttm` has no floor, light or camera."""
 
 from __future__ import annotations
 
@@ -18,8 +18,22 @@ PARTS = ("parts/settings.xml", DEFAULT_SCENE)
 """Parts of the shipped scenes."""
 
 
+def default_scene(sources: Sources) -> mujoco.MjSpec:
+    """Return the scene that V-REP shows without a file: floor, lights and view cameras.
+
+    Raises:
+        ValueError: MuJoCo cannot read the shipped parts.
+    """
+    includes = "".join(f'<include file="{(sources.shipped / part).as_posix()}"/>' for part in PARTS)
+    text = f'<mujoco model="default">{includes}</mujoco>'
+    if sources.contents is None:
+        return mujoco.MjSpec.from_string(text)
+    with sources.contents.as_files() as files:
+        return mujoco.MjSpec.from_string(text, vfs=files)
+
+
 def surround(spec: mujoco.MjSpec, sources: Sources, *, with_settings: bool = True) -> None:
-    """Add the floor, lights and view cameras of V-REP's empty scene.
+    """Add the floor, lights and view cameras of V-REP's default scene.
 
     A name of the default scene that the spec has already becomes `NAME#0` there, as in V-REP.
 
@@ -29,13 +43,7 @@ def surround(spec: mujoco.MjSpec, sources: Sources, *, with_settings: bool = Tru
     Raises:
         ValueError: MuJoCo cannot read the shipped parts.
     """
-    includes = "".join(f'<include file="{(sources.shipped / part).as_posix()}"/>' for part in PARTS)
-    text = f"<mujoco>{includes}</mujoco>"
-    if sources.contents is None:
-        scene = mujoco.MjSpec.from_string(text)
-    else:
-        with sources.contents.as_files() as files:
-            scene = mujoco.MjSpec.from_string(text, vfs=files)
+    scene = default_scene(sources)
     _rename(scene, spec)
     copier = Copier(lambda name: name)
     for kind in ("texture", "material", "text", "numeric"):

@@ -68,13 +68,14 @@ class SimulationFunctions(ApiPart):
     def loadScene(self, file: bytes) -> int:
         """Replace the scene, which ends the script; only while stopped, as soon as all scripts are done; return 1.
 
-        The argument is a file, `.ttt`, MJCF or URDF, or the content of a `.ttt` file.
+        The argument is a file, `.ttt`, MJCF or URDF, or the content of a `.ttt` file; an empty one
+        means V-REP's default scene.
         """
         script_files.load_scene_of_server(self._world, file)
         return 1
 
     def closeScene(self) -> int:
-        """Replace the scene with an empty one; only while stopped, as soon as all scripts are done; return 1."""
+        """Replace the scene with V-REP's default one; only while stopped, as soon as all scripts are done; return 1."""
         if self._sim.is_running:
             raise CommandError("a scene can be closed only while the simulation is stopped; stop it first")
         self._sim.soon(self._sim.close)

@@ -53,7 +53,8 @@ def test_scene_is_loaded_from_the_workspace_while_stopped(world: World) -> None:
             world.call(name, *arguments)
     world.call("simxStopSimulation")
     world.call("simxCloseScene")
-    assert world.call("simxGetObjects", -2) == []
+    assert world.handle("ResizableFloor_5_25")
+    assert world.sim.scene.by_name("thing") is None
 
 
 def test_shipped_scene_is_found_by_name(world: World) -> None:

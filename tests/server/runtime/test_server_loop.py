@@ -514,7 +514,7 @@ def test_a_pass_that_fails_stops_the_simulation_and_not_the_server(world, monkey
         raise FloatingPointError("no number")
 
     monkeypatch.setattr(world.simulation, "step", fail)
-    assert v.simxSynchronousTrigger(cid) == 0
+    assert v.simxSynchronousTrigger(cid) == v.simx_return_remote_error_flag
     assert world.simulation.state is SimulationState.STOPPED
     assert v.simxGetPingTime(cid)[0] == 0
     assert "no number" in caplog.text

@@ -163,7 +163,7 @@ def test_life_of_a_run_is_told_to_parts_in_order() -> None:
     sim.close()
     assert told == [
         "run_starting", "run_started", "step_finished", "run_paused", "run_resumed", "step_finished",
-        "run_ending", "run_stopping", "run_stopped", "scene_closing", "scene_changed", "model_changed",
+        "run_ending", "run_stopping", "run_stopped", "scene_closing", "scene_changed", "scene_loaded", "model_changed",
     ]  # fmt: skip
     told.clear()
     sim.use(*load_text(ARM))
@@ -222,7 +222,7 @@ def test_scene_is_loaded_and_closed_only_while_stopped(tmp_path: Path) -> None:
     world = world_of("<mujoco/>")
     sim = world.simulation
     sim.close()
-    assert not sim.scene.objects
+    assert sim.scene.name == "default"
     run(world, 2)
     with pytest.raises(CommandError, match="only while the simulation is stopped"):
         sim.load(file)
@@ -235,7 +235,7 @@ def test_scene_is_loaded_and_closed_only_while_stopped(tmp_path: Path) -> None:
         sim.load(tmp_path / "missing.xml")
     assert sim.scene.name == "arm"
     sim.close()
-    assert not sim.scene.objects
+    assert sim.scene.name == "default"
 
 
 def test_diverging_physics_stops_the_run_and_says_so(caplog: pytest.LogCaptureFixture) -> None:

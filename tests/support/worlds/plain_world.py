@@ -39,6 +39,7 @@ class PlainSimulation:
         self.simulation = self
         self._parts: list[Part] = []
         self.is_held = False
+        self.failure = ""
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()
@@ -63,6 +64,11 @@ class PlainSimulation:
         self.passes = 0
         for part in self._parts:
             part.run_stopped()
+
+    def fail(self, problem: str) -> None:
+        self.failure = problem
+        self.stop()
+        self.failure = ""
 
     is_settled = True
     """No script here asks for anything."""

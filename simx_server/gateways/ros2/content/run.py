@@ -145,16 +145,17 @@ class Run:
 
     def run_paused(self) -> None:
         """Be told of a pause."""
-        self._interrupt("the simulation was paused by another client")
+        self._interrupt("the simulation was paused by another client before all steps were made")
 
     def run_stopped(self) -> None:
         """Be told of a stop."""
-        self._interrupt("the simulation was stopped")
+        failure = self._simulation.failure
+        self._interrupt(failure or "the simulation was stopped before all steps were made")
 
     def _end_steps(self, why: str) -> None:
         """End the requests for steps; the simulation is paused then."""
         if self._steps:
-            self._interrupt(why)
+            self._interrupt(f"{why} before all steps were made")
             self._client.ask(PAUSE)
 
     def _interrupt(self, why: str) -> None:
@@ -164,4 +165,4 @@ class Run:
             return
         self._client.session.set_stepping(False)
         for each in steps:
-            each.done.set_exception(CommandError(f"{why} before all steps were made"))
+            each.done.set_exception(CommandError(why))

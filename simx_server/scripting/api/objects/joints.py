@@ -92,14 +92,12 @@ class JointFunctions(ApiPart):
     setJointMaxForce = setJointForce
 
     def setJointTargetForce(self, joint: int, force: float, signed: bool = True) -> int:
-        """Set the maximum force. A joint in force control pushes in the direction of its sign; else a negative force
-        also makes the target velocity negative. With `signed` False only the magnitude counts.
+        """Set the maximum force. The target velocity takes its sign, and a joint in force control pushes in that
+        direction. With `signed` False only the magnitude counts, and the target velocity gives the sign.
         """
-        handle = self._self(joint)
-        if signed:
-            joints.set_signed_force(self._world, handle, force)
-        else:
-            joints.set_joint_force(self._world, handle, force)
+        if not signed:
+            return self.setJointForce(joint, force)
+        self._sim.joints.set_target_force(self._self(joint), force)
         return 1
 
     def _limit_motion(self, joint: int, settings: list[float]) -> None:
@@ -110,7 +108,9 @@ class JointFunctions(ApiPart):
         """Return the maximum force; 1e9 for a joint without a limit."""
         return joints.get_joint_max_force(self._world, self._self(joint))
 
-    getJointTargetForce = getJointMaxForce
+    def getJointTargetForce(self, joint: int) -> float:
+        """Return the maximum force with the sign of its direction; 1e9 for a joint without a limit."""
+        return self._sim.joints.target_force(self._self(joint))
 
     def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
         """Return whether the joint is cyclic, and {least value, range}."""

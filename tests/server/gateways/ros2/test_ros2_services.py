@@ -180,6 +180,24 @@ def test_many_steps_end_with_another_request(server: Ros2World, verb: str, expec
         server.wait_until(lambda: server.simulation.step_count > count + 3)
 
 
+def test_steps_that_diverge_end_with_the_reason(server: Ros2World) -> None:
+    peer = server.peer()
+    peer.trigger("start")
+    peer.trigger("pause")
+    answers: list[Any] = []
+    asking = threading.Thread(
+        target=lambda: answers.append(
+            peer.call_standard("StepSimulation", "step_simulation", steps=1_000_000)
+        )
+    )
+    asking.start()
+    server.wait_until(lambda: server.simulation.step_count > 3)
+    server.simulation.data.qvel[0] = float("nan")
+    asking.join(30)
+    assert answers[0]["result"]["result"] == FAILED
+    assert "the physics diverged" in answers[0]["result"]["error_message"]
+
+
 def test_requests_for_steps_beyond_those_that_wait_are_refused(
     server: Ros2World, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,10 +6,12 @@ import threading
 from typing import Any
 
 import pytest
-from zmq_world import ZmqWorld
+from zmq_world import ZmqWorld, cbor2
 
 from simx_server.history import History
 from simx_server.history.going_on import go_on
+
+MOTION = {"pos": [0.0], "targetPos": [1.0], "maxVel": [1.0], "maxAccel": [1.0], "maxJerk": [2.0]}
 
 
 def start_stepping(sim: Any) -> None:
@@ -136,6 +138,45 @@ def test_a_stop_lets_waiting_calls_return(server: ZmqWorld) -> None:
     assert server.wait_until(lambda: server.gateway._clients.wants_idle)
     other.stopSimulation()
     assert waiting.socket.recv() == b"\xa1\x63ret\x80"
+
+
+@pytest.mark.parametrize(
+    "call",
+    [("sim.wait", 0.5), ("sim.moveToConfig", MOTION), ("sim.waitForSimulationStart",)],
+    ids=lambda call: call[0],
+)
+def test_a_call_that_began_before_the_start_makes_the_steps_that_it_needs(
+    server: ZmqWorld, call: tuple[Any, ...]
+) -> None:
+    stepping, other = server.raw(), server.sim()
+    stepping.ask("sim.setStepping", True)
+    stepping.send(*call)
+    assert server.wait_until(lambda: server.gateway._clients.wants_idle)
+    other.startSimulation()
+    assert "ret" in cbor2.loads(stepping.socket.recv())
+
+
+def test_a_call_that_waits_in_a_pause_goes_on_after_it(server: ZmqWorld) -> None:
+    stepping, other = server.raw(), server.sim()
+    stepping.ask("sim.setStepping", True)
+    other.startSimulation()
+    other.pauseSimulation()
+    stepping.send("sim.wait", 0.5)
+    assert server.wait_until(lambda: server.gateway._clients.wants_idle)
+    other.startSimulation()
+    assert "ret" in cbor2.loads(stepping.socket.recv())
+
+
+def test_a_client_that_begins_to_step_while_a_call_of_its_own_waits_goes_on(server: ZmqWorld) -> None:
+    waiting, second, other = server.raw(), server.raw(), server.sim()
+    second.uuid = waiting.uuid
+    other.setStepping(True)
+    other.startSimulation()
+    waiting.send("sim.wait", 0.5)
+    assert server.wait_until(lambda: server.gateway._clients.wants_idle)
+    second.ask("sim.setStepping", True)
+    other.setStepping(False)
+    assert "ret" in cbor2.loads(waiting.socket.recv())
 
 
 def test_a_wait_by_the_clock_ends_while_the_simulation_is_stopped(server: ZmqWorld) -> None:

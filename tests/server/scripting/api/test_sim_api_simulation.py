@@ -69,7 +69,8 @@ def test_a_customization_script_changes_the_scene_when_it_is_through(tmp_path: P
     assert world.handle("other")
 
 
-def test_a_customization_script_starts_and_closes(tmp_path: Path) -> None:
+@pytest.mark.parametrize("call", ["sim.closeScene()", "sim.loadScene('')"])
+def test_a_customization_script_starts_and_closes(tmp_path: Path, call: str) -> None:
     world = ScriptWorld(tmp_path, kind="customization")
     world.call("simxStopSimulation")
     world.lua("sim.setSimulationTimeStep(0.1); sim.startSimulation()")
@@ -79,9 +80,10 @@ def test_a_customization_script_starts_and_closes(tmp_path: Path) -> None:
     world.lua("sim.stopSimulation()")
     world.sim.settle()
     assert world.sim.state is SimulationState.STOPPED
-    assert world.value("sim.closeScene()") == 1
+    assert world.value(call) == 1
     world.sim.settle()
-    assert not world.sim.scene.objects
+    assert world.handle("ResizableFloor_5_25") in world.sim.scene.objects
+    assert world.sim.scene.by_name("hinge") is None
 
 
 def test_clocks_of_the_wall(world: ScriptWorld) -> None:

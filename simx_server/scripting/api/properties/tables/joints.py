@@ -83,11 +83,6 @@ def _set_mode(world: World, handle: int, mode: int) -> None:
     _joints(world).set_mode(handle, JointMode(mode))
 
 
-def _target_force(world: World, handle: int) -> float:
-    pushes = _joints(world).state(handle).pushes
-    return _joints(world).max_force(handle) * (pushes or 1)
-
-
 def _motion(world: World, handle: int) -> list[float]:
     state = _joints(world).state(handle)
     return [state.upper_velocity, state.acceleration, state.jerk]
@@ -138,7 +133,12 @@ _CONTROL = (
         lambda world, handle: _joints(world).target_velocity(handle),
         joints.set_joint_target_velocity,
     ),
-    Property("targetForce", FLOAT, _target_force, joints.set_signed_force),
+    Property(
+        "targetForce",
+        FLOAT,
+        lambda world, handle: _joints(world).target_force(handle),
+        lambda world, handle, force: _joints(world).set_target_force(handle, force),
+    ),
     Property("jointForce", FLOAT, _force),
     Property("averageJointForce", FLOAT, _force),
     Property("maxVelAccelJerk", FLOAT_ARRAY, _motion, _set_motion),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from sim_api_calls import ScriptWorld, world
@@ -64,8 +65,7 @@ def test_the_target_velocity_is_kept_in_any_mode(world: ScriptWorld) -> None:
     "call", ["sim.setJointForce(j, -7)", "sim.setJointMaxForce(j, -7)", "sim.setJointTargetForce(j, -7)"]
 )
 def test_every_name_of_the_force_limit_sets_the_same(world: ScriptWorld, call: str) -> None:
-    source = HINGE + f"return {call}, sim.getJointMaxForce(j), sim.getJointTargetForce(j)"
-    assert world.lua(source) == [1, 7, 7]
+    assert world.lua(HINGE + f"return {call}, sim.getJointMaxForce(j)") == [1, 7]
 
 
 def test_the_force_of_a_motor_that_accelerates_is_read(world: ScriptWorld) -> None:
@@ -158,7 +158,25 @@ def test_targets_bring_the_limits_of_their_motion(trio: ScriptWorld) -> None:
 
 
 def test_the_sign_of_a_target_force_is_a_direction(world: ScriptWorld) -> None:
-    code = HINGE + "sim.setJointTargetVelocity(j, 2)\nsim.setJointTargetForce(j, -3{more})\n"
-    result = "return sim.getJointTargetForce(j), sim.getJointTargetVelocity(j)"
-    assert world.lua(code.format(more="") + result) == [3, -2]
-    assert world.lua(code.format(more=", false") + result) == [3, 2]
+    def after(*calls: str) -> Any:
+        lines = "\n".join(f"sim.setJointTarget{call}" for call in calls)
+        return world.lua(f"{HINGE}{lines}\nreturn sim.getJointTargetForce(j), sim.getJointTargetVelocity(j)")
+
+    assert after("Velocity(j, 2)", "Force(j, -3)") == [-3, -2]
+    assert after("Force(j, 1)") == [1, 2], "the sign comes back"
+    assert after("Velocity(j, -2)") == [-1, -2]
+    assert after("Force(j, 3, false)") == [-3, -2], "only the magnitude is given"
+    assert after("Velocity(j, 0)", "Force(j, 1)", "Force(j, -3)") == [-3, 0], "without a velocity too"
+
+
+def test_a_joint_in_force_control_pushes_where_its_target_force_points(world: ScriptWorld) -> None:
+    hinge = world.handle("hinge")
+    joints = world.sim.joints
+    world.lua(HINGE + "sim.setJointTargetForce(j, -50)")
+    world.lua(HINGE + "sim.setObjectInt32Param(j, sim.jointintparam_dynctrlmode, sim.jointdynctrl_force)")
+    forces = []
+    for call in ("Force(j, -50)", "Force(j, 50)", "Velocity(j, -1)", "Force(j, 50, false)"):
+        world.lua(f"{HINGE}sim.setJointTarget{call}")
+        world.passes(1)
+        forces.append(-joints.force(hinge))
+    assert forces == pytest.approx([-50, 50, -50, -50])
