@@ -19,6 +19,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.joints.grip import Grip
 from simx_server.joints.servo import MOST_VELOCITY, Entry, is_motor
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData], None]
@@ -64,6 +65,7 @@ class Motors:
         self._of_joints, self._of_tendons = self._velocity[: len(joints)], self._velocity[len(joints) :]
         self._wanted = np.zeros(len(bindings))
         self._with_friction = [b for b in bindings if b.friction > 0]
+        self._grip = Grip(model)
 
     def __bool__(self) -> bool:
         return bool(self._bindings)
@@ -84,6 +86,7 @@ class Motors:
                 within(model, data)
             rows = self._present_rows(data)
             data.efc_aref[rows] = self._references(model, data)
+            self._grip.hold(model, data)
             second_half(model, data)
             self._report(data, rows)
 

@@ -1,0 +1,1 @@
+"""How well things move: held objects that must not creep."""
