@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.motion.held_objects import add_object, add_pedestal
+from simx_client.protocol.constants import sim_buttonproperty_isdown
 from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.specs import read_spec
@@ -44,21 +45,19 @@ class Hand:
 
     body: str
     grip: float
-    """Height in metres, in its frame along the fingers, of the middle of what it takes."""
+    """Height in metres in the file, where its fingers point upwards, of the middle of what it takes."""
     opens: Mapping[str, float]
     """Target velocities of its motors, m/s or rad/s."""
     closes: Mapping[str, float]
     signal: str = ""
     """Integer signal for its script, 1: open, if the script moves the motors."""
+    button: tuple[str, int] | None = None
+    """Name of its UI, and number of the button that closes it while it is down, if its script moves the motors so."""
     turned: float = 0.0
     """Angle in radians about the fingers' direction by which the object is turned."""
     opening: float = 2.0
     closing: float = 3.0
     """Seconds that it needs."""
-    follows: Mapping[str, tuple[str, float, float]] = field(
-        default_factory=dict[str, tuple[str, float, float]]
-    )
-    """Joints with a target position: of which other joint's position, how much of it, and what is added."""
     at: tuple[float, float] = (0.0, 0.0)
     """Place of the object's middle across the fingers' direction."""
 
@@ -113,7 +112,7 @@ def trial(
     body = spec.body(hand.body)
     for joint in list(body.joints):
         spec.delete(joint)
-    body.pos, body.quat = (0.0, 0.0, _HEIGHT + hand.grip + _ABOVE), (0.0, 1.0, 0.0, 0.0)
+    _turn_down(body, hand)
     _add_carriage(spec, body)
     x, y = hand.at
     add_object(spec, kind, mass, (x, -y, _HEIGHT), hand.turned)
@@ -127,23 +126,33 @@ def trial(
 
 def _read(file: Path, hand: Hand) -> Any:
     spec: Any = read_spec(file.resolve()).spec
-    if not hand.signal:
+    if not (hand.signal or hand.button):
         for text in list(spec.texts):
             if text.name.startswith((f"{PREFIX}script:", f"{PREFIX}lua:")):
                 spec.delete(text)
     return spec
 
 
+def _turn_down(body: Any, hand: Hand) -> None:
+    """Let the fingers, which point upwards in a file, point downwards to the object."""
+    x, y, z = body.pos
+    turned = np.zeros(4)
+    mujoco.mju_mulQuat(turned, np.array((0.0, 1.0, 0.0, 0.0)), body.quat)
+    body.pos, body.quat = (x, -y, _HEIGHT + _ABOVE + hand.grip - z), turned
+
+
 def _add_carriage(spec: Any, body: Any) -> None:
-    """Hang the gripper, fingers down, on an axis across, one that lifts and one that turns."""
+    """Hang the gripper on an axis across, one that lifts and one that turns."""
     types = mujoco.mjtJoint
-    for name, kind, axis in (
-        ("across", types.mjJNT_SLIDE, (1, 0, 0)),
-        ("lift", types.mjJNT_SLIDE, (0, 0, -1)),
-        ("tilt", types.mjJNT_HINGE, (0, 1, 0)),
+    for name, kind, axis, start in (
+        ("across", types.mjJNT_SLIDE, (1.0, 0.0, 0.0), 0.0),
+        ("lift", types.mjJNT_SLIDE, (0.0, 0.0, 1.0), _ABOVE),
+        ("tilt", types.mjJNT_HINGE, (0.0, 1.0, 0.0), 0.0),
     ):
-        joint = body.add_joint(name=name, type=kind, axis=axis, limited=mujoco.mjtLimited.mjLIMITED_FALSE)
-        joint.ref = _ABOVE if name == "lift" else 0.0
+        inverse, own = np.zeros(4), np.zeros(3)
+        mujoco.mju_negQuat(inverse, body.quat)
+        mujoco.mju_rotVecQuat(own, np.array(axis), inverse)
+        body.add_joint(name=name, type=kind, axis=own, ref=start, limited=mujoco.mjtLimited.mjLIMITED_FALSE)
         spec.add_text(
             name=f"{PREFIX}joint:{name}",
             data="mode=force motor=on control=velocity rigid=yes max_force=10000 cyclic=no",
@@ -205,12 +214,14 @@ def _command(world: Any, hand: Hand, motors: Mapping[str, int], *, opens: bool) 
     if hand.signal:
         world.signals.set_integer(hand.signal, int(opens))
         return
-    joints = world.simulation.joints
+    if hand.button is not None:
+        uis, (name, button) = world.user_interface.custom_uis, hand.button
+        handle = uis.find(name)
+        if bool(uis.get(handle).element(button).has(sim_buttonproperty_isdown)) == opens:
+            uis.click(handle, button)
+        return
     for name, velocity in (hand.opens if opens else hand.closes).items():
-        joints.set_target_velocity(motors[name], velocity)
-    for name, (master, factor, added) in hand.follows.items():
-        find = world.simulation.scene.resolve
-        joints.set_target_position(find(name), added + factor * joints.position(find(master)))
+        world.simulation.joints.set_target_velocity(motors[name], velocity)
 
 
 def _pose_in_hand(model: Any, data: Any, body: str) -> NDArray[np.float64]:
