@@ -23,6 +23,8 @@ from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.specs import read_spec
 from simx_server.world.building import build_world
 
+SHIPPED_SCENES = Path(__file__).parents[2] / "scenes"
+
 _STEP = 0.05
 """Simulation step in seconds."""
 
@@ -117,6 +119,8 @@ def trial(
     x, y = hand.at
     add_object(spec, kind, mass, (x, -y, _HEIGHT), hand.turned)
     add_pedestal(spec, (x, -y, _HEIGHT))
+    if file.suffix == ".xml":
+        _set_shipped_physics(spec)
     if edit is not None:
         edit(spec)
     world = build_world(None, workspace=None)  # pyright: ignore[reportArgumentType]
@@ -131,6 +135,13 @@ def _read(file: Path, hand: Hand) -> Any:
             if text.name.startswith((f"{PREFIX}script:", f"{PREFIX}lua:")):
                 spec.delete(text)
     return spec
+
+
+def _set_shipped_physics(spec: Any) -> None:
+    """Simulate a shipped model as in the shipped scenes."""
+    settings: Any = mujoco.MjSpec.from_file(str(SHIPPED_SCENES / "ur5_rg2_kinect.xml"))
+    for name in ("timestep", "integrator", "cone", "impratio", "noslip_iterations"):
+        setattr(spec.option, name, getattr(settings.option, name))
 
 
 def _turn_down(body: Any, hand: Hand) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -69,7 +70,7 @@ def _cup() -> list[NDArray[np.float64]]:
     levels = (-_HALF, -_HALF + _THICK), (-_HALF + _THICK, _HALF)
     floor, walls = levels
     parts = [np.array([(*(outer * each), z) for each in circle for z in floor])]
-    for one, other in zip(circle[:-1], circle[1:], strict=True):
+    for one, other in itertools.pairwise(circle):
         corners = [radius * each for radius in (outer, outer - _THICK) for each in (one, other)]
         parts.append(np.array([(*corner, z) for corner in corners for z in walls]))
     return parts

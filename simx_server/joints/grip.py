@@ -1,10 +1,10 @@
 """Friction between two moving bodies, such as fingers and what they hold: it keeps them together while they turn.
 
-MuJoCo's friction asks for no sliding along the contact as it lies at the start of a physics step, and damps what is left
-only slowly. When both bodies turn, the free one leaves the circle along its tangent by half of the centripetal
-acceleration in each step: 1 mm in a second, 0.2 m from an axis that turns by 90 degrees in it. So the friction's reference
-acceleration becomes the one that ends all sliding within the physics step, as in V-REP's engines, and leaves no way
-between the two points of contact, to second order of the step.
+MuJoCo's friction asks for no sliding along the contact as it lies at the start of a physics step, and damps what is
+left only slowly. When both bodies turn, the free one leaves the circle along its tangent by half of the centripetal
+acceleration in each step: 1 mm in a second, 0.2 m from an axis that turns by 90 degrees in it. So the friction's
+reference acceleration becomes the one that ends all sliding within the physics step, as in V-REP's engines, and leaves
+no way between the two points of contact, to second order of the step.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Grip:
     def _apart(
         self, model: mujoco.MjModel, data: mujoco.MjData, bodies: NDArray[Any], places: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the acceleration (m/s^2) between the points of two bodies at each contact, at constant joint velocities."""
+        """Return the acceleration (m/s^2) between two bodies at each contact, at constant joint velocities."""
         involved, index = np.unique(bodies, return_inverse=True)
         velocity = data.cvel[involved]
         acceleration = np.array([self._bias(model, data, body) for body in involved.tolist()])
