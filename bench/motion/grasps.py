@@ -108,7 +108,10 @@ def trial(
         mass: of the object, kg.
         edit: changes the MjSpec.
         seconds: how long the object is held at last.
-        watch: called with world and time after each simulation step.
+        watch: called with world, time and phase after each simulation step.
+
+    Raises:
+        RuntimeError: the physics diverged.
     """
     spec: Any = _read(file, hand)
     body = spec.body(hand.body)
@@ -205,9 +208,11 @@ def _carry(world: Any, hand: Hand, seconds: float, watch: Callable[..., None] | 
         for axis, place in zip(axes, places, strict=True):
             joints.set_target_velocity(axis, (place - joints.position(axis)) / _STEP)
         _command(world, hand, motors, opens=phase == "open")
-        began = time.perf_counter()
+        began, before = time.perf_counter(), data.time
         world.step()
         took = time.perf_counter() - began
+        if data.time <= before:  # the server stops a simulation that diverges
+            raise RuntimeError(f"the physics diverged at {before:.2f} s")
         poses.append(_pose_in_hand(model, data, hand.body))
         phases.append(phase)
         if watch is not None:

@@ -20,7 +20,7 @@ EQUALITY = INTERNAL + "link:"
 CLOSED = (0.005, 1.0)
 """Time constant (s) and damping ratio: V-REP closes a loop within one of its dynamics steps of 5 ms."""
 
-IMPEDANCE = (0.92, 0.92, 0.0001)
+IMPEDANCE = (0.97, 0.97, 0.0001)
 """Part of the stiffness that a loop has, of what it joins: V-REP's engines let a loop of light links give way, and a
 gripper with two motors in one loop needs that, as a motor that is told to follow the other stands in its way.
 """
