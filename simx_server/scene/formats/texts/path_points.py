@@ -8,7 +8,7 @@ LEAST, MOST = 7, 17
 """Numbers of a point: its pose needs 7."""
 
 DEFAULTS = (0.5, 0.5, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Those after the pose: two Bezier factors, number of Bezier points, virtual distance, velocity, flags, four channels."""
+"""Those after the pose: two Bezier factors, number of points, virtual distance, velocity, flags, four channels."""
 
 MOST_POINTS = 100_000
 

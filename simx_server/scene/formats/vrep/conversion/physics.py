@@ -36,9 +36,10 @@ def set_physics(conversion: Conversion) -> None:
     if all(abs(part) <= _STRONGEST for part in gravity):  # False for NaN
         option.gravity[:] = gravity
     option.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-    # Friction that holds: a block on a slope, a ball between fingers.
+    # Friction that holds: a block on a slope, a ball between fingers. Noslip leaves loops and couplings out of account,
+    # so that a hand of several loops creeps with it unless the friction is stiff itself.
     option.cone = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
-    option.impratio, option.noslip_iterations = 10.0, 3
+    option.impratio, option.noslip_iterations = 100.0, 3
     # Things at rest cost nothing until something touches them.
     option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 
