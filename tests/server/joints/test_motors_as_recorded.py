@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scenes_for_tests import slider, world_of
 
 from simx_server.world.world import World
@@ -40,8 +40,8 @@ SEVEN = f"""
 </mujoco>"""
 
 
-def drive(world: World, command: Sequence[float]) -> None:
-    for joint, value in enumerate(command):
+def drive(world: World, command: NDArray[np.float64]) -> None:
+    for joint, value in enumerate(command.tolist()):
         handle = world.simulation.scene.resolve(f"joint{joint}")
         world.simulation.joints.set_target_position(handle, value)
 
