@@ -38,14 +38,15 @@ def keep_down(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     contacts = data.contact
     chosen = np.flatnonzero((contacts.efc_address >= 0) & (contacts.dim >= 3))
     rows = contacts.efc_address[chosen, None] + (1, 2)
-    sliding = np.abs(velocity[rows]).max(axis=1, initial=0.0) > SLOWEST
+    damping = data.efc_KBIP[rows, _DAMPING]
+    wanted = data.efc_aref[rows]  # -damping times the sliding; on a belt that is not the velocity
+    sliding = np.abs(wanted).max(axis=1, initial=0.0) > SLOWEST * damping[:, 0]
     if not sliding.any():
         return
-    chosen, rows = chosen[sliding], rows[sliding]
+    chosen, rows, damping, wanted = chosen[sliding], rows[sliding], damping[sliding], wanted[sliding]
     acceleration = np.zeros(data.nefc)
     mujoco.mj_mulJacVec(model, data, acceleration, data.qacc_warmstart)
-    damping = data.efc_KBIP[rows, _DAMPING]
     # The last step began with a velocity that is smaller by its acceleration, and wanted -damping times that one.
-    missed = acceleration[rows] * (1.0 - damping * model.opt.timestep) + damping * velocity[rows]
+    missed = acceleration[rows] * (1.0 - damping * model.opt.timestep) - wanted
     lift = np.linalg.norm(contacts.friction[chosen, :2] * missed, axis=1)
     data.efc_aref[contacts.efc_address[chosen]] -= lift

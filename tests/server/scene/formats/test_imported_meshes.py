@@ -80,7 +80,7 @@ def write(path: Path, points: Array, faces: Array) -> None:
 
 
 ROCKING = "frustum"
-"""MuJoCo finds four contacts for its five corners, which change from step to step: it rocks by 3 um, and stays awake."""
+"""MuJoCo finds four contacts for its five corners, which change from step to step: it rocks by 3 um, awake."""
 
 
 class Table:
