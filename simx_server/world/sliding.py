@@ -1,4 +1,4 @@
-"""What slides stays on its ground: a dragged caster or a pushed box does not hop.
+"""Sliding bodies stay on their ground: a dragged caster or a pushed box does not hop.
 
 MuJoCo's friction is convex. The price: where friction cannot stop the sliding, MuJoCo pushes the two bodies apart as
 well, with the coefficient of friction times the acceleration that friction could not reach. A box with friction 1 that
@@ -46,7 +46,7 @@ def keep_down(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     chosen, rows, damping, wanted = chosen[sliding], rows[sliding], damping[sliding], wanted[sliding]
     acceleration = np.zeros(data.nefc)
     mujoco.mj_mulJacVec(model, data, acceleration, data.qacc_warmstart)
-    # The last step began with a velocity that is smaller by its acceleration, and wanted -damping times that one.
+    # At the start of the last step the sliding was smaller by its acceleration; friction wanted -damping times that.
     missed = acceleration[rows] * (1.0 - damping * model.opt.timestep) - wanted
     lift = np.linalg.norm(contacts.friction[chosen, :2] * missed, axis=1)
     data.efc_aref[contacts.efc_address[chosen]] -= lift
