@@ -108,7 +108,7 @@ def _wheels() -> list[str]:
         ),
         "The youBot drives ahead, sideways, about itself and combined, each within "
         f"{100 * base.error:.1f} % of the kinematics. Its velocity changes by at most "
-        f"{1e6 * base.jump:.1g} µm/s from one simulation step to the next.\n",
+        f"{1e3 * base.jump:.3f} mm/s from one simulation step to the next.\n",
     ]
 
 

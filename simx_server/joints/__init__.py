@@ -1,7 +1,7 @@
 """V-REP's joints on MuJoCo's: modes, motors, position and velocity control, forces.
 
-A motor keeps the commanded velocity with at most its maximum force, as in V-REP's engines (`motors.py`). In force mode
-with the motor on:
+A motor keeps the commanded velocity with at most its maximum force, as in V-REP's engines (`stepping/motors.py`). In
+force mode with the motor on:
 * control loop on: in each physics step the commanded velocity removes the part of the error (target - position) that
   V-REP's controller removes in the same time: P in each of its dynamics steps of 5 ms; plus I and D, limited to the
   upper velocity;

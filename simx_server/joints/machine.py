@@ -13,7 +13,6 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.joints.dependency import Followers, write_equality
 from simx_server.joints.measured import Measured, Positions
-from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import (
     SETTING_NAMES,
@@ -25,7 +24,8 @@ from simx_server.joints.state import (
     initial_state,
     setting_values,
 )
-from simx_server.joints.stepping import Accompany, Memory, Stepper, Within
+from simx_server.joints.stepping.scripted import Ask
+from simx_server.joints.stepping.stepper import Accompany, Memory, Stepper, Within
 from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
 from simx_server.scene.geometry.placing import carry_followers

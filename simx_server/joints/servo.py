@@ -1,4 +1,4 @@
-"""Write a joint's settings into the model: gain, bias and force limit of its actuator, or its motor (`motors.py`)."""
+"""Write a joint's settings into the model: gain, bias and force limit of its actuator, or its motor."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _IMPEDANCE = (1.0 - _SOFTNESS, 1.0 - _SOFTNESS, 0.001, 0.5, 2.0)
 
 
 def is_motor(binding: Binding, state: JointState, rule: Rule) -> bool:
-    """Return whether V-REP's motor (`motors.py`) drives the joint, and not the file's own servo."""
+    """Return whether V-REP's motor (`stepping/motors.py`) drives the joint, and not the file's own servo."""
     return rule in (Rule.VELOCITY, Rule.POSITION, Rule.HOLD) and state.rigid
 
 
@@ -155,7 +155,7 @@ def write_force_limit(binding: Binding, state: JointState, rule: Rule, model: mu
 def write_motor_force(binding: Binding, most: float, model: mujoco.MjModel) -> None:
     """Write the maximum force of a motor, N or N m; a limit of the joint itself in the file holds too.
 
-    A motor below the joint's own friction becomes a constraint with the force of the friction (`motors.py`).
+    A motor below the joint's own friction becomes a constraint with the force of the friction (`stepping/motors.py`).
     """
     most = max(most, binding.friction)
     if binding.element == "tendon":
@@ -168,7 +168,7 @@ def write_motor_force(binding: Binding, most: float, model: mujoco.MjModel) -> N
 
 def _write_friction(binding: Binding, is_driven: bool, model: mujoco.MjModel) -> None:
     """Make the friction of a joint or tendon a motor's constraint, or again what the file says."""
-    # `solref` has no meaning for a motor: `motors.py` writes the reference accelerations.
+    # `solref` has no meaning for a motor: `stepping/motors.py` writes the reference accelerations.
     impedance = _IMPEDANCE if is_driven else binding.friction_impedance
     if binding.element == "tendon":
         losses, at = model.tendon_frictionloss, binding.id

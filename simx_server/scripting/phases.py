@@ -38,7 +38,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ..joints.scripted import Ask
+from ..joints.stepping.scripted import Ask
 from .callbacks.objects import ObjectCallBacks
 from .callbacks.physics import PhysicsCallBacks
 from .callbacks.vision import VisionCallBacks

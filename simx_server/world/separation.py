@@ -26,7 +26,7 @@ def has_deep_contacts(data: mujoco.MjData) -> bool:
 
 
 def limit_separation(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Limit the push of deep contacts in this physics step; see `joints.stepping.Within`."""
+    """Limit the push of deep contacts in this physics step; see `stepper.Within`."""
     if not has_deep_contacts(data):
         return
     contacts = data.contact

@@ -21,7 +21,7 @@ from simx_server.errors import CommandError, one_line
 from simx_server.files.scene_files import SceneFiles
 from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
-from simx_server.joints.stepping import Within
+from simx_server.joints.stepping.stepper import Within
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
 from simx_server.scene import properties

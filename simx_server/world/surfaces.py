@@ -177,7 +177,7 @@ class Surfaces(Part):
         model.body_quat[motion.bodies] = turns / np.linalg.norm(turns, axis=1, keepdims=True)
 
     def _within(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Correct the contacts, and place moved bodies for the next physics step; see `joints.stepping.Within`."""
+        """Correct the contacts, and place moved bodies for the next physics step; see `stepper.Within`."""
         if data.ncon:
             _drive(model, data, self._velocities)
         if self._motion is not None:

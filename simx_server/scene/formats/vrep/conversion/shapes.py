@@ -125,7 +125,7 @@ class _Builder:
         """Return the form with which a leaf collides, its own one where possible, and its pose in the leaf's frame."""
         if self._contact is None:
             return form, IDENTITY
-        if is_wheel(self._conversion, self._shape, leaf, self._body):
+        if is_wheel(self._conversion, self._shape, leaf):
             return rolling(form), IDENTITY
         return deepened(self._conversion, self._shape, leaf, form)
 

@@ -7,14 +7,13 @@ a straight drive rattle. An ellipsoid as wide as the wheel rolls as the wheel do
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form
+from simx_server.scene.formats.vrep.conversion.structure import world_poses
 from simx_server.scene.formats.vrep.objects import Joint, JointType, Leaf, Primitive, Shape
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, normalised, rotate
+from simx_server.scene.geometry.poses import compose, rotate
 
 _COAXIAL = 1e-3
 """Metres between a wheel's centre and its joint's axis, and sine of the angle between their directions."""
@@ -26,12 +25,8 @@ _LEVEL = 0.5
 """Vertical part of the direction of a wheel's axis; with more, the cylinder is a turntable."""
 
 
-def is_wheel(conversion: Conversion, shape: Shape, leaf: Leaf, body: Any) -> bool:
-    """Return whether a leaf of a shape is a cylinder that its joint turns about a level axis, its own.
-
-    Args:
-        body: the shape's body in the spec.
-    """
+def is_wheel(conversion: Conversion, shape: Shape, leaf: Leaf) -> bool:
+    """Return whether a leaf of a shape is a cylinder that its joint turns about a level axis, its own."""
     joint = conversion.file.objects.get(shape.parent)
     if leaf.primitive != Primitive.CYLINDER or not isinstance(joint, Joint) or not shape.is_dynamic:
         return False
@@ -42,7 +37,7 @@ def is_wheel(conversion: Conversion, shape: Shape, leaf: Leaf, body: Any) -> boo
     across = rotate(turn, (0.0, 0.0, 1.0))
     if max(abs(x), abs(y), abs(across[0]), abs(across[1])) > _COAXIAL:
         return False
-    _, world = compose(_pose_in_world(body), leaf.pose)
+    _, world = compose(world_poses(conversion.file)[shape.handle], leaf.pose)
     return abs(rotate(world, (0.0, 0.0, 1.0))[2]) <= _LEVEL
 
 
@@ -50,12 +45,3 @@ def rolling(form: Form) -> Form:
     """Return the form with which the cylinder of a wheel collides."""
     radius, half_width, _ = form.size
     return Form(mujoco.mjtGeom.mjGEOM_ELLIPSOID, (radius, radius, half_width))
-
-
-def _pose_in_world(body: Any) -> Pose:
-    pose = IDENTITY
-    while body.name != "world":
-        x, y, z = body.pos.tolist()
-        pose = compose(((x, y, z), normalised(body.quat)), pose)
-        body = body.parent
-    return pose

@@ -13,11 +13,12 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from simx_server.joints.kinematic import Kinematic
-from simx_server.joints.motors import Motors, Step
-from simx_server.joints.position_control import Control, PositionControl, PositionMemory
-from simx_server.joints.scripted import Ask, ScriptedJoints
 from simx_server.joints.servo import Entry, Rule
+from simx_server.joints.stepping.grip import Grip
+from simx_server.joints.stepping.kinematic import Kinematic
+from simx_server.joints.stepping.motors import Motors, Step
+from simx_server.joints.stepping.position_control import Control, PositionControl, PositionMemory
+from simx_server.joints.stepping.scripted import Ask, ScriptedJoints
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
@@ -65,6 +66,7 @@ class Stepper:
         self._position = PositionControl(model, data, entries)
         self._springs = _CyclicSprings(entries)
         self._motors = Motors(model, data, entries)
+        self._grip = Grip(model)
         self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
@@ -131,7 +133,7 @@ class Stepper:
                 mujoco.mj_step(model, data, len(piece))
             self._force[:] = data.actuator_force
             return
-        step = self._motors.stepped(within) if self._motors else _halved(within)
+        step = self._motors.stepped((*within, self._grip.hold)) if self._motors else _halved(within)
         total, sensed, has_cells = self._force, self._sensed, self._has_cells
         force, sensor_values, accumulate = data.actuator_force, data.sensordata, np.add
         before, after = self._before, self._after

@@ -19,9 +19,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.joints.grip import Grip
-from simx_server.joints.indices import as_slice
 from simx_server.joints.servo import Entry, is_motor
+from simx_server.joints.stepping.indices import as_slice
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Makes one physics step."""
@@ -58,7 +57,6 @@ class Motors:
         self._command = self._commanding(data)
         self._report = self._reporting(data)
         self._rate = 1.0 / model.opt.timestep
-        self._grip = Grip(model)
 
     def __bool__(self) -> bool:
         return bool(self._bindings)
@@ -71,7 +69,7 @@ class Motors:
         """
         first_half, second_half = mujoco.mj_step1, mujoco.mj_step2
         command, report, wanted, rate = self._command, self._report, self._wanted, self._rate
-        multiply, hold = np.multiply, self._grip.hold
+        multiply = np.multiply
         with_friction, count = self._with_friction, self._rows_in_all
         adjacent = as_slice(self._rows)
 
@@ -91,7 +89,6 @@ class Motors:
             else:
                 rows = slice(adjacent.start + first, adjacent.stop + first)
             data.efc_aref[rows] = wanted
-            hold(model, data)
             second_half(model, data)
             report(data.efc_force[rows])
 

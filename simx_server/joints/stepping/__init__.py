@@ -1,0 +1,1 @@
+"""Physics steps: motors, position controllers and scripts command the joints before or within each of them."""
