@@ -1,23 +1,28 @@
-"""``python -m bench.motion [--samples FOLDER]``: run all robots, write `docs/motion.md`."""
+"""``python -m bench.motion [--samples FOLDER] [--stock FOLDER]``: run all robots, write `docs/motion.md`."""
 
 from __future__ import annotations
 
 import argparse
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from bench.motion.arms import arm
 from bench.motion.drives import Differential, differential, mecanum
+from bench.motion.grasps import Hand, trial
+from bench.motion.hands import SHIPPED, STOCK
+from bench.motion.held_objects import KINDS
 from bench.motion.hover import hover
 from bench.motion.lines import follow
 from bench.motion.opened import running
 from bench.motion.rest import jitter
 from bench.motion.samples import samples
+from bench.motion.walkers import BASES, rest, walk
 from simx_server.files.library import list_scenes
 
-PAGE = Path(__file__).parents[2] / "docs" / "motion.md"
+ROOT = Path(__file__).parents[2]
+PAGE, SCENES = ROOT / "docs" / "motion.md", ROOT / "scenes"
 
 DRIVES = {
     "Pioneer P3-DX": Differential("pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor"),
@@ -47,7 +52,7 @@ ARMS = {
 INTRODUCTION = """# How robots move
 
 This page shows what the shipped robots and V-REP's own files do, beside what they should do.
-`python -m bench.motion --samples FOLDER` writes it. Physics is deterministic, so the numbers belong to
+`python -m bench.motion --samples FOLDER --stock FOLDER` writes it. Physics is deterministic, so the numbers belong to
 the code and not to the machine, except the last column of each table: the processor time of a
 simulation step as a part of the time that it simulates.
 
@@ -57,15 +62,23 @@ a constraint that MuJoCo solves together with the contacts. All these robots hav
 """
 
 
-def page(folder: Path | None) -> str:
+MASSES = (0.02, 0.2, 1.0)
+"""kg, of what grippers take."""
+
+
+def page(sampled: Path | None, stock: Path | None) -> str:
     """Return the page.
 
     Args:
-        folder: with files of V-REP; None: their table is left out.
+        sampled: folder with scenes of V-REP; None: their table is left out.
+        stock: V-REP's folder `models`; None: rows of its models are left out.
     """
-    parts = [INTRODUCTION, *_wheels(), *_arms(), *_others(), *_rest()]
-    if folder is not None:
-        parts += _samples(folder)
+    parts = [INTRODUCTION, *_wheels(), *_arms(), *_others(), *_grasps(stock)]
+    if stock is not None:
+        parts += _walkers(stock)
+    parts += _rest()
+    if sampled is not None:
+        parts += _samples(sampled)
     return "\n".join(parts) + "\n"
 
 
@@ -172,6 +185,81 @@ def _others() -> list[str]:
     ]
 
 
+def _grasps(stock: Path | None) -> list[str]:
+    rows = _hands("shipped", SCENES / "models", SHIPPED)
+    if stock is not None:
+        rows += _hands("V-REP's", stock / "components" / "grippers", STOCK)
+    return [
+        "## Grasps\n",
+        "Each gripper takes a box, a cylinder, a cup and a mesh of 20 g, 200 g and 1 kg, lifts them, turns them\n"
+        "upside down, carries them to and fro at 0.5 m/s, and holds them for 30 s, at simulation steps of 50 ms and\n"
+        "the default force. The movement is that in the hand, of the objects that were not lost: while they were\n"
+        "carried, and in the 30 s. The force is the greatest mean of a motor, with its standard deviation.\n",
+        _table(("gripper", "held, of 12", "lost", "while carried", "in 30 s", "force"), rows),
+    ]
+
+
+def _hands(source: str, folder: Path, hands: Mapping[str, Hand]) -> list[list[str]]:
+    rows: list[list[str]] = []
+    for file, hand in hands.items():
+        found = {
+            f"{kind} of {1000 * mass:g} g": trial(folder / file, hand, kind, mass)
+            for kind in KINDS
+            for mass in MASSES
+        }
+        held = [one for one in found.values() if not one.lost]
+        force, spread = max(force for one in held for force in one.force.values())
+        rows.append(
+            [
+                f"`{file}`, {source}",
+                str(len(held)),
+                ", ".join(name for name, one in found.items() if one.lost) or "none",
+                f"{max(one.shift for one in held):.2f} mm",
+                f"{max(one.creep for one in held):.3f} mm",
+                f"{force:.2f}, {spread:.3f}",
+            ]
+        )
+    return rows
+
+
+def _walkers(stock: Path) -> list[str]:
+    rows: list[list[str]] = []
+    for name in BASES:
+        file = next(stock.rglob(f"{name}.ttm"))
+        found = walk(file)
+        rows.append(
+            [
+                name,
+                f"{found.distance:.2f} m",
+                f"{found.way:.2f} m",
+                f"{found.lowest:.3f} to {found.highest:.3f} m",
+                f"{math.degrees(found.tilt):.1f}°",
+                f"{1000 * rest(file):.2g} mm/s",
+                str(found.stopped),
+                f"{100 * found.share:.1f} %",
+            ]
+        )
+    return [
+        "## Walking and slithering\n",
+        "V-REP's own models on its default floor, for 30 s under their scripts: how far the base is from its start, the\n"
+        "length of its way, its height, its greatest tilt, and the fastest part while no script runs. Snake rolls,\n"
+        "NAO only stands, and the hexapods stay on the spot first, as their scripts want.\n",
+        _table(
+            (
+                "robot",
+                "distance",
+                "way",
+                "height",
+                "tilt",
+                "fastest part at rest",
+                "scripts stopped",
+                "of real time",
+            ),
+            rows,
+        ),
+    ]
+
+
 def _rest() -> list[str]:
     rows: list[list[str]] = []
     for scene in list_scenes():
@@ -216,10 +304,11 @@ def _samples(folder: Path) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(prog="python -m bench.motion", description=__doc__)
-    parser.add_argument("--samples", type=Path, help="folder with files of V-REP")
+    parser.add_argument("--samples", type=Path, help="folder with scenes of V-REP")
+    parser.add_argument("--stock", type=Path, help="V-REP's folder `models`")
     chosen = parser.parse_args(arguments)
     logging.basicConfig(level=logging.ERROR)
-    PAGE.write_text(page(chosen.samples), encoding="utf-8")
+    PAGE.write_text(page(chosen.samples, chosen.stock), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.specs import read_spec
 from simx_server.world.building import build_world
 
-SHIPPED_SCENES = Path(__file__).parents[2] / "scenes"
+_SHIPPED_SCENES = Path(__file__).parents[2] / "scenes"
 
 _STEP = 0.05
 """Simulation step in seconds."""
@@ -55,13 +54,9 @@ class Hand:
     """Integer signal for its script, 1: open, if the script moves the motors."""
     button: tuple[str, int] | None = None
     """Name of its UI, and number of the button that closes it while it is down, if its script moves the motors so."""
-    turned: float = 0.0
-    """Angle in radians about the fingers' direction by which the object is turned."""
     opening: float = 2.0
     closing: float = 3.0
     """Seconds that it needs."""
-    at: tuple[float, float] = (0.0, 0.0)
-    """Place of the object's middle across the fingers' direction."""
 
 
 @dataclass(frozen=True)
@@ -72,43 +67,19 @@ class Held:
     """How far the object moved in the hand while it was lifted, turned and carried, mm."""
     creep: float
     """How far it moved in 30 s of rest, mm."""
-    turn: float
-    """Angle between its first and its last pose in the hand, degrees."""
     lost: bool
     force: dict[str, tuple[float, float]]
     """Mean and standard deviation of the motors' forces while it was held, N or N m."""
-    contacts: float
-    """Points of contact of the object, mean."""
-    cost: float
-    """Microseconds that a physics step takes, while the object is held."""
-
-    def __str__(self) -> str:
-        forces = ", ".join(f"{mean:.2f} ({spread:.3f})" for mean, spread in self.force.values())
-        result = "LOST" if self.lost else "ok" if self.creep < 1 and self.shift < 1 else "creeps"
-        return (
-            f"{result:6} shift {self.shift:7.3f} creep {self.creep:7.3f} mm turn {self.turn:6.2f} deg "
-            f"contacts {self.contacts:4.1f} {self.cost:5.0f} us force {forces}"
-        )
 
 
-def trial(
-    file: Path,
-    hand: Hand,
-    kind: str,
-    mass: float,
-    edit: Callable[[Any], None] | None = None,
-    seconds: float = 30.0,
-    watch: Callable[..., None] | None = None,
-) -> Held:
+def trial(file: Path, hand: Hand, kind: str, mass: float, seconds: float = 30.0) -> Held:
     """Let a gripper carry an object.
 
     Args:
         file: the gripper's model, of any format.
         kind: of object, see `held_objects`.
         mass: of the object, kg.
-        edit: changes the MjSpec.
         seconds: how long the object is held at last.
-        watch: called with world, time and phase after each simulation step.
 
     Raises:
         RuntimeError: the physics diverged.
@@ -119,16 +90,13 @@ def trial(
         spec.delete(joint)
     _turn_down(body, hand)
     _add_carriage(spec, body)
-    x, y = hand.at
-    add_object(spec, kind, mass, (x, -y, _HEIGHT), hand.turned)
-    add_pedestal(spec, (x, -y, _HEIGHT))
+    add_object(spec, kind, mass, (0.0, 0.0, _HEIGHT))
+    add_pedestal(spec, (0.0, 0.0, _HEIGHT))
     if file.suffix == ".xml":
         _set_shipped_physics(spec)
-    if edit is not None:
-        edit(spec)
     world = build_world(None, workspace=None)  # pyright: ignore[reportArgumentType]
     world.simulation.use(*build(spec, file))
-    return _carry(world, hand, seconds, watch)
+    return _carry(world, hand, seconds)
 
 
 def _read(file: Path, hand: Hand) -> Any:
@@ -142,7 +110,7 @@ def _read(file: Path, hand: Hand) -> Any:
 
 def _set_shipped_physics(spec: Any) -> None:
     """Simulate a shipped model as in the shipped scenes."""
-    settings: Any = mujoco.MjSpec.from_file(str(SHIPPED_SCENES / "ur5_rg2_kinect.xml"))
+    settings: Any = mujoco.MjSpec.from_file(str(_SHIPPED_SCENES / "ur5_rg2_kinect.xml"))
     for name in ("timestep", "integrator", "cone", "impratio", "noslip_iterations"):
         setattr(spec.option, name, getattr(settings.option, name))
 
@@ -190,7 +158,7 @@ def _smooth(share: float) -> float:
     return share**3 * (10.0 - 15.0 * share + 6.0 * share * share)
 
 
-def _carry(world: Any, hand: Hand, seconds: float, watch: Callable[..., None] | None) -> Held:
+def _carry(world: Any, hand: Hand, seconds: float) -> Held:
     simulation = world.simulation
     joints, find = simulation.joints, simulation.scene.resolve
     axes = [find(name) for name in ("across", "lift", "tilt")]
@@ -198,32 +166,24 @@ def _carry(world: Any, hand: Hand, seconds: float, watch: Callable[..., None] | 
     poses: list[NDArray[np.float64]] = []
     phases: list[str] = []
     forces: list[list[float]] = []
-    contacts: list[int] = []
-    cost, steps = 0.0, 0
     simulation.start()
-    model, data = simulation.model, simulation.data
+    data = simulation.data
     end = hand.opening + 1.0 + hand.closing + 7.5 + seconds
     for number in range(round(end / _STEP)):
         *places, phase = _course((number + 1) * _STEP, hand)
         for axis, place in zip(axes, places, strict=True):
             joints.set_target_velocity(axis, (place - joints.position(axis)) / _STEP)
         _command(world, hand, motors, opens=phase == "open")
-        began, before = time.perf_counter(), data.time
+        before = data.time
         world.step()
-        took = time.perf_counter() - began
         if data.time <= before:  # the server stops a simulation that diverges
             raise RuntimeError(f"the physics diverged at {before:.2f} s")
-        poses.append(_pose_in_hand(model, data, hand.body))
+        poses.append(_pose_in_hand(data, hand.body))
         phases.append(phase)
-        if watch is not None:
-            watch(world, number * _STEP, phase)
         if phase == "hold":
-            cost, steps = cost + took, steps + simulation.substeps
             forces.append([joints.force(handle) for handle in motors.values()])
-            held = model.body("held").id
-            contacts.append(int(np.sum(model.geom_bodyid[data.contact.geom] == held)))
     simulation.stop()
-    return _sum_up(poses, phases, np.array(forces), contacts, list(motors), cost / steps * 1e6)
+    return _sum_up(poses, phases, np.array(forces), list(motors))
 
 
 def _command(world: Any, hand: Hand, motors: Mapping[str, int], *, opens: bool) -> None:
@@ -240,25 +200,21 @@ def _command(world: Any, hand: Hand, motors: Mapping[str, int], *, opens: bool) 
         world.simulation.joints.set_target_velocity(motors[name], velocity)
 
 
-def _pose_in_hand(model: Any, data: Any, body: str) -> NDArray[np.float64]:
-    """Return the object's place and orientation (a matrix) in the hand's frame, 12 numbers."""
+def _pose_in_hand(data: Any, body: str) -> NDArray[np.float64]:
+    """Return the object's place in the hand's frame."""
     hand, held = data.body(body), data.body("held")
-    turn = hand.xmat.reshape(3, 3).T
-    return np.concatenate([turn @ (held.xpos - hand.xpos), (turn @ held.xmat.reshape(3, 3)).ravel()])
+    return hand.xmat.reshape(3, 3).T @ (held.xpos - hand.xpos)
 
 
 def _sum_up(
     poses: list[NDArray[np.float64]],
     phases: list[str],
     forces: NDArray[np.float64],
-    contacts: list[int],
     motors: list[str],
-    cost: float,
 ) -> Held:
     first, held = phases.index("carry"), phases.index("hold")
-    way = np.linalg.norm([pose[:3] - poses[first][:3] for pose in poses[first:]], axis=1)
-    rest = np.linalg.norm([pose[:3] - poses[held][:3] for pose in poses[held:]], axis=1)
-    cosine = (np.dot(poses[first][3:], poses[-1][3:]) - 1) / 2
+    way = np.linalg.norm([pose - poses[first] for pose in poses[first:]], axis=1)
+    rest = np.linalg.norm([pose - poses[held] for pose in poses[held:]], axis=1)
     spread = {
         name: (float(mean), float(deviation))
         for name, mean, deviation in zip(motors, forces.mean(axis=0), forces.std(axis=0), strict=True)
@@ -266,9 +222,6 @@ def _sum_up(
     return Held(
         shift=1e3 * float(way[: held - first].max()),
         creep=1e3 * float(rest.max()),
-        turn=math.degrees(math.acos(min(max(cosine, -1.0), 1.0))),
         lost=bool(way.max() > _LOST),
         force=spread,
-        contacts=float(np.mean(contacts)),
-        cost=cost,
     )

@@ -6,33 +6,32 @@ from collections.abc import Mapping
 
 from bench.motion.grasps import Hand
 
-
-def _motors(names: tuple[str, ...], velocity: float) -> Mapping[str, float]:
-    return dict.fromkeys(names, velocity)
-
-
 _RG2 = ("RG2_openCloseJoint",)
 _ROBOTIQ = ("ROBOTIQ_85_active1", "ROBOTIQ_85_active2")
 _JACO = tuple(f"JacoHand_{fingers}_motor{i}" for fingers in ("fingers12", "finger3") for i in (1, 2))
 _BARRETT = tuple(f"BarrettHand_jointB_{i}" for i in range(3))
 
 SHIPPED: Mapping[str, Hand] = {
-    "rg2.xml": Hand("RG2", 0.19, _motors(_RG2, 0.05), _motors(_RG2, -0.05), signal="RG2_open"),
-    "jaco_hand.xml": Hand("JacoHand", 0.16, _motors(_JACO, 0.04), _motors(_JACO, -0.04)),
+    "rg2.xml": Hand("RG2", 0.19, dict.fromkeys(_RG2, 0.05), dict.fromkeys(_RG2, -0.05), signal="RG2_open"),
+    "jaco_hand.xml": Hand("JacoHand", 0.16, dict.fromkeys(_JACO, 0.04), dict.fromkeys(_JACO, -0.04)),
 }
 """By file in `scenes/models`."""
 
 STOCK: Mapping[str, Hand] = {
-    "RG2.ttm": Hand("RG2", 0.19, _motors(_RG2, 0.05), _motors(_RG2, -0.05), signal="RG2_open"),
+    "RG2.ttm": Hand("RG2", 0.19, dict.fromkeys(_RG2, 0.05), dict.fromkeys(_RG2, -0.05), signal="RG2_open"),
     "ROBOTIQ 85.ttm": Hand(
-        "ROBOTIQ_85", 0.13, _motors(_ROBOTIQ, 0.04), _motors(_ROBOTIQ, -0.04), button=("ROBOTIQ_85_UI", 3)
+        "ROBOTIQ_85",
+        0.13,
+        dict.fromkeys(_ROBOTIQ, 0.04),
+        dict.fromkeys(_ROBOTIQ, -0.04),
+        button=("ROBOTIQ_85_UI", 3),
     ),
-    "Jaco hand.ttm": Hand("JacoHand", 0.195, _motors(_JACO, 0.04), _motors(_JACO, -0.04)),
+    "Jaco hand.ttm": Hand("JacoHand", 0.195, dict.fromkeys(_JACO, 0.04), dict.fromkeys(_JACO, -0.04)),
     "Barrett Hand.ttm": Hand(
         "BarrettHand",
         0.19,
-        _motors(_BARRETT, -1),
-        _motors(_BARRETT, 1),
+        dict.fromkeys(_BARRETT, -1),
+        dict.fromkeys(_BARRETT, 1),
         button=("BarrettHand", 20),
         closing=5.0,
     ),

@@ -22,14 +22,9 @@ _WALLS, _THICK = 12, 0.004
 """Parts of the cup's wall, and their thickness in metres."""
 
 
-def add_object(spec: Any, kind: str, mass: float, place: tuple[float, float, float], turned: float) -> None:
-    """Add a free body `held`, as the import of a V-REP file makes it.
-
-    Args:
-        turned: angle about the vertical in radians.
-    """
-    half = turned / 2
-    body = spec.worldbody.add_body(name="held", pos=place, quat=(math.cos(half), 0, 0, math.sin(half)))
+def add_object(spec: Any, kind: str, mass: float, place: tuple[float, float, float]) -> None:
+    """Add a free body `held`, as the import of a V-REP file makes it."""
+    body = spec.worldbody.add_body(name="held", pos=place)
     body.add_freejoint(name="held")
     types = mujoco.mjtGeom
     if kind == "box":
