@@ -208,7 +208,7 @@ def _hands(source: str, folder: Path, hands: Mapping[str, Hand]) -> list[list[st
             for mass in MASSES
         }
         held = [one for one in found.values() if not one.lost]
-        force, spread = max(force for one in held for force in one.force.values())
+        force, spread = max((abs(mean), spread) for one in held for mean, spread in one.force.values())
         rows.append(
             [
                 f"`{file}`, {source}",
@@ -241,9 +241,9 @@ def _walkers(stock: Path) -> list[str]:
         )
     return [
         "## Walking and slithering\n",
-        "V-REP's own models on its default floor, for 30 s under their scripts: how far the base is from its start, the\n"
-        "length of its way, its height, its greatest tilt, and the fastest part while no script runs. Snake rolls,\n"
-        "NAO only stands, and the hexapods stay on the spot first, as their scripts want.\n",
+        "V-REP's own models on its default floor, for 30 s under their scripts: how far the base is from its\n"
+        "start, the length of its way, its height, its greatest tilt, and the fastest part while no script runs.\n"
+        "Snake rolls, NAO only stands, and the hexapods stay on the spot first, as their scripts want.\n",
         _table(
             (
                 "robot",

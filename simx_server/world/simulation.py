@@ -37,6 +37,7 @@ from .physics_callbacks import PhysicsCalls
 from .saved_state import Snapshot
 from .separation import has_deep_contacts, limit_separation
 from .sleepers import Sleepers
+from .sliding import keep_down, lifts_what_slides
 from .surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -359,6 +360,8 @@ class Simulation:
         if not self.dynamics_enabled:
             return
         within: tuple[Within, ...] = (limit_separation,) if self.is_rearranged or self.has_overlaps else ()
+        if lifts_what_slides(self.model):
+            within += (keep_down,)
         if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
             self.is_rearranged = False
             if self.model.ngeom > FEW:

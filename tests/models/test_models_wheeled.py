@@ -241,4 +241,5 @@ def test_bubble_rob_turns_away_from_what_is_before_its_nose(
     assert abs(heading_of(client, robot.base)) > 0.5
     end = place_of(client, robot.base, 0.05)
     assert math.dist(begin, end) > 0.3
-    assert math.dist((robot.x, robot.y), end) < 0.02 * robot.path
+    # Twice the wheels spin until they have turned the robot round: 0.3 m/s at about 4 m/s^2 is 1 cm each time.
+    assert math.dist((robot.x, robot.y), end) < 0.025 * robot.path
