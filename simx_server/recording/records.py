@@ -10,8 +10,8 @@ BEHAVIOUR = 3
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
 sign, long loops of scripts serve other clients.
-3: motors are constraints as in V-REP's engines; deep overlaps part slowly; files of V-REP have physics steps of 5 ms,
-wheels that roll on one point, and concave static shapes that collide as they are.
+3: motors are constraints as in V-REP's engines, deep overlaps part slowly, and what slides does not hop; files of V-REP
+have physics steps of 5 ms, wheels that roll on one point, and concave static shapes that collide as they are.
 """
 
 
