@@ -194,7 +194,9 @@ def _grasps(stock: Path | None) -> list[str]:
         "Each gripper takes a box, a cylinder, a cup and a mesh of 20 g, 200 g and 1 kg, lifts them, turns them\n"
         "upside down, carries them to and fro at 0.5 m/s, and holds them for 30 s, at simulation steps of 50 ms and\n"
         "the default force. The movement is that in the hand, of the objects that were not lost: while they were\n"
-        "carried, and in the 30 s. The force is the greatest mean of a motor, with its standard deviation.\n",
+        "carried, and in the 30 s. The force is the greatest mean of a motor, with its standard deviation.\n\n"
+        "In brackets: the friction that the closed fingers can give, as a part of the object's weight. Holding it\n"
+        "against gravity alone needs 1, to turn and swing it needs more: motors of 10 N cannot hold 1 kg.\n",
         _table(("gripper", "held, of 12", "lost", "while carried", "in 30 s", "force"), rows),
     ]
 
@@ -213,7 +215,7 @@ def _hands(source: str, folder: Path, hands: Mapping[str, Hand]) -> list[list[st
             [
                 f"`{file}`, {source}",
                 str(len(held)),
-                ", ".join(name for name, one in found.items() if one.lost) or "none",
+                ", ".join(f"{name} ({one.hold:.1f})" for name, one in found.items() if one.lost) or "none",
                 f"{max(one.shift for one in held):.2f} mm",
                 f"{max(one.creep for one in held):.3f} mm",
                 f"{force:.2f}, {spread:.3f}",

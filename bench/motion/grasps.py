@@ -68,6 +68,8 @@ class Held:
     creep: float
     """How far it moved in 30 s of rest, mm."""
     lost: bool
+    hold: float
+    """Friction that the closed fingers can give before the object is lifted, as a part of its weight."""
     force: dict[str, tuple[float, float]]
     """Mean and standard deviation of the motors' forces while it was held, N or N m."""
 
@@ -165,6 +167,7 @@ def _carry(world: Any, hand: Hand, seconds: float) -> Held:
     motors = {name: find(name) for name in hand.closes}
     poses: list[NDArray[np.float64]] = []
     phases: list[str] = []
+    friction = 0.0
     forces: list[list[float]] = []
     simulation.start()
     data = simulation.data
@@ -180,10 +183,14 @@ def _carry(world: Any, hand: Hand, seconds: float) -> Held:
             raise RuntimeError(f"the physics diverged at {before:.2f} s")
         poses.append(_pose_in_hand(data, hand.body))
         phases.append(phase)
+        if phase == "close":
+            friction = _friction(simulation.model, data)
         if phase == "hold":
             forces.append([joints.force(handle) for handle in motors.values()])
     simulation.stop()
-    return _sum_up(poses, phases, np.array(forces), list(motors))
+    model = simulation.model
+    weight = float(model.body("held").mass[0] * np.linalg.norm(model.opt.gravity))
+    return _sum_up(poses, phases, friction / weight, np.array(forces), list(motors))
 
 
 def _command(world: Any, hand: Hand, motors: Mapping[str, int], *, opens: bool) -> None:
@@ -200,6 +207,17 @@ def _command(world: Any, hand: Hand, motors: Mapping[str, int], *, opens: bool) 
         world.simulation.joints.set_target_velocity(motors[name], velocity)
 
 
+def _friction(model: Any, data: Any) -> float:
+    """Return the most friction in N that the fingers can give the object: the sum over their contacts of mu times N."""
+    held, pedestal = model.body("held").id, model.geom("pedestal").id
+    force, friction = np.zeros(6), 0.0
+    for index, contact in enumerate(data.contact[: data.ncon]):
+        if held in model.geom_bodyid[contact.geom] and pedestal not in contact.geom:
+            mujoco.mj_contactForce(model, data, index, force)
+            friction += float(contact.friction[0] * force[0])
+    return friction
+
+
 def _pose_in_hand(data: Any, body: str) -> NDArray[np.float64]:
     """Return the object's place in the hand's frame."""
     hand, held = data.body(body), data.body("held")
@@ -209,6 +227,7 @@ def _pose_in_hand(data: Any, body: str) -> NDArray[np.float64]:
 def _sum_up(
     poses: list[NDArray[np.float64]],
     phases: list[str],
+    hold: float,
     forces: NDArray[np.float64],
     motors: list[str],
 ) -> Held:
@@ -223,5 +242,6 @@ def _sum_up(
         shift=1e3 * float(way[: held - first].max()),
         creep=1e3 * float(rest.max()),
         lost=bool(way.max() > _LOST),
+        hold=hold,
         force=spread,
     )

@@ -26,14 +26,14 @@ STOCK: Mapping[str, Hand] = {
         dict.fromkeys(_ROBOTIQ, -0.04),
         button=("ROBOTIQ_85_UI", 3),
     ),
-    "Jaco hand.ttm": Hand("JacoHand", 0.195, dict.fromkeys(_JACO, 0.04), dict.fromkeys(_JACO, -0.04)),
+    "Jaco hand.ttm": Hand("JacoHand", 0.205, dict.fromkeys(_JACO, 0.04), dict.fromkeys(_JACO, -0.04)),
     "Barrett Hand.ttm": Hand(
         "BarrettHand",
         0.19,
         dict.fromkeys(_BARRETT, -1),
         dict.fromkeys(_BARRETT, 1),
         button=("BarrettHand", 20),
-        closing=5.0,
+        closing=10.0,
     ),
 }
 """By file in V-REP's `models/components/grippers`."""
