@@ -17,6 +17,7 @@ from simx_server.joints.servo import Entry, Rule
 from simx_server.joints.stepping.grip import Grip
 from simx_server.joints.stepping.kinematic import Kinematic
 from simx_server.joints.stepping.motors import Motors, Step
+from simx_server.joints.stepping.noslip import Noslip
 from simx_server.joints.stepping.position_control import Control, PositionControl, PositionMemory
 from simx_server.joints.stepping.scripted import Ask, ScriptedJoints
 
@@ -67,6 +68,7 @@ class Stepper:
         self._springs = _CyclicSprings(entries)
         self._motors = Motors(model, data, entries)
         self._grip = Grip(model)
+        self._noslip = Noslip(model)
         self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
@@ -78,7 +80,7 @@ class Stepper:
         """Return what runs before and after each physics step, in this order."""
         data, call = self._data, self._accompany
         before: list[Control] = []
-        after: list[Control] = []
+        after: list[Control] = [lambda _index, _count: self._noslip.restore(self._model)]
         if self._kinematic:
             after.append(lambda _index, _count: self._kinematic.hold(data))
         if call is not None:
@@ -133,7 +135,11 @@ class Stepper:
                 mujoco.mj_step(model, data, len(piece))
             self._force[:] = data.actuator_force
             return
-        step = self._motors.stepped((*within, self._grip.hold)) if self._motors else _halved(within)
+        step = (
+            self._motors.stepped((*within, self._grip.hold, self._noslip.suspend))
+            if self._motors
+            else _halved(within)
+        )
         total, sensed, has_cells = self._force, self._sensed, self._has_cells
         force, sensor_values, accumulate = data.actuator_force, data.sensordata, np.add
         before, after = self._before, self._after
