@@ -128,6 +128,9 @@ class Script:
     joint_bases: bool = False
     """A pose relative to a joint is one in its fixed frame, as before CoppeliaSim 4.0.1; else in its moving frame."""
 
+    full_results: bool = False
+    """Functions of proximity sensors return all values also where nothing is detected, as since CoppeliaSim 4.3."""
+
     active_in_run: bool = True
     """Whether a customization script is called during a run."""
 

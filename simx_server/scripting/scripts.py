@@ -403,6 +403,7 @@ class Scripts(Part):
             enabled=bool(note.get("enabled", True)),
             starts_enabled=bool(note.get("enabled", True)),
             joint_bases=bool(note.get("joint_bases", False)),
+            full_results=bool(note.get("full_results", language == PYTHON)),
             order=Order[str(note.get("order", "normal")).upper()],
             traversal=Traversal[str(note.get("traversal", "reverse")).upper()],
         )
