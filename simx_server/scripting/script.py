@@ -42,6 +42,8 @@ class ScriptKind(IntEnum):
     MAIN = constants.sim_scripttype_mainscript
     CHILD = constants.sim_scripttype_childscript
     CUSTOMIZATION = constants.sim_scripttype_customizationscript
+    SANDBOX = 8
+    """The one that belongs to the simulator and has no text: programs run pieces of Lua in it."""
 
     @property
     def text(self) -> str:

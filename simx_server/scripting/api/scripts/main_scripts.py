@@ -110,7 +110,7 @@ class MainScriptFunctions(ApiPart):
         return 0
 
     def handleSandboxScript(self, _call_type: int, *_values: Any) -> int:
-        """Return 0: a sandbox script does not exist."""
+        """Return 0: the sandbox script has no call-backs."""
         return 0
 
     def handleDynamics(self, _seconds: float) -> int:
