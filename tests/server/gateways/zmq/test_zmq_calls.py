@@ -158,7 +158,7 @@ def test_the_answer_to_an_old_client_says_what_to_do(server: ZmqWorld) -> None:
 
     answer = server.raw().ask_bytes(cbor2.dumps({"func": "zmqRemoteApi.info", "args": ["sim"]}))
     assert answer["success"] is False
-    assert "upgrade its package" in answer["error"]
+    assert "install coppeliasim-zmqremoteapi-client" in answer["error"]
 
 
 def test_info_of_a_function_is_empty_so_that_clients_end(server: ZmqWorld) -> None:
