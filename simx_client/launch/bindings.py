@@ -156,3 +156,5 @@ class _SurfaceLoader(Loader):
     def exec_module(self, module: ModuleType) -> None:
         module.__doc__ = simx_client.__doc__
         fill_with_surface(module, constants_only=self._constants_only)
+        if not self._constants_only:
+            setattr(module, "__getattr__", simx_client.__getattr__)  # noqa: B010 - names c_...; no module declares it
