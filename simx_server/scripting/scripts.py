@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from operator import attrgetter
@@ -60,6 +60,7 @@ class Scripts(Part):
         force: ForceSensors,
         open_spaces: OpenSpaces,
         name_ports: Callable[[Collection[int]], None],
+        describe_api: Callable[[], Mapping[str, str]],
         *,
         allows_code: bool = False,
     ) -> None:
@@ -68,11 +69,13 @@ class Scripts(Part):
         Args:
             open_spaces: creates the namespaces of a script that starts.
             name_ports: receives the ports at which a script's text starts the remote API.
+            describe_api: returns what each function and constant of the API is, by full name.
             allows_code: scripts may run code that clients send, by the operator's decision.
         """
         self._sim = sim
         self._status_bar = status_bar
         self._name_ports = name_ports
+        self.describe_api = describe_api
         self._scripts: list[Script] = []
         self._next_handle = FIRST_HANDLE
         self._is_of_client = False

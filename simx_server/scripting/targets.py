@@ -30,7 +30,7 @@ THREADED = 0xF0
 """Added to the type of an old threaded script, which counts as the plain one."""
 
 _HIGHEST_TYPE = 0xFF
-"""Greater numbers are no types but handles; a script object may have a smaller one."""
+"""Greater numbers are handles; a script object may have a smaller one."""
 
 
 def split_target(function: str, description: str) -> tuple[str, str]:

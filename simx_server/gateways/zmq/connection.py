@@ -226,7 +226,7 @@ class Connection:
         if isinstance(problem, NoSuchFunction):
             text = str(problem)
         elif described(function).space in _SPACES:
-            text = f"in {text}"  # as CoppeliaSim's texts begin
+            text = f"in {text}"  # the start of CoppeliaSim's texts
         self._note_answer(STATUS_REMOTE_ERROR, [text])
         self._send({"err": text.encode("utf-8", "backslashreplace").decode()})  # a name may be no text
 

@@ -99,7 +99,7 @@ _MARKS = (b"<", b"\xff\xfe", b"\xfe\xff")
 
 
 def _refuse_others(data: bytes, file: Path, name: str) -> None:
-    """Refuse programs, and texts that are no XML, of which MuJoCo's messages say little. Raises SceneError."""
+    """Refuse programs, and texts without XML, of which MuJoCo's messages say little. Raises SceneError."""
     suffix, start = file.suffix.lower(), data.lstrip(b"\xef\xbb\xbf \t\r\n")
     if suffix == ".py":
         problem = f"it is a Python program; run it with: simx-run {name}"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 from simx_server.scripting.api.base import ApiPart
 
 _FUNCTIONS_ONLY, _CONSTANTS_ONLY = "+", "-"
@@ -19,7 +17,9 @@ class ApiListingFunctions(ApiPart):
         leaves out constants, a `-` functions.
         """
         start = word.removeprefix(_FUNCTIONS_ONLY).removeprefix(_CONSTANTS_ONLY)
-        found = {name: info for name, info in _known().items() if name.startswith(start)}
+        found = {
+            name: info for name, info in self._world.scripts.describe_api().items() if name.startswith(start)
+        }
         if word.startswith((_FUNCTIONS_ONLY, _CONSTANTS_ONLY)):
             wants_functions = word.startswith(_FUNCTIONS_ONLY)
             found = {name: info for name, info in found.items() if ("(" in info) == wants_functions}
@@ -29,25 +29,4 @@ class ApiListingFunctions(ApiPart):
 
     def getApiInfo(self, _script: int, name: str) -> str | None:
         """Return the arguments of a function and what it does, or the value of a constant; nil for another name."""
-        return _known().get(name)
-
-
-@cache
-def _known() -> dict[str, str]:
-    """Return all functions and constants by full name, each with its description.
-
-    The import is delayed: the listing is made from all parts of the API, of which this is one.
-    """
-    from simx_server.scripting.coverage import script_functions
-    from simx_server.scripting.namespaces import Namespaces
-
-    found = {
-        f"{space}.{name}": f"{space}.{name} = {value}"
-        for space, members in Namespaces.names().items()
-        for name, value in members.items()
-        if value is not None
-    }
-    for line in script_functions():
-        tip = f"{line.name}({line.arguments})"
-        found[line.name] = "\n".join(text for text in (tip, line.doc, line.differs) if text)
-    return found
+        return self._world.scripts.describe_api().get(name)
