@@ -24,7 +24,8 @@ from typing import Any as _Any
 from .legacy.functions import functions as _functions
 from .protocol import constants as _constants
 
-globals().update(_functions())
+_FUNCTIONS = _functions()
+globals().update(_FUNCTIONS)
 globals().update({name: value for name, value in vars(_constants).items() if not name.startswith("_")})
 
 __all__ = sorted(  # pyright: ignore[reportUnsupportedDunderAll] - the stub file names them all
@@ -37,4 +38,9 @@ def __getattr__(name: str) -> _Any:
         from .client import Client
 
         return Client
+    if name.startswith("c_"):
+        from .legacy.c_functions import c_function
+
+        if (function := c_function(name, _FUNCTIONS)) is not None:
+            return function
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

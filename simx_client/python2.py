@@ -27,6 +27,7 @@ __all__ = [
     "py2_idivide",
     "py2_join",
     "py2_key",
+    "py2_next",
     "py2_round",
     "reduce",
     "reload",
@@ -76,6 +77,11 @@ def py2_cmp(a: Any, b: Any) -> int:
 def py2_key(compare: Callable[[Any, Any], int]) -> Callable[[Any], Any]:
     """Return a sort key for the comparison that ``sort`` and ``sorted`` took."""
     return functools.cmp_to_key(compare)
+
+
+def py2_next(value: Any) -> Any:
+    """Return ``value.next``: an attribute of this name, or the method of an iterator."""
+    return value.next if hasattr(value, "next") else value.__next__
 
 
 def py2_join(words: Any, separator: str = " ") -> str:

@@ -30,6 +30,7 @@ from os import environ as _environ
 _environ.setdefault("{variable}", "{pace}")  # the pace of blocking calls; docs/porting.md
 
 from simx_client import *  # noqa: F403
+from simx_client import __getattr__ as __getattr__
 '''
 
 CONSTANTS = '''\

@@ -19,6 +19,7 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import simx_client
 from simx_client.launch.after_import import found_by_others
@@ -147,6 +148,17 @@ def _is_carried_for_others(name: str, path: Sequence[str] | None) -> bool:
     return False
 
 
+def _give_names_of_c(module: ModuleType) -> None:
+    """Have a module find the original's names of C functions when a program looks for them."""
+
+    def find(name: str) -> Any:
+        if name.startswith("c_") and hasattr(simx_client, name):
+            return getattr(simx_client, name)
+        raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
+
+    vars(module)["__getattr__"] = find
+
+
 class _SurfaceLoader(Loader):
     """Makes a separate module with the functions and constants of the drop-in."""
 
@@ -156,3 +168,5 @@ class _SurfaceLoader(Loader):
     def exec_module(self, module: ModuleType) -> None:
         module.__doc__ = simx_client.__doc__
         fill_with_surface(module, constants_only=self._constants_only)
+        if not self._constants_only:
+            _give_names_of_c(module)

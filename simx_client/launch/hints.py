@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
 
 from simx_client.protocol.cli.installing import ZMQ_CLIENT, line
+from simx_client.protocol.files import OPENED_SUFFIXES
+
+_OTHERS = (".c", ".cpp", ".cc", ".cxx", ".h", ".m", ".java", ".jar", ".class")
+"""Endings of programs in other languages that use V-REP's own library."""
 
 _NUMPY_1 = (
     "or install 'numpy<2' and 'opencv-python-headless<4.12' into a Python environment of the script's own"
@@ -42,6 +48,31 @@ _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
         f"the client of CoppeliaSim's ZeroMQ remote API is a package: {line([ZMQ_CLIENT])}",
     ),
 )
+
+
+def no_script(name: str | None) -> str | None:
+    """Return what to write in place of a name that is missing or that is not a Python script's; None for a script."""
+    if not name:
+        return "name the Python script to run: simx-run robotControl.py; simx-run --help lists the flags"
+    suffix = Path(name).suffix.lower()
+    if suffix in OPENED_SUFFIXES:
+        return f"{name} is a scene; name a script too: simx-run --server {name} SCRIPT, or open it: simx-server {name}"
+    if suffix == ".lua":
+        return f"{name} is Lua; scripts in Lua run in the server, as scripts of a scene: docs/scripts.md"
+    if suffix in _OTHERS:
+        return (
+            f"{name} is no Python script; programs in C, C++, MATLAB and Java connect with V-REP's own library: "
+            "simx-server --legacy-port 19997, docs/legacy-port.md"
+        )
+    return None
+
+
+def misplaced_flags(arguments: Sequence[str], flags: Collection[str], source: bytes) -> Iterator[str]:
+    """Yield flags of the launcher behind the script's name that the script itself does not seem to know."""
+    for argument in arguments:
+        flag = argument.partition("=")[0]
+        if flag.startswith("--") and flag in flags and flag.removeprefix("--").encode() not in source:
+            yield flag
 
 
 def hint(error: BaseException) -> str | None:

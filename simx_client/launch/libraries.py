@@ -1,11 +1,13 @@
 """Restore names of Pillow and SciPy that old scripts use and newer versions removed.
 
 Sources: Pillow's deprecations 10.0 (``ANTIALIAS``); SciPy's release notes 1.2 and 1.3 (the images of ``scipy.misc``,
-which Pillow made), 1.1 (windows), 1.14 (``simps``, ``trapz``, ``cumtrapz``), 1.6 (``from_dcm``).
+which Pillow made), 1.1 (windows), 1.14 (``simps``, ``trapz``, ``cumtrapz``), 1.6 (``from_dcm``). An array of
+an image was writable before NumPy 1.16.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any, cast
 
@@ -14,9 +16,24 @@ from .immutable import set_attributes
 from .keywords import give_missing
 
 
+def _writable(interface: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return an image's array interface whose pixels may be written: NumPy uses bytes, which it must not change."""
+
+    def writable(image: Any) -> Any:
+        described: dict[str, Any] = interface(image)
+        if isinstance(described.get("data"), bytes):
+            described["data"] = bytearray(described["data"])
+        return described
+
+    return writable
+
+
 def _pillow(module: Any) -> None:
     give_missing(module, ANTIALIAS=module.LANCZOS, fromstring=module.frombytes)
     give_missing(module.Image, tostring=module.Image.tobytes)
+    interface: Any = getattr(module.Image, "__array_interface__", None)
+    if isinstance(interface, property) and interface.fget is not None:
+        module.Image.__array_interface__ = property(_writable(interface.fget))
 
 
 def _renamed(names: dict[str, str]) -> Patch:

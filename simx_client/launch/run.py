@@ -22,7 +22,7 @@ from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.launch import script
 from simx_client.launch.after_import import AfterImport, Patch, in_turn
 from simx_client.launch.bindings import BindingFinder
-from simx_client.launch.hints import hint
+from simx_client.launch.hints import hint, misplaced_flags, no_script
 from simx_client.launch.libraries import LIBRARIES
 from simx_client.launch.matplotlib_aliases import MATPLOTLIB
 from simx_client.launch.numpy_arrays import NUMPY
@@ -57,7 +57,7 @@ examples:
 """
 
 
-def make_parser() -> argparse.ArgumentParser:
+def make_parser() -> Parser:
     """Return the parser. The flags come before SCRIPT; all arguments after it belong to the script."""
     parser = Parser(
         PROGRAM,
@@ -65,7 +65,7 @@ def make_parser() -> argparse.ArgumentParser:
         description="Run a Python script written for V-REP's or CoppeliaSim's legacy remote API, unmodified.",
         epilog=EXAMPLES,
     )
-    parser.add_argument("script", metavar="SCRIPT", help="the Python file")
+    parser.add_argument("script", metavar="SCRIPT", nargs="?", help="the Python file")
     parser.add_argument("arguments", metavar="ARGS", nargs=argparse.REMAINDER, help="arguments of the script")
     parser.add_argument(
         "--server", metavar="SCENE", help="start a simx-server for the script, and stop it after"
@@ -110,9 +110,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     As `python SCRIPT`: 1 after an uncaught exception. 2 for a script that cannot be opened or is Python 2
     that cannot be converted, 130 after Ctrl-C.
     """
-    options = make_parser().parse_args(argv)
+    parser = make_parser()
+    options = parser.parse_args(argv)
     if options.verbose:
         _log_to_stderr()
+    if problem := no_script(options.script):
+        return _refuse(problem, USAGE)
     path = os.path.abspath(options.script)
     try:
         source = Path(path).read_bytes()
@@ -131,6 +134,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
         script.show(error.with_traceback(None))
         return FAILURE
+    for flag in misplaced_flags(options.arguments, parser.flags, source):
+        _say(
+            f"{flag} behind the script goes to the script; write it in front: {PROGRAM} {flag} ... {options.script}"
+        )
     _prepare(options, path, is_python2=converted is not None)
     if options.embed and options.server:
         return _refuse("--server and --embed exclude each other; give one of them", USAGE)

@@ -73,7 +73,10 @@ def invoke_loading(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mod
     if connection is None:
         return shape.failure(c.simx_return_initialize_error_flag)
     path, options = to_text(arguments[0]), to_int32(arguments[1])
-    if options & FILE_IS_HERE and shape.mode(mode) & MODE_MASK in _SENDING:
+    is_default = (
+        not path and shape.command.name == "simxLoadScene"
+    )  # V-REP's default scene, which has no file
+    if not is_default and options & FILE_IS_HERE and shape.mode(mode) & MODE_MASK in _SENDING:
         code = _lend(connection, shape.command.name, path)
         if code:
             return shape.failure(code)

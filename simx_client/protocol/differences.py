@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-IN_README = (1, 2, 3, 5, 7, 9, 10)
+IN_README = (1, 2, 5, 7, 9, 10)
 """Numbers of the differences in the README: scripts notice these first."""
 
 
@@ -556,5 +556,5 @@ def as_list() -> str:
 
 
 def for_readme() -> str:
-    """Return those of the README as a list in Markdown, each with its number."""
-    return "\n".join(f"- ({n}) {DIFFERENCES[n - 1].sentence}" for n in IN_README)
+    """Return those of the README as a list in Markdown."""
+    return "\n".join(f"- {DIFFERENCES[number - 1].sentence}" for number in IN_README)

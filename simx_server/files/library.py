@@ -53,19 +53,20 @@ def list_models() -> list[str]:
     return sorted({path.stem for path in shipped_models().glob("*") if path.suffix in SCENE_SUFFIXES})
 
 
-def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = False) -> Path:
+def find_scene(text: str | Path, *, model: bool = False) -> Path:
     """Return the file meant by `text`.
 
     Args:
         text: an existing path, the name of a shipped scene or model, or a missing V-REP file that has a shipped
             equivalent.
-        folder: where a relative path is searched (default: the working directory) before the shipped files.
         model: search for a model; a mesh file is accepted too.
 
     Raises:
         CommandError: the file does not exist; the text lists the shipped ones.
     """
-    given = Path(text) if folder is None else folder / text
+    given = Path(text)
+    if given.name in ("", ".."):
+        raise CommandError(f"'{text}' is a folder{_scenes_in(given)}; {_ADVICE}")
     stem = vrep_stem(given.name)
     suffixes = OPENED_SUFFIXES + (MESH_SUFFIXES if model else ())
     if stem is None:
@@ -89,9 +90,31 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
                 tell_of_twin(given, candidate)
             return candidate
     what, listed = ("model", list_models()) if model else ("scene", list_scenes())
-    advice = "give the path of a V-REP (.ttt, .ttm), MJCF or URDF file"
-    meant = _like(given, listed, beside=folder is None) or ";"
-    raise CommandError(f"no {what} '{text}'{meant} shipped {what}s: {', '.join(listed) or 'none'}; {advice}")
+    places = f"the shipped {what}s: {', '.join(listed) or 'none'}; {_ADVICE}"
+    if given.is_dir():
+        raise CommandError(f"'{text}' is a folder{_scenes_in(given)}; {_ADVICE}")
+    meant = file_like(given, OPENED_SUFFIXES) or did_you_mean(given.stem, listed) or ";"
+    where = given.absolute().parent
+    raise CommandError(
+        f"no {what} '{text}'{meant} looked in {where}{'' if where.is_dir() else ', which does not exist,'} "
+        f"and among {places}"
+    )
+
+
+_ADVICE = "give the path of a V-REP (.ttt, .ttm), MJCF or URDF file"
+
+_MOST_LISTED = 8
+"""Scenes of a folder that a message lists."""
+
+
+def _scenes_in(folder: Path) -> str:
+    """Return the scenes of a folder in words, for the operator."""
+    try:
+        names = sorted(path.name for path in folder.iterdir() if path.suffix.lower() in OPENED_SUFFIXES)
+    except OSError:
+        return ""
+    more = ", ..." if len(names) > _MOST_LISTED else ""
+    return f"; it holds {', '.join(names[:_MOST_LISTED])}{more}" if names else " and holds no scene"
 
 
 def in_order(given: Path, twins: list[Path]) -> list[Path]:
@@ -103,15 +126,6 @@ def tell_of_twin(given: str | Path, found: Path) -> None:
     """Log that a file is loaded in place of a V-REP file."""
     why = "is not there" if is_vrep_name(str(given)) else "cannot be read"
     logger.info("'%s' %s, '%s' is loaded in its place", given, why, found)
-
-
-def _like(given: Path, shipped: list[str], *, beside: bool) -> str:
-    """Return ``; did you mean ...?`` with similar names.
-
-    With `beside`, for the operator only, similar files in the same folder come before shipped ones. Clients must
-    not learn which files exist.
-    """
-    return (file_like(given, OPENED_SUFFIXES) if beside else "") or did_you_mean(given.stem, shipped)
 
 
 def _with_suffixes(path: Path, suffixes: tuple[str, ...]) -> list[Path]:

@@ -21,7 +21,7 @@ def check_collision(world: World, entity1: int, entity2: int) -> bool:
     Differs: convex shapes are solid, so a shape wholly within another one collides with it.
     """
     meter = world.meters.collisions
-    return meter.check(entity1, entity2) if meter.enabled else False
+    return meter.enabled and bool(meter.check(entity1, entity2))
 
 
 @handler("simxCheckDistance")
@@ -55,7 +55,7 @@ def read_collision(world: World, collision_object: int) -> bool:
             "simulation, or by its script when it is handled explicitly",
             is_coming=world.simulation.is_before_first_pass,
         )
-    return found
+    return bool(found)
 
 
 @handler("simxReadDistance")

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
+from functools import cache
+from types import MappingProxyType
 
 from . import api
 from .api.properties import listing
-from .namespaces import signatures
+from .namespaces import constants, signatures
 from .signature import Parameter, Signature
 
 
@@ -71,6 +74,20 @@ def script_functions() -> list[ScriptFunction]:
     return found
 
 
+@cache
+def descriptions() -> Mapping[str, str]:
+    """Return for each function, by its full name, its arguments and what it does, and for each constant its value."""
+    found = {
+        f"{space}.{name}": f"{space}.{name} = {value}"
+        for space in api.NAMESPACES
+        for name, value in constants(space).items()
+    }
+    for line in script_functions():
+        tip = f"{line.name}({line.arguments})"
+        found[line.name] = "\n".join(text for text in (tip, line.doc, line.differs) if text)
+    return MappingProxyType(found)
+
+
 def _describe(space: str, name: str, signature: Signature, part: type, method: object) -> ScriptFunction:
     text = " ".join((inspect.getdoc(method) or "").split())
     support, doc, differs = Support.FULL, text, ""
@@ -80,8 +97,24 @@ def _describe(space: str, name: str, signature: Signature, part: type, method: o
             support = level
             break
     arguments = ", ".join(_argument(parameter) for parameter in signature.parameters)
-    topic = re.sub(r"(?<!^)(?=[A-Z])", " ", part.__name__.removesuffix("Functions")).capitalize()
+    topic = _topic(space, part.__name__.removesuffix("Functions").removesuffix("Namespace"))
     return ScriptFunction(f"{space}.{name}", arguments, topic, support, doc.strip(), differs.strip())
+
+
+_WORD = re.compile(r"[A-Z]+\d*(?![a-z])|[A-Z][a-z]+\d*")
+_ACRONYMS: Mapping[str, str] = {
+    each.lower(): each
+    for each in ("API", "IK", "OMPL", "ROS", "ROS2", "UI", "UIs", "B0", "CHAI3D", "MTB", "ZMQ")
+}
+
+
+def _topic(space: str, name: str) -> str:
+    """Return the words of a class's name, such as custom UI; "basic" for the one of the namespace itself."""
+    if name.lower() == space.lower() or f"sim{name}".lower() == space.lower():
+        return "basic functions"
+    found: list[str] = _WORD.findall(name)
+    words = [_ACRONYMS.get(word.lower(), word.lower()) for word in found]
+    return " ".join(words)
 
 
 def _argument(parameter: Parameter) -> str:
@@ -117,7 +150,7 @@ def as_markdown(lines: list[ScriptFunction]) -> str:
             sections.append(
                 "\n".join(
                     [
-                        f"## `{space}`: {topic.lower()}",
+                        f"## `{space}`: {topic}",
                         "",
                         "| function | here | what it does |",
                         "|---|---|---|",

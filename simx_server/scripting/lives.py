@@ -84,6 +84,8 @@ class Lives:
         """Return a script's description for messages."""
         if script.kind == ScriptKind.MAIN:
             return f"main script ({script.file})"
+        if script.kind == ScriptKind.SANDBOX:
+            return script.kind.text
         objects = self._sim.scene.objects
         item = objects.get(script.owner) or objects.get(script.home)
         return f"{script.kind.text} of '{item.name if item else 'a removed object'}' ({script.file})"
@@ -182,7 +184,7 @@ class Lives:
     def _may_run(self, script: Script) -> bool:
         if script.interpreter is None or script.is_removed:
             return False
-        if script.kind == ScriptKind.MAIN:
+        if script.kind in (ScriptKind.MAIN, ScriptKind.SANDBOX):
             return True
         if not script.active_in_run and self._sim.is_running:
             return False

@@ -42,6 +42,8 @@ class ScriptKind(IntEnum):
     MAIN = constants.sim_scripttype_mainscript
     CHILD = constants.sim_scripttype_childscript
     CUSTOMIZATION = constants.sim_scripttype_customizationscript
+    SANDBOX = 8
+    """The one that belongs to the simulator and has no text: programs run pieces of Lua in it."""
 
     @property
     def text(self) -> str:
@@ -127,6 +129,9 @@ class Script:
 
     joint_bases: bool = False
     """A pose relative to a joint is one in its fixed frame, as before CoppeliaSim 4.0.1; else in its moving frame."""
+
+    full_results: bool = False
+    """Functions of proximity sensors return all values also where nothing is detected, as since CoppeliaSim 4.3."""
 
     active_in_run: bool = True
     """Whether a customization script is called during a run."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from operator import attrgetter
@@ -41,6 +41,8 @@ logger = logging.getLogger(__name__)
 FIRST_HANDLE = 2_000_003
 """Handles of scripts are far above those of objects and above all script types; V-REP's start at a similar number."""
 
+SANDBOX_HANDLE = FIRST_HANDLE - 1
+
 _SCHEDULED = attrgetter("scheduled")
 _KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
@@ -58,6 +60,7 @@ class Scripts(Part):
         force: ForceSensors,
         open_spaces: OpenSpaces,
         name_ports: Callable[[Collection[int]], None],
+        describe_api: Callable[[], Mapping[str, str]],
         *,
         allows_code: bool = False,
     ) -> None:
@@ -66,11 +69,13 @@ class Scripts(Part):
         Args:
             open_spaces: creates the namespaces of a script that starts.
             name_ports: receives the ports at which a script's text starts the remote API.
+            describe_api: returns what each function and constant of the API is, by full name.
             allows_code: scripts may run code that clients send, by the operator's decision.
         """
         self._sim = sim
         self._status_bar = status_bar
         self._name_ports = name_ports
+        self.describe_api = describe_api
         self._scripts: list[Script] = []
         self._next_handle = FIRST_HANDLE
         self._is_of_client = False
@@ -83,6 +88,8 @@ class Scripts(Part):
         """Notes that scripts of this scene have caused, and that are printed once: about stand-ins."""
         self.add_ons: dict[str, AddOn] = {}
         """Add-ons by name; script type 2 of simxCallScriptFunction."""
+        self.sandbox = Script(SANDBOX_HANDLE, ScriptKind.SANDBOX, -1, "sandbox", text="")
+        """Runs pieces of Lua; it starts when it is used, and ends with the scene."""
         self._lives = Lives(
             sim, signals, status_bar, open_spaces, self._changed, self._edited, allows_code=allows_code
         )
@@ -196,6 +203,10 @@ class Scripts(Part):
         """
         function, name = split_target(function, description)
         target = find_target(self, self._sim.scene, options, name)
+        if target is self.sandbox:
+            raise ScriptError(
+                "a client calls functions of the sandbox script through sim.executeScriptString only"
+            )
         if not isinstance(target, Script):
             return target.call(function, ints, floats, strings, buffer)
         results = self.run(target, function, ints, floats, strings, buffer)
@@ -215,13 +226,19 @@ class Scripts(Part):
         return None
 
     def get(self, handle: int) -> Script | None:
-        """Return the script with this handle."""
-        return next((script for script in self._scripts if script.handle == handle), None)
+        """Return the script with this handle, or the one of the script object with it."""
+        if handle == SANDBOX_HANDLE:
+            return self.sandbox
+        return next(
+            (one for one in self._scripts if handle in (one.handle, one.place) and handle != -1), None
+        )
 
     def of(self, owner: int, kind: ScriptKind) -> Script | None:
         """Return an object's first script of this kind, or the one of a script object; for a main script the owner is
         -1.
         """
+        if kind == ScriptKind.SANDBOX:
+            return self.sandbox
         for one in self._scripts:
             if one.kind == kind and owner in (one.owner, one.home):
                 return one
@@ -248,6 +265,8 @@ class Scripts(Part):
         Raises:
             ScriptError: the script failed.
         """
+        if script is self.sandbox and script.interpreter is None:
+            self._phases.begin(script)
         return self._lives.run(script, function, *arguments)
 
     def deliver(self, script: Script, function: Function, *arguments: Any) -> list[Any] | None:
@@ -331,7 +350,7 @@ class Scripts(Part):
     def close(self) -> None:
         """End all scripts when the scene is closed."""
         self._phases.call_all("sysCall_cleanup", ScriptKind.CUSTOMIZATION)
-        for script in self._scripts:
+        for script in (*self._scripts, self.sandbox):
             self._lives.drop(script)
         self._scripts = []
         self._phases.objects.forget()
@@ -403,6 +422,7 @@ class Scripts(Part):
             enabled=bool(note.get("enabled", True)),
             starts_enabled=bool(note.get("enabled", True)),
             joint_bases=bool(note.get("joint_bases", False)),
+            full_results=bool(note.get("full_results", language == PYTHON)),
             order=Order[str(note.get("order", "normal")).upper()],
             traversal=Traversal[str(note.get("traversal", "reverse")).upper()],
         )

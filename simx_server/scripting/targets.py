@@ -29,9 +29,8 @@ class Known(Protocol):
 THREADED = 0xF0
 """Added to the type of an old threaded script, which counts as the plain one."""
 
-SANDBOX = 8
-
 _HIGHEST_TYPE = 0xFF
+"""Greater numbers are handles; a script object may have a smaller one."""
 
 
 def split_target(function: str, description: str) -> tuple[str, str]:
@@ -45,14 +44,16 @@ def split_target(function: str, description: str) -> tuple[str, str]:
 def find_target(scripts: Known, scene: Scene, options: int, name: str) -> Script | AddOn:
     """Return the script or add-on for a script type or handle, and the name that goes with a type.
 
+    A number without a name is the handle of a script or script object, if there is one with it.
+
     Raises:
         CommandError: the target does not exist; the text lists the scripts of the scene.
     """
+    by_handle = None if name and options <= _HIGHEST_TYPE else scripts.get(options)
+    if by_handle is not None:
+        return by_handle
     if options > _HIGHEST_TYPE:
-        script = scripts.get(options)
-        if script is None:
-            raise _missing(scripts, f"script with handle {options}", "")
-        return script
+        raise _missing(scripts, f"script with handle {options}", "")
     plain = options & ~THREADED if options >= 0 else options
     if plain == ADD_ON_TYPE:
         if name in scripts.add_ons:
@@ -60,10 +61,9 @@ def find_target(scripts: Known, scene: Scene, options: int, name: str) -> Script
         known = ", ".join(scripts.add_ons) or "none"
         raise CommandError(f"there is no add-on of '{name}'; add-ons of this server: {known}")
     if plain not in tuple(ScriptKind):
-        what = "sandbox script" if plain == SANDBOX else f"script with type {options}"
-        raise _missing(scripts, what, "")
+        raise _missing(scripts, f"script with type {options}", "")
     kind = ScriptKind(plain)
-    if kind == ScriptKind.MAIN:
+    if kind in (ScriptKind.MAIN, ScriptKind.SANDBOX):
         script = scripts.of(-1, kind)
         name = ""
     else:

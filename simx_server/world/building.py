@@ -33,6 +33,7 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
 from simx_server.scene.unreset import UnresetModels
 from simx_server.scripting import Scripts
+from simx_server.scripting.coverage import descriptions
 from simx_server.scripting.import_log import ImportLog
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script
@@ -133,6 +134,7 @@ def build_world(
             force,
             open_spaces,
             script_ports.name,
+            descriptions,
             allows_code=allows_code,
         ),
         ik_groups=IkGroups(sim, collections),

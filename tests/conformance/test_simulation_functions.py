@@ -145,8 +145,9 @@ def test_closing_opens_the_default_scene_and_is_8_while_running(cid: int, simx: 
 
 
 @of("simxLoadScene")
-def test_an_empty_name_opens_the_default_scene(cid: int, simx: Any) -> None:
-    assert simx(cid, "", 0, BLOCKING) == OK
+@pytest.mark.parametrize("options", [0, 1])
+def test_an_empty_name_opens_the_default_scene(cid: int, simx: Any, options: int) -> None:
+    assert simx(cid, "", options, BLOCKING) == OK
     assert v.simxGetObjectHandle(cid, "ResizableFloor_5_25", BLOCKING)[0] == OK
     assert v.simxGetObjectHandle(cid, "lid", BLOCKING)[0] == REMOTE_ERROR
 

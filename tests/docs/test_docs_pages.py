@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+import textwrap
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -28,6 +29,7 @@ from simx_server.scene.formats.loader import load_scene, load_text
 from simx_server.viewer.page import command as view_command
 
 DOCS = ROOT / "docs"
+PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 BLOCK = re.compile(r"^```(\w+)(?: ([^\n]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -193,6 +195,37 @@ def test_programs_of_a_page_run(name: str, room: ServerProcess, monkeypatch: pyt
         v.simxFinish(-1)
 
 
+_FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+_INDENTED = re.compile(r"(?:^    .*\n(?:^\s*\n)*)+", re.MULTILINE)
+
+WITH_A_CLIENT = ("user-interface.md",)
+"""Pages whose indented programs use the variables of the programs before them: `client`, an id, and `vrep`."""
+
+NEED_MORE = ("recording.md", "view.md")
+"""Pages whose indented programs need a recording, and a notebook."""
+
+
+def indented_programs(name: str) -> list[str]:
+    """The indented blocks of a page that are whole programs in Python: they begin with an import."""
+    found = map(textwrap.dedent, _INDENTED.findall(_FENCED.sub("", page(name))))
+    return [text for text in found if re.match(r"(import|from) \w", text)]
+
+
+def test_indented_programs_run(room: ServerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    pages = [name for name in PAGES if indented_programs(name)]
+    assert set(pages) >= {"embedded.md", *WITH_A_CLIENT, *NEED_MORE}
+    for name in set(pages) - set(NEED_MORE):
+        variables = vars(ModuleType("page"))
+        if name in WITH_A_CLIENT:
+            variables["client"] = v.simxStart("127.0.0.1", room.port, True, True, 5000, 5)
+        try:
+            for program in indented_programs(name):
+                exec(compile(program, f"docs/{name}", "exec"), variables)
+        finally:
+            v.simxFinish(-1)
+
+
 # --- the page in the browser ---------------------------------------------------------------------
 
 
@@ -219,8 +252,6 @@ def test_view_page_commands_are_understood(capsys: pytest.CaptureFixture[str]) -
 
 
 # --- all pages -----------------------------------------------------------------------------------
-
-PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 
 
 def anchors(text: str) -> set[str]:

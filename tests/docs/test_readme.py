@@ -14,6 +14,7 @@ from simx_client.connection.redirect import VARIABLE as REDIRECT
 from simx_client.launch.run import make_parser as make_run_parser
 from simx_server.app.cli import make_parser as make_server_parser
 from simx_server.app.settings import SETTINGS
+from simx_server.scripting.coverage import Support, script_functions
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -67,6 +68,12 @@ def test_the_program_of_the_readme_prints_what_it_shows(readme: str, tmp_path: P
     assert shown
     finished = simx_run(tmp_path, program[1], flags=tuple(shown[1].split()))
     assert (finished.returncode, finished.stdout) == (0, shown[2]), finished.stderr
+
+
+def test_the_readme_counts_the_functions_of_scripts(readme: str) -> None:
+    full = sum(function.support is Support.FULL for function in script_functions())
+    (said,) = re.findall(r"more than (\d+)\s+functions", readme)
+    assert int(said) < full < int(said) + 100
 
 
 def test_the_readme_has_at_most_1200_words(readme: str) -> None:

@@ -6,6 +6,7 @@ import ctypes
 import types
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,6 +37,29 @@ def test_handles_come_as_numpy_integers_and_arrays_of_one(clientID: int, wrap: t
     vrep.simxSynchronousTrigger(clientID)
     plain = handle(clientID, "elbow")
     assert vrep.simxGetJointPosition(clientID, plain, vrep.simx_opmode_buffer)[0] == 0
+
+
+def test_functions_of_c_fill_what_the_program_points_at(clientID: int) -> None:
+    c: Any = vrep
+    elbow, cube, wait = handle(clientID, "elbow"), handle(clientID, "cube"), vrep.simx_opmode_blocking
+    assert c.c_SetJointTargetPosition(clientID, elbow, 0.25, wait) == 0
+    angle = ctypes.c_float()
+    assert c.c_GetJointPosition(clientID, elbow, ctypes.byref(angle), wait) == 0
+    assert angle.value == pytest.approx(vrep.simxGetJointPosition(clientID, elbow, wait)[1])
+    place = (ctypes.c_float * 3)()
+    assert c.c_SetObjectPosition(clientID, cube, -1, (ctypes.c_float * 3)(1, 2, 0.5), wait) == 0
+    assert c.c_GetObjectPosition(clientID, ctypes.c_int(cube), -1, place, wait) == 0
+    assert list(place) == pytest.approx([1, 2, 0.5])
+    found = ctypes.c_int()
+    assert c.c_GetObjectHandle(clientID, b"cube", ctypes.pointer(found), wait) == 0
+    assert found.value == cube
+    assert c.c_GetObjectPosition(clientID, 10_000, -1, place, wait) == 8, "the code is the result"
+    assert list(place) == pytest.approx([1, 2, 0.5]), "a call that fails fills nothing"
+    assert c.c_GetConnectionId(clientID) == vrep.simxGetConnectionId(clientID)
+    with pytest.raises(TypeError, match="cannot fill a c_int; call simxGetObjectPosition"):
+        c.c_GetObjectPosition(clientID, cube, -1, ctypes.byref(found), wait)
+    with pytest.raises(AttributeError, match="c_GetNothing"):
+        c.c_GetNothing()
 
 
 def test_a_velocity_comes_as_an_array_of_one(clientID: int) -> None:

@@ -13,9 +13,11 @@ import functools
 import io
 import logging
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from types import CodeType
 from typing import Any
 
@@ -30,6 +32,7 @@ _CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 _LEFT_OUT = (
     # only for looks, or a matter of taste
     *("idioms", "set_literal", "ws_comma", "buffer", "asserts", "sorted"),
+    "import",  # meaning writes relative imports, also those of submodules and of several modules
     "future",  # meaning reads the line for division, and Python 3 accepts it
     "execfile",  # the file is Python 2 as well
     *("reduce", "reload", "intern"),  # each would add a line; they share the header instead
@@ -65,14 +68,24 @@ def to_python3(source: str, path: str, *, in_package: bool = False) -> Converted
     if find_spec("fissix") is None:  # the client's own wheel does not require it
         raise NoConverter(f"install it and run it again: {package_line('fissix')}")
     try:
-        text = _respell(_without_tabs(source.replace("\r\n", "\n") + "\n"), path, in_package)
-        text, names = meaning.restore(text)
+        text = _respell(_without_tabs(source.replace("\r\n", "\n") + "\n"), path)
+        text, names = meaning.restore(text, beside(path) if in_package else None)
         text, added = _with_header(text, names)
         tree = ast.parse(text, path)
         _place_as_in_the_file(tree, added)
         return Converted(text.removesuffix("\n"), compile(tree, path, "exec", dont_inherit=True))
     except (SyntaxError, ValueError, *_fissix().errors) as error:
         raise CannotConvert(str(error)) from error
+
+
+def beside(path: str) -> Callable[[str], bool]:
+    """Return a function that returns whether a module of a name lies beside a file."""
+    folder = Path(path).parent
+
+    def is_beside(name: str) -> bool:
+        return (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file()
+
+    return is_beside
 
 
 def decode(source: bytes) -> str:
@@ -139,9 +152,9 @@ def _without_tabs(source: str) -> str:
     return "\n".join(lines)
 
 
-def _respell(source: str, path: str, in_package: bool) -> str:
+def _respell(source: str, path: str) -> str:
     fissix = _fissix()
-    text = str(fissix.speller(in_package).refactor_string(source, path))
+    text = str(fissix.speller().refactor_string(source, path))
     if _LONG_OCTAL.search(source):  # such a number is both octal and long, and each fixer handles one of them
         text = str(fissix.number_speller().refactor_string(text, path))
     return text
@@ -164,10 +177,9 @@ class _Fissix:
         self.errors: tuple[type[Exception], ...] = (parse.ParseError, tokenize.TokenError, AssertionError)
 
     @functools.cache  # noqa: B019 - there is one of this class, and making a tool takes 80 ms
-    def speller(self, in_package: bool) -> Any:
-        """Return the fixer of all spellings; of relative imports only for modules of a package."""
-        left_out = {*_LEFT_OUT, *(() if in_package else ("import",))}
-        return self._tool([name for name in self._every if name.rpartition("fix_")[2] not in left_out])
+    def speller(self) -> Any:
+        """Return the fixer of all spellings."""
+        return self._tool([name for name in self._every if name.rpartition("fix_")[2] not in _LEFT_OUT])
 
     @functools.cache  # noqa: B019
     def number_speller(self) -> Any:

@@ -19,7 +19,7 @@ from types import CodeType, ModuleType
 
 from ..after_import import found_by_others
 from . import recognise
-from .convert import CannotConvert, Converted, NoConverter, decode, to_python3
+from .convert import CannotConvert, Converted, NoConverter, beside, decode, to_python3
 
 logger = logging.getLogger(__name__)
 
@@ -53,7 +53,10 @@ def convert_if_python2(
     finding: recognise.Finding | None = None
     stopped: SyntaxError | None = None
     try:
-        finding = recognise.from_names(ast.parse(source, path), text)
+        tree = ast.parse(source, path)
+        finding = recognise.from_names(tree, text)
+        if finding is None and in_package:
+            finding = recognise.from_imports(tree, text, beside(path))
     except SyntaxError as error:
         stopped, finding = error, recognise.from_syntax_error(error, text)
     if not (for_sure or finding or stopped):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 _BEFORE_OPERATOR = re.compile(rb"(?:[^/#]|#[^\n]*)*")
@@ -36,11 +37,16 @@ _STRING: dict[str, str] = {
 }
 
 
-def restore(text: str) -> tuple[str, list[str]]:
-    """Return the text with the old meanings, and the names of ``simx_client.python2`` that it uses, sorted."""
+def restore(text: str, is_beside: Callable[[str], bool] | None = None) -> tuple[str, list[str]]:
+    """Return the text with the old meanings, and the names of ``simx_client.python2`` that it uses, sorted.
+
+    Args:
+        is_beside: tells for a name whether such a module lies beside the file, which is in a package; an import
+            means that module. None: the file is in no package.
+    """
     tree = ast.parse(text)
     source = text.encode()
-    editor = _Editor(source, _known_names(tree))
+    editor = _Editor(source, _known_names(tree), is_beside)
     editor.visit(tree)
     text = _rendered(source, 0, len(source), editor.edits).decode()
     return text, sorted(editor.helpers)
@@ -79,13 +85,14 @@ class _Known:
     """Functions of two arguments, which may be comparisons for ``sort``."""
 
     true_division: bool
+    absolute_import: bool
 
 
 def _known_names(tree: ast.Module) -> _Known:
     bound: set[str] = set()
     from_math: set[str] = set()
     comparisons = {"py2_cmp", "cmp"}
-    true_division = False
+    true_division = absolute_import = False
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
             bound.add(node.id)
@@ -101,24 +108,56 @@ def _known_names(tree: ast.Module) -> _Known:
             names = {alias.asname or alias.name for alias in node.names}
             package = (node.module or "").partition(".")[0]
             true_division |= package == "__future__" and "division" in names
+            absolute_import |= package == "__future__" and "absolute_import" in names
             if package == "math":
                 from_math |= _ROUNDING if "*" in names else names & _ROUNDING
             elif package in _ARRAY_PACKAGES and "*" in names:
                 names.add("round")
             bound |= names
-    return _Known(bound, from_math, comparisons, true_division)
+    return _Known(bound, from_math, comparisons, true_division, absolute_import)
+
+
+def _alias(alias: ast.alias) -> str:
+    return f"{alias.name} as {alias.asname}" if alias.asname else alias.name
+
+
+def _relative(alias: ast.alias) -> str:
+    """Return the import of a module beside the file; the name that it binds stays the same."""
+    package, _, inner = alias.name.rpartition(".")
+    if alias.asname or not package:
+        return f"from .{package} import {inner}" + (f" as {alias.asname}" if alias.asname else "")
+    return f"from . import {alias.name.partition('.')[0]}; __import__(__package__ + '.{alias.name}')"
 
 
 class _Editor(ast.NodeVisitor):
     """Collects edits."""
 
-    def __init__(self, source: bytes, known: _Known) -> None:
+    def __init__(self, source: bytes, known: _Known, is_beside: Callable[[str], bool] | None) -> None:
         self.edits: list[_Edit] = []
         self.helpers: set[str] = set()
         self._source = source
         self._known = known
+        self._is_beside = None if known.absolute_import else is_beside
         lines = source.splitlines(keepends=True)
         self._line_starts = [sum(map(len, lines[:number])) for number in range(len(lines) + 1)]
+
+    # --- imports within a package -----------------------------------------------------------------
+
+    def visit_Import(self, node: ast.Import) -> None:
+        if any(self._means_neighbour(alias.name) for alias in node.names):
+            parts = [
+                _relative(alias) if self._means_neighbour(alias.name) else f"import {_alias(alias)}"
+                for alias in node.names
+            ]
+            self._replace(self._start(node), self._end(node), "; ".join(parts))
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        if node.level == 0 and node.module and self._means_neighbour(node.module):
+            module = self._source.index(node.module.encode(), self._start(node) + len("from"))
+            self._replace(module, module, ".")
+
+    def _means_neighbour(self, module: str) -> bool:
+        return self._is_beside is not None and self._is_beside(module.partition(".")[0])
 
     # --- division --------------------------------------------------------------------------------
 
@@ -255,6 +294,14 @@ class _Editor(ast.NodeVisitor):
                 self._rename(node, _RENAMED[node.id])
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
+        if node.attr == "__next__":  # fissix takes each attribute "next" for the method of an iterator
+            dot = self._source.rindex(b".", self._end(node.value), self._end(node))
+            if isinstance(node.ctx, ast.Load):
+                start = self._start(node)
+                self.edits.append(_Edit(start, start, self._helper("py2_next") + "(", (1, -self._end(node))))
+                self._replace(dot, self._end(node), ")")
+            else:
+                self._replace(dot, self._end(node), ".next")
         if isinstance(node.value, ast.Name) and node.value.id == "string" and node.attr in _STRING:
             new = _STRING[node.attr]
             self._rename(node, self._helper(new) if new.startswith("py2_") else new)

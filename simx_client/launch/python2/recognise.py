@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 _SYNTAX = (
     (re.compile(r"\bexcept\b[^:#]*,\s*\w+\s*:"), "except X, e"),
@@ -72,6 +74,30 @@ def from_names(tree: ast.Module, source: str) -> Finding | None:
         return None
     gone = [(used[name], name) for name in _GONE_BUILTINS & (used.keys() - bound)]
     return Finding(min(gone)[0], f"the built-in {min(gone)[1]}") if gone else None
+
+
+def from_imports(tree: ast.Module, source: str, is_beside: Callable[[str], bool]) -> Finding | None:
+    """Return the first import in a package that only Python 2 finds, beside the module; None if it handles both."""
+    if _SERVES_BOTH.search(source):
+        return None
+    for node in _outside_of_attempts(tree):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            names.append(node.module)
+        for name in names:
+            top = name.partition(".")[0]
+            if is_beside(top) and find_spec(top) is None:
+                return Finding(node.lineno, f"import {name}, a module beside it")
+    return None
+
+
+def _outside_of_attempts(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Yield the imports that no ``try`` guards."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node
+        elif not isinstance(node, ast.Try):
+            yield from _outside_of_attempts(node)
 
 
 def _is_name(node: ast.expr, name: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any, NoReturn
 
 from simx_client.protocol.nearest import did_you_mean
@@ -28,6 +28,11 @@ class Parser(argparse.ArgumentParser):
         self._version = f"{program} {version}"
         if self.add_help:
             self.add_version(self)
+
+    @property
+    def flags(self) -> Collection[str]:
+        """Return all flags, with their dashes."""
+        return self._option_string_actions.keys()
 
     def add_version(self, group: Any) -> None:
         """Add ``--version`` to a group of flags, for a parser that was made with ``add_help=False``."""

@@ -21,6 +21,7 @@ from .functions import Function as Described
 from .functions import described
 from .listing import namespace
 from .reading import only_reads
+from .wire import EVAL
 
 if TYPE_CHECKING:
     from .clients import Client
@@ -56,11 +57,15 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
     return adjusted(function.full_name, arguments, outcome) if isinstance(outcome, tuple) else outcome
 
 
-def _no_such_function(full_name: str, function: Described) -> CommandError:
+class NoSuchFunction(CommandError):
+    """A name that no function of this server has."""
+
+
+def _no_such_function(full_name: str, function: Described) -> NoSuchFunction:
     has_space = function.space in api.NAMESPACES
     known = signatures(function.space) if has_space else api.NAMESPACES
     wanted = function.name if has_space else function.space
-    return CommandError(f"No such function: {full_name}{did_you_mean(wanted, list(known))}")
+    return NoSuchFunction(f"No such function: {full_name}{did_you_mean(wanted, list(known))}")
 
 
 def _text(arguments: list[Any], what: str) -> str:
@@ -76,6 +81,19 @@ def _info(_client: Client, arguments: list[Any]) -> tuple[Any, ...]:
 def _require(_client: Client, arguments: list[Any]) -> tuple[Any, ...]:
     namespace(_text(arguments, "the name of a namespace"))
     return ()
+
+
+def _eval(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
+    """Run a piece of Lua, an expression or statements, in the sandbox script; return its results."""
+    permissions.require_code(client.world)
+    text = _text(arguments, "a piece of Lua")
+    scripts = client.world.scripts
+    chunk, *problem = scripts.run(scripts.sandbox, "load", f"return {text}")
+    if chunk is None:
+        chunk, *problem = scripts.run(scripts.sandbox, "load", text)
+    if chunk is None:
+        raise CommandError(problem[0].decode("utf-8", "replace"))
+    return tuple(chunk())
 
 
 def _set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
@@ -134,6 +152,7 @@ def _nothing(_client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
 _OWN: Mapping[str, _Own] = {
     "zmqRemoteApi.info": _info,
     "zmqRemoteApi.require": _require,
+    EVAL: _eval,
     "sim.setStepping": _set_stepping,
     "sim.step": _step,
     "sim.yield": _step,

@@ -45,7 +45,7 @@ class Client:
 
     def __init__(self, world: World, key: str, name: str, handle: int) -> None:
         self.key, self.name, self.world = key, name, world
-        self.script = Script(handle, ScriptKind.CUSTOMIZATION, -1, name)
+        self.script = Script(handle, ScriptKind.CUSTOMIZATION, -1, name, full_results=True)
         self.namespaces = Namespaces(world, self.script)
         self.level = 0
         """How often it has called sim.setStepping(True) more than sim.setStepping(False)."""

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 from simx_server.errors import CommandError, UnknownName
 from simx_server.runtime.monitoring.metrics import UNKNOWN
+from simx_server.scripting import api
 from simx_server.scripting.interpreter import ScriptError, Waiting
 
-from .calls import invoke
+from .calls import NoSuchFunction, invoke
 from .functions import described
 from .reading import only_reads
 from .results import to_client, with_functions
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from .peer import Peer
 
 _Result = TypeVar("_Result")
+
+_SPACES = ("zmqRemoteApi", *api.NAMESPACES)
 
 MOST_NESTED = 8
 """Functions of the client that may wait for each other."""
@@ -220,6 +223,10 @@ class Connection:
         if isinstance(problem, UnknownName):
             problem = CommandError(f"object does not exist: {problem}")  # words that programs look for
         text = self._clients.loop.failed(self.client.session, function, problem)
+        if isinstance(problem, NoSuchFunction):
+            text = str(problem)
+        elif described(function).space in _SPACES:
+            text = f"in {text}"  # the start of CoppeliaSim's texts
         self._note_answer(STATUS_REMOTE_ERROR, [text])
         self._send({"err": text.encode("utf-8", "backslashreplace").decode()})  # a name may be no text
 

@@ -19,13 +19,6 @@ def adjusted(function: str, arguments: list[Any], results: Results) -> Results:
     return results if form is None else form(arguments, results)
 
 
-def _five(_arguments: list[Any], results: Results) -> Results:
-    """Return detection, distance, point, handle and normal, also for no detection and before the first handling."""
-    if len(results) >= 5:
-        return results[:5]
-    return 0, 0.0, [0.0, 0.0, 0.0], -1, [0.0, 0.0, 0.0]
-
-
 def _number(arguments: list[Any], results: Results) -> Results:
     is_version = arguments[:1] == [c.sim_intparam_program_version]
     return (PROGRAM_VERSION,) if is_version else results
@@ -37,10 +30,6 @@ def _text(_arguments: list[Any], results: Results) -> Results:
 
 
 _FORMS: Mapping[str, Callable[[list[Any], Results], Results]] = {
-    "sim.readProximitySensor": _five,
-    "sim.checkProximitySensor": _five,
-    "sim.checkProximitySensorEx": _five,
-    "sim.handleProximitySensor": _five,
     "sim.getInt32Param": _number,
     "sim.getInt32Parameter": _number,
     "sim.readCustomDataBlock": _text,

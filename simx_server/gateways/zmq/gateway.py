@@ -65,8 +65,9 @@ _UUID = re.compile(r"[A-Za-z0-9_.{}-]+")
 
 _OLD = {
     "success": False,
-    "error": "this client speaks the first version of the ZeroMQ remote API, and the server the second: "
-    "upgrade its package, coppeliasim-zmqremoteapi-client, with pip",
+    "error": "this client speaks the first version of the ZeroMQ remote API, and the server the second: install "
+    "coppeliasim-zmqremoteapi-client with pip, and remove the program's own copy of the client (zmqRemoteApi) or "
+    "start the program with simx-run, which replaces it",
 }
 
 

@@ -63,6 +63,12 @@ _LUA = frozenset(
 _PYTHON = frozenset(("__import__", "builtins", "compile", "eval", "exec", "getattr", "open", "setattr"))
 
 
+def require_code(world: World) -> None:
+    """Refuse to run a text. Raises CommandError unless the operator allows code of clients."""
+    if not world.scripts.allows_code:
+        raise CommandError(_NOT_ALLOWED)
+
+
 def check(world: World, name: str, arguments: list[Any]) -> None:
     """Refuse a function of ``sim`` that a client may not call.
 
@@ -74,7 +80,7 @@ def check(world: World, name: str, arguments: list[Any]) -> None:
     if world.scripts.allows_code:
         return
     if name in _CODE:
-        raise CommandError(_NOT_ALLOWED)
+        require_code(world)
     if name == "callScriptFunction":
         for each in arguments[:2]:  # CoppeliaSim takes function and script in either order
             if isinstance(each, bytes):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 
+from .wire import EVAL
+
 _READS = re.compile(r"(get|is|read|check|pack|unpack|build|multiply|interpolate|invert|bool)[A-Z0-9]")
 
 _TAKES = frozenset(
@@ -36,5 +38,5 @@ def only_reads(full_name: str) -> bool:
     """Return whether a viewer may call a function, given with its namespace."""
     space, _, name = full_name.partition(".")
     if space == "zmqRemoteApi":
-        return True
+        return full_name != EVAL
     return space == "sim" and (name in _MORE or (bool(_READS.match(name)) and name not in _TAKES))

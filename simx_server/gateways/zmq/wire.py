@@ -36,6 +36,9 @@ _PLACES = 4
 EXECUTED = "_*executed*_"
 END = "_*end*_"
 
+EVAL = "zmqRemoteApi.eval"
+"""Stands for the function of a message that has a piece of Lua, ``eval``, in place of a function."""
+
 _LARGEST_KEY = (1 << 63) - 1
 """Thousands of larger numbers may have the same hash, and such a dict takes seconds to build."""
 
@@ -83,6 +86,8 @@ def read_request(payload: bytes) -> Request:
         raise WireError("the message must be a map with func and args")
     fields = cast(dict[Any, Any], message)
     function, arguments = fields.get("func"), fields.get("args", [])
+    if not function and fields.get("eval"):
+        function, arguments = EVAL.encode(), [fields["eval"]]
     if not isinstance(function, bytes) or len(function) > LONGEST_NAME:
         raise WireError(f"func must be a text of at most {LONGEST_NAME} bytes")
     if isinstance(arguments, dict) and not arguments:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_client.protocol.files import MESH_SUFFIXES, OPENED_SUFFIXES
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.includes import shipped_includes
 from simx_server.scene.formats.sources import Sources
@@ -80,6 +81,7 @@ def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
         if is_urdf(data):
             return SpecOfFile(read_urdf(data, name, file, sources), is_urdf=True)
         refuse_xml(data, name)
+    _refuse_others(data, file, name)
     shipped = shipped_includes(file, sources)
     if sources.contents is None:
         return SpecOfFile(mujoco.MjSpec.from_file(str(file), include=shipped))
@@ -87,6 +89,29 @@ def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
         spec = mujoco.MjSpec.from_file(str(file), vfs=files)
     spec.assets = dict(sources.contents.assets)
     return SpecOfFile(spec)
+
+
+_START = 40
+"""Characters of a file that a message shows."""
+
+_MARKS = (b"<", b"\xff\xfe", b"\xfe\xff")
+"""Starts of XML: the first tag, or the mark of an encoding of two bytes."""
+
+
+def _refuse_others(data: bytes, file: Path, name: str) -> None:
+    """Refuse programs, and texts without XML, of which MuJoCo's messages say little. Raises SceneError."""
+    suffix, start = file.suffix.lower(), data.lstrip(b"\xef\xbb\xbf \t\r\n")
+    if suffix == ".py":
+        problem = f"it is a Python program; run it with: simx-run {name}"
+    elif suffix not in OPENED_SUFFIXES and suffix not in MESH_SUFFIXES:
+        problem = f"it is no scene; files that the server opens end with {', '.join(OPENED_SUFFIXES)}"
+    elif suffix in _TEXTS and not start.startswith(_MARKS):
+        shown = start[:_START].decode("utf-8", "replace").split("\n")[0].strip()
+        how = f"starts with {shown!r}" if shown else "is empty"
+        problem = f"it {how}; a scene in XML is MJCF or URDF"
+    else:
+        return
+    raise SceneError(f"cannot read '{name}': {problem}")
 
 
 def _read_vrep(data: bytes, file: Path, sources: Sources, name: str) -> SpecOfFile:

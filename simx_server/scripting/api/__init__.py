@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from simx_client.protocol import constants
 
+from .api_listing import ApiListingFunctions
 from .base import HANDLE_SELF, ApiPart
 from .clouds.octrees import OctreeFunctions
 from .clouds.point_clouds import PointCloudFunctions
@@ -149,6 +150,7 @@ class SimApi(
     PathFollowingFunctions,
     PathPlanningFunctions,
     FlatPathFunctions,
+    ApiListingFunctions,
 ):
     """All functions of ``sim``, for one script."""
 

@@ -50,17 +50,14 @@ class _Found(NamedTuple):
     geoms: tuple[int, int]
 
 
-def is_colliding(instant: Instant, first: Collection[int], second: Collection[int]) -> bool:
-    """Return whether any shape of the first objects meets any of the second ones; an object does not meet itself."""
-    return colliding_pair(instant, first, second) is not None
+Pair = tuple[int, int] | tuple[()]
+"""Handles of two objects that meet; empty where none do."""
 
 
-def colliding_pair(
-    instant: Instant, first: Collection[int], second: Collection[int]
-) -> tuple[int, int] | None:
-    """Return the handles of one shape of the first objects and one of the second that meet, or None."""
+def colliding_pair(instant: Instant, first: Collection[int], second: Collection[int]) -> Pair:
+    """Return one shape of the first objects and one of the second that meet; an object does not meet itself."""
     found = _least(instant, first, second, limit=0.0, stop=0.0)
-    return _owners(instant, found) if found.gap.distance <= 0.0 else None
+    return _owners(instant, found) if found.gap.distance <= 0.0 else ()
 
 
 def distance(instant: Instant, first: Collection[int], second: Collection[int]) -> float | None:

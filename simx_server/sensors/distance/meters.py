@@ -23,7 +23,7 @@ from simx_server.scene.registered import Registry
 from simx_server.sensors.instant import Instant, Instants
 from simx_server.world.part import Part
 
-from .measuring import distance, is_colliding
+from .measuring import Pair, colliding_pair, distance
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -250,14 +250,14 @@ class Meters(Part):
     """Both kinds; attached after the collections, whose names they need."""
 
     def __init__(self, sim: Simulation, collections: Collections, instants: Instants) -> None:
-        self.collisions: Meter[bool] = Meter(
+        self.collisions: Meter[Pair] = Meter(
             sim,
             collections,
             instants,
             "collision",
             FIRST_COLLISION,
-            is_colliding,
-            False,
+            colliding_pair,
+            (),
             _WITH_FORM,
             c.sim_modelproperty_not_collidable,
             "collidable",

@@ -49,6 +49,12 @@ def test_a_binding_carried_in_a_package_is_replaced(tmp_path: Path, line: str) -
     assert output_of(tmp_path, f"{line}\n{ASK_WHOSE}") == "simx_client"
 
 
+def test_a_replaced_binding_has_the_names_of_c(tmp_path: Path) -> None:
+    carry_binding(tmp_path)
+    print_name = "print(vrep.c_GetJointPosition.__name__, hasattr(vrep, 'c_nothing'))"
+    assert output_of(tmp_path, f"import vrep\n{print_name}") == "c_GetJointPosition False"
+
+
 def test_a_binding_under_another_name_is_replaced(tmp_path: Path) -> None:
     carry_binding(tmp_path)
     (tmp_path / "vrep.py").rename(tmp_path / "vrep_api.py")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from importlib.util import find_spec
 from pathlib import Path
@@ -96,6 +97,19 @@ def test_the_flag_of_numpys_aliases_turns_these_off_too(tmp_path: Path) -> None:
 
 
 @needs_scipy
+@needs_pillow
+def test_an_array_of_an_image_can_be_written(tmp_path: Path) -> None:
+    text = """\
+        import numpy as np
+        from PIL import Image
+        pixels = np.asarray(Image.new("RGB", (4, 2), (1, 2, 3)))
+        pixels[0, 0] = 9
+        pixels.flags.writeable = True
+        print(pixels[0, 0].tolist(), pixels[1, 3].tolist(), pixels.shape)
+    """
+    assert output_of(tmp_path, inspect.cleandoc(text)) == "[9, 9, 9] [1, 2, 3] (2, 4, 3)"
+
+
 @needs_pillow
 def test_the_images_of_scipy_are_back_and_its_old_names(tmp_path: Path) -> None:
     text = """

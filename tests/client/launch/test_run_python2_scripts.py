@@ -47,6 +47,8 @@ PRINTED = {
     "ask, r = raw_input, xrange\nprint callable(ask), list(r(2))": "True [0, 1]",
     "import string\nprint string.letters[:2], string.join(['a', 'b']), string.atoi('7') / 2": "ab a b 3",
     "import sys\nreload(sys)\nsys.setdefaultencoding('utf8')\nprint sys.maxint > 1": "True",
+    "class N: pass\na = N()\na.next = N()\na.next.next = 5\nn = a.next\nprint n.next, n is a.next": "5 True",
+    "i = iter([1, 2])\nf = i.next\nprint f(), i.next()": "1 2",
     # syntax
     "try:\n    raise ValueError, 'text'\nexcept (KeyError, ValueError), e:\n    print e": "text",
     "print 0777, 0xFFL, 5 <> 6, not (1 <> 1)": "511 255 True True",
@@ -158,6 +160,35 @@ def test_in_a_package_import_means_the_module_beside(tmp_path: Path) -> None:
     )
     (package / "parts.py").write_text("wheel = 'wheel'\n")
     assert output_of(tmp_path, "import lib.robot\nprint 'done'") == "package\nwheel 0\ndone"
+
+
+def test_each_form_of_import_in_a_package_finds_the_modules_beside(tmp_path: Path) -> None:
+    inner = tmp_path / "lib" / "inner"
+    inner.mkdir(parents=True)
+    for folder in (inner.parent, inner):
+        (folder / "__init__.py").write_text("")
+    (inner / "tool.py").write_text("name = 'tool'\n")
+    (inner.parent / "wheel.py").write_text("name = 'wheel'\n")
+    (inner.parent / "robot.py").write_text(
+        "import math, wheel, inner.tool, inner.tool as t\n"
+        "if True: import wheel as w; from inner.tool import name\n"
+        "print wheel.name, inner.tool.name, t.name, w.name, name, math.floor(7.5) / 2\n"
+    )
+    expected = "wheel tool tool wheel tool 3.5"
+    assert output_of(tmp_path, "import lib.robot\nprint 'done'") == f"{expected}\ndone"
+
+
+def test_a_module_that_only_imports_as_python_2_is_converted(tmp_path: Path) -> None:
+    package = tmp_path / "lib"
+    package.mkdir()
+    (package / "__init__.py").write_text("from robot import half\n")
+    (package / "robot.py").write_text("import parts\ndef half(n): return n / parts.two\n")
+    (package / "parts.py").write_text("two = 2\n")
+    (package / "both.py").write_text(
+        "try:\n    import parts\nexcept ImportError:\n    from . import parts\nx = 7 / 2\n"
+    )
+    text = "import lib, lib.both\nprint(lib.half(7), lib.both.x)\n"
+    assert output_of(tmp_path, text) == "3 3.5", "a module for both versions stays as it is"
 
 
 def test_execfile_runs_a_python_2_file_in_place(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from launching import environment, output_of, python, simx_run, write_script
 
+from simx_client.launch import run
+
 SCRIPTS = {
     "what it sees": """
         import sys
@@ -129,6 +131,35 @@ def test_missing_script_is_said_in_one_line(tmp_path: Path) -> None:
     assert finished.stderr == (
         "simx-run: cannot open nowhere.py: No such file or directory; name the script's .py file\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "simx-run: name the Python script to run: simx-run robotControl.py; "),
+        (("--pace", "free"), "simx-run: name the Python script to run"),
+        (
+            ("robot.ttt",),
+            "simx-run: robot.ttt is a scene; name a script too: simx-run --server robot.ttt SCRIPT",
+        ),
+        (("robot.c",), "simx-run: robot.c is no Python script; "),
+    ],
+)
+def test_what_is_no_script_is_named_for_what_it_is(
+    words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run.main(words) == 2
+    assert capsys.readouterr().err.startswith(said)
+
+
+def test_a_flag_behind_the_script_is_said_to_be_the_scripts(tmp_path: Path) -> None:
+    finished = simx_run(tmp_path, "import sys\nprint(sys.argv[1:])", "--server", "ur5")
+    assert finished.stdout == "['--server', 'ur5']\n"
+    assert finished.stderr.startswith(
+        "simx-run: --server behind the script goes to the script; write it in front"
+    )
+    own = simx_run(tmp_path, "import sys\nassert 'server' in sys.argv[1]", "--server", "ur5")
+    assert (own.returncode, own.stderr) == (0, ""), "this script has such a flag itself"
 
 
 def test_help_fits_a_screen_and_names_the_script_first(tmp_path: Path) -> None:

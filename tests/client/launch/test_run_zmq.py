@@ -48,6 +48,26 @@ def test_the_script_moves_a_joint_of_its_own_server(
     assert (finished.returncode, finished.stdout) == (0, "0.25\n"), finished.stderr
 
 
+FIRST_VERSION = """\
+class RemoteAPIClient:
+    def __init__(self, host='localhost', port=23000):
+        raise SystemExit('the first version runs')
+    def getObject(self, name):
+        return self.call('zmqRemoteApi.info', [name])
+"""
+
+
+@pytest.mark.parametrize("folder", ["", "lib"])
+def test_a_carried_copy_of_the_clients_first_version_is_replaced(tmp_path: Path, folder: str) -> None:
+    package = tmp_path / folder / "zmqRemoteApi"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text(FIRST_VERSION)
+    name = f"{folder}.zmqRemoteApi".lstrip(".")
+    (tmp_path / "robot.py").write_text(MODULE.format(package=name, arguments="", get="getObject"))
+    finished = simx_run(tmp_path, PROGRAM, flags=("--server", "two_link_arm"))
+    assert (finished.returncode, finished.stdout) == (0, "0.25\n"), finished.stderr
+
+
 def test_a_missing_client_is_named_with_the_line_that_installs_it() -> None:
     text = hint(ModuleNotFoundError("No module named 'coppeliasim_zmqremoteapi_client'"))
     assert text is not None

@@ -97,7 +97,8 @@ def test_wrong_scene_is_a_failure_that_lists_the_shipped_ones(
 ) -> None:
     assert cli.main(["no_such_scene", "--tree"]) == 1
     assert capsys.readouterr().out == ""
-    assert "no scene 'no_such_scene'; shipped scenes: " in caplog.text
+    assert "no scene 'no_such_scene'; looked in " in caplog.text
+    assert " and among the shipped scenes: " in caplog.text
 
 
 def test_only_one_page_at_a_time(capsys: pytest.CaptureFixture[str]) -> None:

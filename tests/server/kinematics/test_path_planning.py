@@ -74,9 +74,8 @@ def states(path: list[float], count: int) -> list[list[float]]:
 def meets(world: ScriptWorld, names: tuple[str, str], values: list[float]) -> bool:
     for name, value in zip(names, values, strict=True):
         world.sim.joints.set_position(world.sim.scene.resolve(name), value)
-    return world.parts.meters.collisions.check(
-        world.parts.collections.named("robot"), world.sim.scene.resolve("post")
-    )
+    robot, post = world.parts.collections.named("robot"), world.sim.scene.resolve("post")
+    return bool(world.parts.meters.collisions.check(robot, post))
 
 
 def test_the_way_leads_around_the_obstacle_at_fine_resolution(world: ScriptWorld) -> None:

@@ -259,19 +259,62 @@ def test_scene_is_found_by_path_by_name_and_in_place_of_a_vrep_file(
     own.write_text("<mujoco/>")
     assert find_scene(own) == own
     assert find_scene(tmp_path / "mine") == own
-    assert find_scene("mine", tmp_path) == own
-    assert find_scene("ur5_rg2_kinect", tmp_path) == shipped
     with caplog.at_level("INFO"):
-        assert find_scene("mine.ttt", tmp_path) == own
         assert find_scene(tmp_path / "mine.ttt") == own
         assert find_scene("somewhere/ur5_rg2_kinect.ttt") == shipped
     assert "mine.ttt' is not there" in caplog.text
     vrep = tmp_path / "mine.ttt"
     vrep.write_bytes(b"VREP")
-    assert find_scene("mine.ttt", tmp_path) == vrep
-    assert find_scene("mine", tmp_path) == own
-    with pytest.raises(CommandError, match=r"no scene 'nothing\.ttt'; shipped scenes: .*ur5_rg2_kinect"):
+    assert find_scene(vrep) == vrep
+    assert find_scene(tmp_path / "mine") == own
+    with pytest.raises(
+        CommandError, match=r"no scene 'nothing\.ttt'; looked in .* the shipped scenes: .*ur5_rg2_kinect"
+    ):
         find_scene("nothing.ttt")
+    with pytest.raises(CommandError, match=r"looked in .*/nowhere, which does not exist, and among"):
+        find_scene(tmp_path / "nowhere" / "mine.ttt")
+
+
+@pytest.mark.parametrize("name", ["", ".", "inner"])
+def test_a_folder_is_no_scene_and_its_scenes_are_listed(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "inner").mkdir()
+    for folder in (tmp_path, tmp_path / "inner"):
+        (folder / "arm.ttt").touch()
+        (folder / "notes.txt").touch()
+    with pytest.raises(CommandError, match=f"'{name or '.'}' is a folder; it holds arm.ttt; give the path"):
+        find_scene(name or ".")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        (
+            "robot.py",
+            "import vrep",
+            "cannot read 'robot.py': it is a Python program; run it with: simx-run robot.py",
+        ),
+        (
+            "robot.c",
+            "int main() {}",
+            r"cannot read 'robot.c': it is no scene; files that the server opens end with \.xml, .*\.ttt",
+        ),
+        (
+            "robot.xml",
+            "\n hello\nworld",
+            "'robot.xml': it starts with 'hello'; a scene in XML is MJCF or URDF",
+        ),
+        ("robot.urdf", "", "'robot.urdf': it is empty;"),
+    ],
+)
+def test_a_file_that_is_no_scene_is_named_for_what_it_is(
+    tmp_path: Path, name: str, text: str, why: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(SceneError, match=why):
+        load_scene(tmp_path / name)
 
 
 def test_model_is_found_by_the_path_that_vrep_has_it_under() -> None:
@@ -286,4 +329,4 @@ def test_a_robot_is_its_model_where_a_model_is_wanted_and_its_scene_otherwise(tm
     assert find_scene("Quadricopter.ttt", model=True).parent.name == "scenes"
     own = tmp_path / "quadricopter.xml"
     own.write_text("<mujoco/>")
-    assert find_scene("quadricopter", tmp_path, model=True) == own
+    assert find_scene(tmp_path / "quadricopter", model=True) == own

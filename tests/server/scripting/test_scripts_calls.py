@@ -148,7 +148,7 @@ def test_target_is_found_by_description_or_after_the_function_name(tmp_path: Pat
         ("", 0, "there is no main script; scripts"),
         ("RG2", 6, "there is no customization script of 'RG2'; scripts"),
         ("addon", 2, "there is no add-on of 'addon'"),
-        ("", 8, "there is no sandbox script"),
+        ("", 8, "a client calls functions of the sandbox script through sim.executeScriptString only"),
         ("RG2", 2050005, "there is no script with handle 2050005"),
     ],
 )

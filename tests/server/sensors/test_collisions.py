@@ -245,7 +245,7 @@ def test_explicit_registered_objects_wait_for_their_script(world: World) -> None
     with pytest.raises(CommandError, match="has not been handled yet"):
         world.call("simxReadCollision", collision)
     assert world.call("simxReadDistance", distance) > 1e36
-    assert world.parts.meters.collisions.handle(collision) is False
+    assert world.parts.meters.collisions.handle(collision) == ()
     assert world.parts.meters.distances.handle(distance) == pytest.approx(1.0)
     place(world, "box", 1.2, 0, 0)
     world.parts.step()
@@ -268,7 +268,7 @@ def test_with_handling_switched_off_the_last_results_go_with_the_next_pass(world
     assert world.call("simxReadDistance", asked) == pytest.approx(1.0)
     assert world.parts.meters.distances.handle(asked) is None
     assert world.call("simxReadDistance", asked) > 1e36
-    assert world.parts.meters.collisions.handle(touch) is False
+    assert world.parts.meters.collisions.handle(touch) == ()
 
 
 def test_registered_object_goes_with_what_it_measures(world: World) -> None:

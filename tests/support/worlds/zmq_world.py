@@ -32,10 +32,13 @@ SCENE = """
     </body>
     <body name="box" pos="1 0 0.5"><freejoint/><geom name="cuboid" type="box" size="0.1 0.1 0.1"/></body>
     <site name="nose" pos="0 0 3"/>
+    <body name="shelf" pos="3 0 0.5"><geom type="box" size="0.1 0.1 0.1"/><site name="shelfScript" group="5"/></body>
   </worldbody>
   <actuator><velocity name="hinge" joint="hinge" kv="10"/></actuator>
   <custom>
     <text name="simx:proximity:nose" data="range=0.5"/>
+    <text name="simx:object:shelfScript" data="type=script"/>
+    <text name="simx:lua:customization:shelfScript" data="function where() return 'shelf' end"/>
     <text name="simx:lua:arm" data="function double(x) return 2 * x end function say() return 'text', '\\0\\1' end"/>
   </custom>
 </mujoco>

@@ -30,15 +30,16 @@ class ConfigurationFunctions(ApiPart):
         """Return the configuration of one object."""
         return pack_table([self._taken(self._self(handle))])
 
-    def setObjectConfiguration(self, configuration: bytes) -> None:
+    def setObjectConfiguration(self, configuration: bytes) -> int:
         self.setConfigurationTree(configuration)
+        return 1
 
     def getConfigurationTree(self, handle: int) -> bytes:
         """Return the configuration of an object and all below it."""
         base = self._sim.scene.get(self._self(handle)).handle
         return pack_table([self._taken(each) for each in (base, *self._sim.scene.descendants(base))])
 
-    def setConfigurationTree(self, configuration: bytes) -> None:
+    def setConfigurationTree(self, configuration: bytes) -> int:
         """Restore a configuration. Removed objects are skipped; objects that have to be moved are at rest
         afterwards.
         """
@@ -48,6 +49,7 @@ class ConfigurationFunctions(ApiPart):
                 raise CommandError("these bytes are no configuration; take one with sim.getConfigurationTree")
             if entry["handle"] in self._sim.scene.objects:
                 self._bring_back(entry)
+        return 1
 
     def _taken(self, handle: int) -> dict[str, Any]:
         sim = self._sim

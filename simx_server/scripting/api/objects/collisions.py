@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import islice
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
@@ -13,7 +13,7 @@ from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.interpreter import Constant
 from simx_server.sensors.contacts import contacts
 from simx_server.sensors.distance.intersections import intersections
-from simx_server.sensors.distance.measuring import colliding_pair, nearest
+from simx_server.sensors.distance.measuring import Pair, nearest
 from simx_server.sensors.distance.meters import Meter
 
 _KINDS = {
@@ -27,6 +27,9 @@ _KINDS = {
 _TAKEN_OUT, _WITHOUT_BASE = 1, 2
 """Bits of the options of an item of a collection."""
 
+_NO_PAIR: Final[tuple[int, int]] = (-1, -1)
+"""Stands for the handles of two objects where there are none."""
+
 _EXTENDED = 0x400000
 """sim.handleflag_extended, which requested the normal of a contact; it is always returned."""
 
@@ -38,17 +41,14 @@ class CollisionFunctions(ApiPart):
         "handleflag_extended": _EXTENDED,
     }
 
-    def checkCollision(self, first: int, second: int) -> tuple[int, list[int]] | int:
-        """Return 1 and, as in CoppeliaSim 4, one pair of colliding objects if the two collide now; else 0.
+    def checkCollision(self, first: int, second: int = c.sim_handle_all) -> tuple[int, list[int]]:
+        """Return 1 and one pair of colliding objects if the two collide now; else 0 and {-1, -1}.
 
-        The second may be sim.handle_all, which means everything else.
+        The second may be sim.handle_all, which means everything else. The pair is a result of CoppeliaSim 4 only.
         """
         meter = self._world.meters.collisions
-        if not meter.enabled:
-            return 0
-        entities = meter.entities(self._self(first), self._self(second))
-        pair = colliding_pair(self._world.instants.now(), *entities)
-        return 0 if pair is None else (1, list(pair))
+        pair = meter.check(self._self(first), self._self(second)) if meter.enabled else ()
+        return int(bool(pair)), list(pair or _NO_PAIR)
 
     def checkCollisionEx(self, first: int, second: int) -> tuple[int, list[float]]:
         """Return in how many segments the surfaces of two entities cut each other now, and x, y, z of both ends of
@@ -63,17 +63,20 @@ class CollisionFunctions(ApiPart):
         found = intersections(self._world.instants.now(), *entities)
         return len(found), found.ravel().tolist()
 
-    def readCollision(self, handle: int) -> int:
-        """Return the last result, -1 before the first handling. Partly: the colliding objects are not returned."""
+    def readCollision(self, handle: int) -> tuple[int, list[int]] | int:
+        """Return the last result: 1 and the two objects, or 0; -1 before the first handling."""
         found = self._world.meters.collisions.read(handle)
-        return -1 if found is None else int(found)
+        if found is None:
+            return -1
+        return (1, list(found)) if found else 0
 
-    def handleCollision(self, handle: int) -> int:
-        """Measure now and return 1 or 0; for sim.handle_all and sim.handle_all_except_explicit the number of
-        collisions.
+    def handleCollision(self, handle: int) -> tuple[int, list[int]] | int:
+        """Measure now and return 1 and the two objects, or 0; for sim.handle_all and sim.handle_all_except_explicit
+        the number of collisions.
         """
         meter = self._world.meters.collisions
-        return sum(meter.handle(each) for each in _meant(meter, handle))
+        found = [pair for each in _meant(meter, handle) if (pair := meter.handle(each))]
+        return (1, list(found[0])) if found and handle >= 0 else len(found)
 
     def resetCollision(self, handle: int) -> int:
         """Delete the result until the next handling."""
@@ -82,20 +85,21 @@ class CollisionFunctions(ApiPart):
         return 1
 
     def checkDistance(
-        self, first: int, second: int, threshold: float = 0.0
-    ) -> tuple[int, list[float], list[int]] | int:
-        """Return 1, {x1, y1, z1, x2, y2, z2, distance} in the world frame, and as in CoppeliaSim 4 the two objects;
-        else 0.
+        self, first: int, second: int = c.sim_handle_all, threshold: float = 0.0
+    ) -> tuple[int, list[float], list[int]]:
+        """Return 1, {x1, y1, z1, x2, y2, z2, distance} in the world frame, and the two objects; else 0, seven zeros
+        and {-1, -1}. The objects are a result of CoppeliaSim 4 only.
 
         `threshold`: distances above it (metres) return 0; 0 or less means no threshold.
         """
         meter = self._world.meters.distances
+        nothing: tuple[int, list[float], list[int]] = (0, [0.0] * 7, list(_NO_PAIR))
         if not meter.enabled:
-            return 0
+            return nothing
         entities = meter.entities(self._self(first), self._self(second))
         found = nearest(self._world.instants.now(), *entities)
         if found is None or 0.0 < threshold < found.distance:
-            return 0
+            return nothing
         return 1, [*found.first.tolist(), *found.second.tolist(), found.distance], list(found.objects)
 
     def readDistance(self, handle: int) -> tuple[int, float]:
@@ -201,7 +205,7 @@ class CollisionFunctions(ApiPart):
         return self._world.collections.members(collection)
 
 
-def _meant(meter: Meter[bool] | Meter[float | None], handle: int) -> list[int]:
+def _meant(meter: Meter[Pair] | Meter[float | None], handle: int) -> list[int]:
     if handle in (c.sim_handle_all, c.sim_handle_all_except_explicit):
         return meter.handles(explicit_too=handle == c.sim_handle_all)
     return [handle]

@@ -20,12 +20,12 @@ _ALL = "@compound"
 class ColorFunctions(ApiPart):
     """Functions for colours, 0..1, by sim.colorcomponent_*. The stop undoes a change during a run."""
 
-    def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]] | int:
-        """Return 1 and {red, green, blue}, of the part with this colour name if one is given; 0 without such a part.
-        The transparency is given three times, 0 opaque to 1.
+    def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]]:
+        """Return 1 and {red, green, blue}, of the part with this colour name if one is given; 0 and three zeros
+        without such a part. The transparency is given three times, 0 opaque to 1.
         """
         found = self._world.shape_colors.get(self._self(shape), component, _part(name))
-        return 0 if found is None else (1, found)
+        return (0, [0.0, 0.0, 0.0]) if found is None else (1, found)
 
     def setShapeColor(self, shape: int, name: str | None, component: int, color: list[float]) -> int:
         """Set a colour of all parts of a shape, or of those with a colour name, and return 1; 0 without such a part.

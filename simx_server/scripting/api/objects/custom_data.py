@@ -16,11 +16,12 @@ _PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
 class CustomDataFunctions(ApiPart):
     """Data of an object, sim.handle_scene or sim.handle_app. Missing data is read as nil."""
 
-    def writeCustomDataBlock(self, handle: int, name: str, data: bytes | None = None) -> None:
+    def writeCustomDataBlock(self, handle: int, name: str, data: bytes | None = None) -> int:
         """Write a block; '' or nil removes it, an empty name removes all blocks. Blocks named @tmp... end with the
         run.
         """
         self._world.custom_data.write(self._self(handle), name, data or b"")
+        return 1
 
     def readCustomDataBlock(self, handle: int, name: str) -> bytes | None:
         return self._world.custom_data.read(self._self(handle), name)
@@ -48,12 +49,13 @@ class CustomDataFunctions(ApiPart):
         packed = self.readCustomDataBlock(handle, name)
         return unpack_table(packed) if packed else []
 
-    def persistentDataWrite(self, name: str, data: bytes, options: int = 0) -> None:
+    def persistentDataWrite(self, name: str, data: bytes, options: int = 0) -> int:
         """Store data in the server until it exits; '' removes it.
 
         Partly: nothing is written to disk, whatever the options.
         """
         self._world.custom_data.write(APPLICATION, f"{_PERSISTENT}{name}", data)
+        return 1
 
     def persistentDataRead(self, name: str) -> bytes | None:
         return self._world.custom_data.read(APPLICATION, f"{_PERSISTENT}{name}")
@@ -62,12 +64,13 @@ class CustomDataFunctions(ApiPart):
         names = self._world.custom_data.names(APPLICATION)
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
 
-    def setReferencedHandles(self, handle: int, handles: list[int] | None = None, tag: str = "") -> None:
+    def setReferencedHandles(self, handle: int, handles: list[int] | None = None, tag: str = "") -> int:
         """Store references from one object to other objects, per tag. References to objects that are copied with it
         mean the copies.
         """
         packed = pack("i", [float(each) for each in handles or []], 0, 0)
         self._world.custom_data.write(self._self(handle), f"{REFERENCES}{tag}", packed)
+        return 1
 
     def getReferencedHandlesTags(self, handle: int) -> list[str]:
         """Return the tags under which an object has references."""

@@ -34,17 +34,18 @@ class DynamicsFunctions(ApiPart):
         }
     )
 
-    def addForce(self, shape: int, position: list[float], force: list[float]) -> None:
+    def addForce(self, shape: int, position: list[float], force: list[float]) -> int:
         """Add a force at a point (metres) of the shape; point and force are in the shape's frame.
 
         sim.handleflag_resetforcetorque added to the handle deletes the forces and torques added before.
         """
         handle = self._reset(shape)
         self._world.applied_forces.add_at(handle, vector(position, "a position"), vector(force, "a force"))
+        return 1
 
     def addForceAndTorque(
         self, shape: int, force: list[float] | None = None, torque: list[float] | None = None
-    ) -> None:
+    ) -> int:
         """Add a force and a torque at the centre of mass, both along world axes. Flags as for addForce, also a
         separate one for the force and one for the torque.
         """
@@ -54,6 +55,7 @@ class DynamicsFunctions(ApiPart):
             _NOTHING if force is None else vector(force, "a force"),
             _NOTHING if torque is None else vector(torque, "a torque"),
         )
+        return 1
 
     def getShapeInertia(self, shape: int) -> tuple[list[float], list[float]]:
         """Return the inertia, 9 numbers in kg m^2, about the centre of mass and along the shape's axes; and the

@@ -23,9 +23,10 @@ class ObjectNameFunctions(ApiPart):
     def getObjectName(self, handle: int) -> str:
         return self._sim.scene.get(self._self(handle)).name
 
-    def setObjectName(self, handle: int, name: str) -> None:
+    def setObjectName(self, handle: int, name: str) -> int:
         """Set the old name, and the alias to the same without its number. The stop resets names set during a run."""
         renaming.rename(self._sim, self._self(handle), name)
+        return 1
 
     def getObjectAlias(self, handle: int, options: int = -1) -> str:
         """Return the alias in the form that `options` selects: -1 the alias; 0 with its index where siblings have the
@@ -68,9 +69,10 @@ class ObjectNameFunctions(ApiPart):
             return _split(item.name)[0] if item is not None else -1
         return _split(name)
 
-    def setNameSuffix(self, suffix: int) -> None:
+    def setNameSuffix(self, suffix: int) -> int:
         """Set the number that this script's names without # end in; -1: none."""
         self._name_suffix = max(suffix, -1)
+        return 1
 
     def _adjusted(self, name: str) -> str:
         if self._name_suffix is None or "#" in name or name.startswith(("/", ".", ":")):

@@ -209,11 +209,12 @@ class ObjectFunctions(ApiPart):
         )
         return 1
 
-    def removeObject(self, handle: int) -> None:
+    def removeObject(self, handle: int) -> int:
         """Remove an object, but not its children; sim.handle_all empties the scene. Objects removed during a run
         return at its stop.
         """
         objects.remove_object(self._world, self._self(handle))
+        return 1
 
     def removeObjects(self, handles: list[int], _delayed: bool = False) -> None:
         for handle in handles:
@@ -237,8 +238,9 @@ class ObjectFunctions(ApiPart):
         """Return bits of a model base; sim.modelproperty_not_model for any other object."""
         return objects.get_model_property(self._world, self._self(handle))
 
-    def setModelProperty(self, handle: int, bits: int) -> None:
+    def setModelProperty(self, handle: int, bits: int) -> int:
         objects.set_model_property(self._world, self._self(handle), bits)
+        return 1
 
 
 def _number(options: dict[str, Any], name: str) -> int:

@@ -109,11 +109,12 @@ class PoseFunctions(ApiPart):
         linear, _, angular = self._world.velocities.measure(self._self(shape))
         return linear, angular
 
-    def resetDynamicObject(self, handle: int) -> None:
+    def resetDynamicObject(self, handle: int) -> int:
         """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means all objects."""
         handles = self._sim.scene.children(-1) if handle == -2 else [self._self(handle)]
         for each in handles:
             handlers.reset_dynamic_object(self._world, each)
+        return 1
 
     def _plain(self, handle: int) -> int:
         """Return the handle without the flag for the order of a quaternion's numbers."""

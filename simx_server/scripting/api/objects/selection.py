@@ -25,17 +25,19 @@ class SelectionFunctions(ApiPart):
     def isObjectInSelection(self, handle: int) -> bool:
         return self._self(handle) in self.getObjectSelection()
 
-    def addObjectToSelection(self, what: int | list[int], handle: int = -1) -> None:
+    def addObjectToSelection(self, what: int | list[int], handle: int = -1) -> int:
         """Add objects: a list of handles; or sim.handle_all, or sim.handle_single, _tree (with all below) or _chain
         (with all above) and one handle.
         """
         objects.set_object_selection(self._world, [*self.getObjectSelection(), *self._meant(what, handle)])
+        return 1
 
-    def removeObjectFromSelection(self, what: int | list[int], handle: int = -1) -> None:
+    def removeObjectFromSelection(self, what: int | list[int], handle: int = -1) -> int:
         """Remove objects; arguments as for addObjectToSelection."""
         gone = self._meant(what, handle)
         kept = [each for each in self.getObjectSelection() if each not in gone]
         objects.set_object_selection(self._world, kept)
+        return 1
 
     def getObjectLastSelection(self) -> int:
         """Return the object selected last, -1 when nothing is selected."""

@@ -20,32 +20,34 @@ Detected = tuple[int, float, list[float], int, list[float]]
 _NOTHING = 0
 _NOT_HANDLED = -1
 
+_ZERO = (0.0, 0.0, 0.0)
+
 _FRONT, _BACK, _LIMITED_ANGLE = 1, 2, 8
 """Bits of the mode of sim.checkProximitySensorEx. 4, fast detection, is ignored: detection is always exact."""
 
 
 class SensorFunctions(ApiPart):
-    """Functions for sensors. As in V-REP 3 a detection has five results, no detection has one."""
+    """Functions for sensors. A detection has five results; no detection has one in Lua scripts, as in V-REP 3, and
+    five, `0, 0.0, {0, 0, 0}, -1, {0, 0, 0}`, in Python, in files since CoppeliaSim 4.3 and for clients.
+    """
 
     def readProximitySensor(self, sensor: int) -> Detected | int:
-        """Return a detection, 0 for none, -1 before the first handling. CoppeliaSim 4 returns five results also for
-        none.
-        """
+        """Return a detection, 0 for none, -1 (with five results 0) before the first handling."""
         handle = self._proximity_sensor(sensor)
         try:
             found = self._world.proximity.read(handle)
         except CommandError:
-            return _NOT_HANDLED  # the handle is valid, so this is the only reason
-        return _results(found)
+            return self._without(_NOT_HANDLED)  # the handle is valid, so this is the only reason
+        return self._results(found)
 
     def handleProximitySensor(self, sensor: int) -> Detected | int:
         """Compute a sensor now; with sim.handle_all or sim.handle_all_except_explicit return the nearest detection of
         all.
         """
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
-            return _results(self._world.proximity.handle(self._proximity_sensor(sensor)))
+            return self._results(self._world.proximity.handle(self._proximity_sensor(sensor)))
         found = [self._world.proximity.handle(handle) for handle in self._proximity_sensors(sensor)]
-        return _results(min(filter(None, found), key=lambda each: math.hypot(*each.point), default=None))
+        return self._results(min(filter(None, found), key=lambda each: math.hypot(*each.point), default=None))
 
     def resetProximitySensor(self, sensor: int) -> int:
         """Delete the detection until the next handling; also for sim.handle_all and sim.handle_all_except_explicit."""
@@ -62,7 +64,8 @@ class SensorFunctions(ApiPart):
 
         The object and the normal are results of CoppeliaSim 4 only.
         """
-        return _results(self._world.proximity.check(self._proximity_sensor(sensor), self._self(entity)))
+        found = self._world.proximity.check(self._proximity_sensor(sensor), self._self(entity))
+        return self._results(found)
 
     def checkProximitySensorEx(
         self, sensor: int, entity: int, mode: int, threshold: float, max_angle: float
@@ -72,7 +75,7 @@ class SensorFunctions(ApiPart):
         `threshold`: greatest distance in metres. A mode without faces means front faces.
         """
         if not self._world.proximity.enabled:
-            return _NOTHING
+            return self._without(_NOTHING)
         found = self._world.proximity.check(
             self._proximity_sensor(sensor),
             self._self(entity),
@@ -80,7 +83,7 @@ class SensorFunctions(ApiPart):
             faces=_faces(mode),
             least_cosine=_least_cosine(mode, max_angle),
         )
-        return _results(found)
+        return self._results(found)
 
     def checkProximitySensorEx2(
         self,
@@ -105,8 +108,9 @@ class SensorFunctions(ApiPart):
             raise CommandError(
                 f"{count} {Items(kind).name.lower()} have {needed} coordinates, not {len(vertices)}"
             )
+        nothing = (_NOTHING, 0.0, [*_ZERO], [*_ZERO]) if self._script.full_results else _NOTHING
         if not self._world.proximity.enabled:
-            return _NOTHING
+            return nothing
         found = self._world.proximity.check_given(
             self._proximity_sensor(sensor),
             np.array(vertices[:needed], np.float64).reshape(-1, kind + 1, 3),
@@ -115,7 +119,7 @@ class SensorFunctions(ApiPart):
             least_cosine=_least_cosine(mode, max_angle),
         )
         if found is None:
-            return _NOTHING
+            return nothing
         return 1, math.hypot(*found.point), list(found.point), list(found.normal)
 
     def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
@@ -149,6 +153,15 @@ class SensorFunctions(ApiPart):
             self._world.proximity.set_explicit(handle, explicit)
         return 1
 
+    def _results(self, found: Detection | None) -> Detected | int:
+        if found is None:
+            return self._without(_NOTHING)
+        return 1, math.hypot(*found.point), list(found.point), found.handle, list(found.normal)
+
+    def _without(self, result: int) -> Detected | int:
+        """Return the results where nothing is detected: `result` is that of V-REP 3."""
+        return (_NOTHING, 0.0, [*_ZERO], -1, [*_ZERO]) if self._script.full_results else result
+
     def _proximity_sensor(self, sensor: int) -> int:
         return self._sim.scene.get_kind(self._self(sensor), ObjectKind.PROXIMITY_SENSOR).handle
 
@@ -167,9 +180,3 @@ def _least_cosine(mode: int, max_angle: float) -> float:
     """Return the least cosine of the angle between the line of sight and a normal."""
     limited = mode & _LIMITED_ANGLE and max_angle < math.pi / 2
     return math.cos(max(0.0, max_angle)) if limited else 0.0
-
-
-def _results(found: Detection | None) -> Detected | int:
-    if found is None:
-        return _NOTHING
-    return 1, math.hypot(*found.point), list(found.point), found.handle, list(found.normal)

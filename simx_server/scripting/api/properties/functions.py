@@ -31,20 +31,20 @@ class PropertyFunctions(PropertyPart):
 
     def getPropertyInfo(
         self, target: int, name: str, options: dict[str, Any] | None = None
-    ) -> tuple[int, int, str] | None:
-        """Return type (sim.propertytype_*), bits sim.propertyinfo_*, and JSON text with a label; nil for a name that
-        the target does not have.
+    ) -> tuple[int | None, int | None, str | None]:
+        """Return type (sim.propertytype_*), bits sim.propertyinfo_*, and JSON text with a label; three times nil for a
+        name that the target does not have.
         """
         found = self._property_result(
             options, lambda: access.information(self._property_target(target), name)
         )
-        return None if found is None else (*found, json.dumps({"label": name}))
+        return (None, None, None) if found is None else (*found, json.dumps({"label": name}))
 
     def getPropertyName(
         self, target: int, index: int, options: dict[str, Any] | None = None
-    ) -> tuple[str, str] | None:
+    ) -> tuple[str | None, str | None]:
         """Return the name of the property at an index from 0, and what it belongs to: app, scene, object or a kind of
-        object; nil after the last. Option `prefix`: only names that start with it.
+        object; twice nil after the last. Option `prefix`: only names that start with it.
         """
         where = self._property_target(target)
         start = (options or {}).get("prefix", b"")
@@ -52,7 +52,7 @@ class PropertyFunctions(PropertyPart):
         names: list[str] = self._property_result(options, lambda: access.names(where)) or []
         found = [name for name in names if name.startswith(prefix)]
         if not 0 <= index < len(found):
-            return None
+            return None, None
         return found[index], access.group(where, found[index])
 
     def getPropertyTypeString(self, kind: int) -> str:

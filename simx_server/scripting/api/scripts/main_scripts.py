@@ -110,18 +110,20 @@ class MainScriptFunctions(ApiPart):
         return 0
 
     def handleSandboxScript(self, _call_type: int, *_values: Any) -> int:
-        """Return 0: a sandbox script does not exist."""
+        """Return 0: the sandbox script has no call-backs."""
         return 0
 
     def handleDynamics(self, _seconds: float) -> int:
         """Return 1. Partly: physics runs after the actuation of all scripts; a Boolean parameter disables it."""
         return 1
 
-    def handleSimulationStart(self) -> None:
+    def handleSimulationStart(self) -> int:
         """Do nothing: everything is started before the first call of a main script."""
+        return 1
 
-    def handleSensingStart(self) -> None:
+    def handleSensingStart(self) -> int:
         """Do nothing: sensing starts automatically."""
+        return 1
 
     def handleJointMotion(self) -> int:
         """Return 0. Partly: joints in motion mode move with the physics."""

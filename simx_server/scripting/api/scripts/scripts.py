@@ -29,12 +29,16 @@ class ScriptFunctions(ApiPart):
     the caller.
     """
 
-    def callScriptFunction(self, function: str, script: int, *values: Any) -> tuple[Any, ...]:
+    def callScriptFunction(self, function: int | str, script: int | str, *values: Any) -> tuple[Any, ...]:
         """Call `NAME@OBJECT` of a script by its type, or `NAME` by its handle, with any values; return all its
-        results.
+        results. Function and script come in either order: CoppeliaSim 4.10 has the script first.
 
         Functions of the server's add-ons take four tables: integers, floats, strings, and a buffer.
         """
+        if isinstance(function, int):
+            function, script = script, function
+        if isinstance(function, int) or isinstance(script, str):
+            raise CommandError("a function is called by its name, a text, and the number of its script")
         name, described = split_target(function, "")
         target = self._target(script, described)
         if isinstance(target, Script):
@@ -101,24 +105,24 @@ class ScriptFunctions(ApiPart):
 
     def getScript(self, kind: int, owner: int | str = HANDLE_SELF, _name: str = "") -> int:
         """Return the script of an object (handle or name) by script type, -1 for none; with sim.handle_self alone the
-        caller.
+        caller, with sim.scripttype_sandbox the one in which programs run pieces of Lua.
         """
         if kind == HANDLE_SELF:
             return self._script.handle
         if kind not in tuple(ScriptKind):
             known = ", ".join(f"{int(each)} {each.text}" for each in ScriptKind)
             raise CommandError(f"{kind} is no type of script of the scene; those are {known}")
-        if kind == ScriptKind.MAIN:
-            return self._of(-1, ScriptKind.MAIN)
+        if kind in (ScriptKind.MAIN, ScriptKind.SANDBOX):
+            return self._of(-1, ScriptKind(kind))
         if isinstance(owner, str):
             owner = self._sim.scene.resolve(self._adjusted(owner), self._owner)
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind(kind))
 
     def getScriptName(self, script: int = HANDLE_SELF) -> str:
-        """Return the name of the script's object; empty for the main script."""
+        """Return the name of the script's object; empty for the main and the sandbox script."""
         found = self._script_at(script)
         served = found.home if found.owner == -1 else found.owner
-        return "" if found.kind == ScriptKind.MAIN else self._sim.scene.get(served).name
+        return "" if served == -1 else self._sim.scene.get(served).name
 
     def getObjectAssociatedWithScript(self, script: int = HANDLE_SELF) -> int:
         """Return the script's object; -1 for the main script."""

@@ -74,9 +74,9 @@ class ThreadFunctions(ApiPart):
             switching.level = max(0, enable)
         return before
 
-    def getThreadAutomaticSwitch(self) -> bool:
-        """Return whether calls of ``sim`` and loops switch automatically."""
-        return self._script.switching.level == 0
+    def getThreadAutomaticSwitch(self) -> tuple[bool, int]:
+        """Return whether calls of ``sim`` and loops switch automatically, and the level."""
+        return self._script.switching.level == 0, self._script.switching.level
 
     setThreadSwitchAllowed = setThreadAutomaticSwitch
     getThreadSwitchAllowed = getThreadAutomaticSwitch
@@ -87,13 +87,14 @@ class ThreadFunctions(ApiPart):
         """Set the level: the later opposite of setThreadAutomaticSwitch."""
         return self.setThreadAutomaticSwitch(not enable if isinstance(enable, bool) else enable)
 
-    def setThreadSwitchTiming(self, milliseconds: float) -> None:
+    def setThreadSwitchTiming(self, milliseconds: float) -> int:
         """Set the time after which a call of ``sim`` or a loop switches; the default is 2 ms. Each call counts as
         0.01 ms, in Python as 0.04 ms; each iteration of a loop as 0.2 microseconds, in Python as 0.5.
 
         Differs: V-REP used the wall clock, which made every run different.
         """
         self._script.switching.seconds = min(max(milliseconds / 1000, _SHORTEST), _LONGEST)
+        return 1
 
     def setThreadIsFree(self, _is_free: bool) -> int:
         """Return 0: in V-REP a thread could run in parallel with the simulation; here it never does, so this has no

@@ -134,8 +134,9 @@ class CustomUIFunctions(ApiPart):
     def getUISlider(self, ui: int, button: int) -> int:
         return custom_uis.get_ui_slider(self._world, ui, button)
 
-    def setUISlider(self, ui: int, button: int, position: int) -> None:
+    def setUISlider(self, ui: int, button: int, position: int) -> int:
         custom_uis.set_ui_slider(self._world, ui, button, position)
+        return 1
 
     def getUIEventButton(self, ui: int) -> tuple[int, list[int]]:
         """Return the button that was operated (-1 for none), its property, and a slider's position or 1 for down, 0
@@ -146,8 +147,9 @@ class CustomUIFunctions(ApiPart):
     def getUIButtonProperty(self, ui: int, button: int) -> int:
         return custom_uis.get_ui_button_property(self._world, ui, button)
 
-    def setUIButtonProperty(self, ui: int, button: int, bits: int) -> None:
+    def setUIButtonProperty(self, ui: int, button: int, bits: int) -> int:
         custom_uis.set_ui_button_property(self._world, ui, button, bits)
+        return 1
 
     def getUIButtonLabel(self, ui: int, button: int) -> str:
         return self._world.user_interface.custom_uis.get(ui).element(button).label
@@ -156,8 +158,9 @@ class CustomUIFunctions(ApiPart):
         """Set the labels that a button shows when it is up and when it is down; nil leaves one as it is."""
         custom_uis.set_ui_button_label(self._world, ui, button, up, down)
 
-    def removeUI(self, ui: int) -> None:
+    def removeUI(self, ui: int) -> int:
         custom_uis.remove_ui(self._world, ui)
+        return 1
 
 
 def _pair(numbers: list[int], what: str, least: int = 1) -> tuple[int, int]:

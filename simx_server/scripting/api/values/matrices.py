@@ -197,8 +197,13 @@ class MatrixFunctions(ApiPart):
         alpha, beta, gamma = frames.euler_from_quat(quat)
         return alpha, beta, gamma
 
-    abgToYpr = alphaBetaGammaToYawPitchRoll
-    yprToAbg = yawPitchRollToAlphaBetaGamma
+    def abgToYpr(self, angles: list[float]) -> list[float]:
+        """Return {yaw, pitch, roll} of {alpha, beta, gamma}."""
+        return list(self.alphaBetaGammaToYawPitchRoll(*vector(angles, "angles")))
+
+    def yprToAbg(self, angles: list[float]) -> list[float]:
+        """Return {alpha, beta, gamma} of {yaw, pitch, roll}."""
+        return list(self.yawPitchRollToAlphaBetaGamma(*vector(angles, "angles")))
 
 
 def _between(first: Pose, second: Pose, share: float) -> Pose:

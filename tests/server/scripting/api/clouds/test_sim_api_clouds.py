@@ -87,7 +87,7 @@ def test_points_are_measured_at_once_and_collide(world: ScriptWorld) -> None:
     assert found == 1
     assert data[6] == pytest.approx(np.hypot(0.9, 3.9), abs=0.01)
     assert pair[1] == world.lua("return p")[0]
-    assert world.lua("return sim.checkCollision(c, p)") == [0]
+    assert world.lua("return sim.checkCollision(c, p)")[0] == 0
     assert (
         world.lua("sim.insertPointsIntoPointCloud(p, 0, {1.9, 0, 1}) return sim.checkCollision(c, p)")[0] == 1
     )

@@ -53,7 +53,7 @@ def test_a_collision_is_checked_with_who_collides(pairs: ScriptWorld) -> None:
     ball, floor = pairs.handle("ball"), pairs.handle("floor")
     assert pairs.lua(H + "return sim.checkCollision(h'ball', h'floor')") == [1, [ball, floor]]
     assert pairs.lua(H + "return sim.checkCollision(h'floor', sim.handle_all)") == [1, [floor, ball]]
-    assert pairs.lua(H + "return sim.checkCollision(h'ball', h'far')") == [0]
+    assert pairs.lua(H + "return sim.checkCollision(h'ball', h'far')") == [0, [-1, -1]]
 
 
 def test_a_box_cuts_the_floor_in_a_square(pairs: ScriptWorld) -> None:
@@ -77,7 +77,7 @@ def test_a_distance_comes_with_its_ends_and_objects(pairs: ScriptWorld) -> None:
     assert pairs.lua(H + "return sim.checkDistance(h'base', h'middle', 0)") == [1, ends, [base, middle]]
     assert pairs.lua(H + "return sim.checkDistance(h'base', sim.getCollectionHandle('tower'))")[1] == ends
     assert pairs.lua(H + "return sim.checkDistance(h'base', h'middle', 0.9)")[1] == ends
-    assert pairs.lua(H + "return sim.checkDistance(h'base', h'middle', 0.7)") == [0]
+    assert pairs.lua(H + "return sim.checkDistance(h'base', h'middle', 0.7)") == [0, [0] * 7, [-1, -1]]
 
 
 def test_the_ends_on_a_hollow_mesh_are_found(pairs: ScriptWorld) -> None:
@@ -99,11 +99,15 @@ def test_registered_collisions_are_read_handled_and_reset(pairs: ScriptWorld) ->
     both = "local meet, miss = sim.getCollisionHandle('meet'), sim.getCollisionHandle('miss')\n"
     assert pairs.lua(both + "return sim.readCollision(meet)") == [-1]
     pairs.passes()
-    assert pairs.lua(both + "return sim.readCollision(meet), sim.readCollision(miss)") == [1, -1]
+    assert pairs.lua(both + "return sim.readCollision(miss)") == [-1]
+    assert pairs.lua(both + "return sim.readCollision(meet)") == [
+        1,
+        [pairs.handle("ball"), pairs.handle("floor")],
+    ]
     assert pairs.lua(both + "return sim.handleCollision(miss), sim.readCollision(miss)") == [0, 0]
     assert pairs.lua(both + "return sim.resetCollision(sim.handle_all), sim.readCollision(meet)") == [1, -1]
     assert pairs.lua(both + "return sim.handleCollision(sim.handle_all_except_explicit), "
-                     "sim.readCollision(meet), sim.readCollision(miss)") == [1, 1, -1]  # fmt: skip
+                     "(sim.readCollision(meet)), sim.readCollision(miss)") == [1, 1, -1]  # fmt: skip
 
 
 def test_names_of_registered_things_take_the_suffix_of_the_script(tmp_path: Path) -> None:
@@ -167,7 +171,7 @@ def test_a_collection_is_made_of_objects_trees_and_chains(pairs: ScriptWorld) ->
 
 def test_the_new_forms_of_collections_have_no_name(pairs: ScriptWorld) -> None:
     new = H + "local c = sim.createCollection(0) sim.addItemToCollection(c, sim.handle_single, h'far', 0) "
-    assert pairs.lua(new + "return sim.getCollectionObjects(c), sim.checkCollision(h'ball', c)") == [
+    assert pairs.lua(new + "return sim.getCollectionObjects(c), (sim.checkCollision(h'ball', c))") == [
         members(pairs, "far"),
         0,
     ]

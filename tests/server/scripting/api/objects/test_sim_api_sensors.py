@@ -69,6 +69,16 @@ def test_a_detection_has_five_results_and_nothing_one(world: ScriptWorld) -> Non
     assert world.lua(f"return sim.readProximitySensor({sensor('blind')})") == [0]
 
 
+def test_since_coppeliasim_4_3_nothing_has_five_results_too(world: ScriptWorld) -> None:
+    world.parts.scripts.all()[0].full_results = True
+    nothing = [0, 0, [0, 0, 0], -1, [0, 0, 0]]
+    assert world.lua(f"return sim.readProximitySensor({sensor('near')})") == nothing, "not handled yet"
+    world.passes()
+    assert world.lua(f"return sim.checkProximitySensor({sensor('blind')}, sim.handle_all)") == nothing
+    points = f"return sim.checkProximitySensorEx2({sensor('blind')}, {{0, 0, -1}}, 0, 1, 3, 5, 0)"
+    assert world.lua(points) == [0, 0, [0, 0, 0], [0, 0, 0]]
+
+
 def test_an_explicit_sensor_is_handled_by_its_script(world: ScriptWorld) -> None:
     world.passes()
     assert world.lua(f"return sim.readProximitySensor({sensor('shy')})") == [-1]

@@ -70,7 +70,7 @@ def test_a_name_has_one_type(world: ScriptWorld) -> None:
         "customData.a",
         "object",
     ]
-    assert world.lua("return sim.getPropertyName(cube, 1, {prefix='customData.'})") == []
+    assert world.lua("return sim.getPropertyName(cube, 1, {prefix='customData.'})") == [None, None]
 
 
 def test_a_value_without_a_type_gets_its_own(world: ScriptWorld) -> None:

@@ -300,7 +300,7 @@ def test_the_option_no_error_gives_nil(world: ScriptWorld) -> None:
 def test_properties_are_listed(world: ScriptWorld) -> None:
     assert world.lua("return sim.getPropertyInfo(cube, 'mass')") == [2, 0, '{"label": "mass"}']
     assert world.lua("return sim.getPropertyInfo(cube, 'objectType')")[1] == 1
-    assert world.lua("return sim.getPropertyInfo(cube, 'mas')") == []
+    assert world.lua("return sim.getPropertyInfo(cube, 'mas')") == [None, None, None]
     assert world.value("sim.getPropertyTypeString(sim.propertytype_floatarray)") == "floatarray"
     world.fails("sim.getPropertyTypeString(99)", "no type of properties")
     names = world.value(

@@ -126,8 +126,8 @@ def test_yaw_pitch_roll_and_alpha_beta_gamma(world: ScriptWorld) -> None:
     assert back == near([0.3, -0.2, 0.1])
     assert world.lua("return sim.alphaBetaGammaToYawPitchRoll(0, 0, 0.7)") == near([0.7, 0, 0])
     assert world.lua("return sim.alphaBetaGammaToYawPitchRoll(0, math.pi/2, 0)")[1] == near(QUARTER)
-    assert world.lua("return sim.abgToYpr(0.7, 0, 0)") == near([0, 0, 0.7])
-    assert world.lua("return sim.yprToAbg(0, 0, 0.7)") == near([0.7, 0, 0])
+    assert world.lua("return sim.abgToYpr({0.7, 0, 0})") == [near([0, 0, 0.7])]
+    assert world.lua("return sim.yprToAbg({0, 0, 0.7})") == [near([0.7, 0, 0])]
 
 
 def test_a_table_that_is_no_matrix_is_refused(world: ScriptWorld) -> None:

@@ -23,6 +23,9 @@ from simx_server.scene.formats.vrep.script_needs import needs_of
 _MOVING_FRAMES = (4, 0, 1)
 """First version in which a pose relative to a joint is one in its moving frame."""
 
+_FULL_RESULTS = (4, 3, 0)
+"""First version in which functions of proximity sensors return all their values also where nothing is detected."""
+
 _ORDERS = ("first", "normal", "last")
 _TRAVERSALS = ("reverse", "forward", "parent")
 
@@ -96,6 +99,7 @@ def _add(conversion: Conversion, script: Script, name: str) -> None:
         options |= {"order": _ORDERS[script.order]} if script.order != 1 else {}
         options |= {"traversal": _TRAVERSALS[script.traversal]} if script.traversal else {}
         options |= {"joint_bases": True} if conversion.file.program < _MOVING_FRAMES else {}
+        options |= {"full_results": True} if conversion.file.program >= _FULL_RESULTS else {}
         if options:
             conversion.annotate("script", f"{kind}{name}", **options)
         values = {parameter: value for parameter, _, value in script.parameters if parameter}

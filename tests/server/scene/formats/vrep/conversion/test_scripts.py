@@ -20,7 +20,7 @@ def script(**values: Any) -> Script:
     return Script(**{"id": 1, "type": CHILD, "owner": 1, "text": "x = 1", **values})
 
 
-def file_with(*scripts: Script) -> VrepFile:
+def file_with(*scripts: Script, program: tuple[int, int, int] = (3, 6, 0)) -> VrepFile:
     objects = [
         Dummy(handle=1, name="base"),
         OtherObject(handle=2, name="its_script", parent=1, kind="script"),
@@ -29,7 +29,7 @@ def file_with(*scripts: Script) -> VrepFile:
     return VrepFile(
         name="test.ttt",
         serialization=21,
-        program=(3, 6, 0),
+        program=program,
         objects={item.handle: item for item in objects},
         scripts=list(scripts),
     )
@@ -60,6 +60,18 @@ def test_threads_disabled_scripts_and_languages_are_kept() -> None:
         False,
     )
     assert list(report.needs) == ["child script of 'base'"], "a disabled script needs nothing"
+
+
+@pytest.mark.parametrize(
+    ("program", "is_old", "is_new"),
+    [((3, 6, 0), True, False), ((4, 2, 0), False, False), ((4, 3, 0), False, True)],
+)
+def test_a_script_means_what_it_meant_in_the_version_of_its_file(
+    program: tuple[int, int, int], is_old: bool, is_new: bool
+) -> None:
+    spec, _ = convert(file_with(script(), program=program))
+    note = read_annotations(mujoco.MjSpec.from_string(spec.to_xml())).objects["base"].get("script", {})
+    assert (note.get("joint_bases", False), note.get("full_results", False)) == (is_old, is_new)
 
 
 def test_when_a_script_is_called_is_kept() -> None:

@@ -125,7 +125,7 @@ def test_it_is_measured_checked_and_detected(tmp_path: Path, is_octree: bool) ->
     assert meters.distances.check(cloud, ball) == pytest.approx(0.3 - top, abs=0.02)
     assert not meters.collisions.check(cloud, ball)
     world.call("simxSetObjectPosition", ball, -1, [0.5, 0.0, 1.05])
-    assert meters.collisions.check(ball, cloud) is is_octree, "points inside a solid touch no surface"
+    assert bool(meters.collisions.check(ball, cloud)) is is_octree, "points inside a solid touch no surface"
     world.run(1)
     seen = world.call("simxReadProximitySensor", world.handle("eye"))
     assert seen[0]
