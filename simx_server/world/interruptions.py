@@ -1,4 +1,4 @@
-"""The points at which a long computation on the physics thread serves other clients."""
+"""The points at which a long computation on the physics thread serves other clients, and the time of its waits."""
 
 from __future__ import annotations
 
@@ -21,6 +21,11 @@ class Interruptions:
     """Called before each call of a script into the API and after each call into a script.
 
     A script cannot tell at which time between two of these points something changed.
+    """
+
+    waited: float = 0.0
+    """Processor seconds of the waits for pictures so far, with the calls that were served meanwhile. No script has to
+    answer for them.
     """
 
     physics_point: Callable[[], object] | None = None
