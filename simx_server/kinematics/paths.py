@@ -23,6 +23,9 @@ from .scratch import Array
 
 Check = Callable[[Array], bool]
 
+_PATIENCE = 0.005
+"""Seconds of planning between two questions whether it may go on."""
+
 _LEAST = 400
 """Checks in each part of a search, so that it adds a branch or two however short its time is."""
 
@@ -86,7 +89,8 @@ class Planner:
     """Plans in one space.
 
     `is_clear` is a stricter check of all states but the given ones, so that the path keeps a distance between two
-    checks. Where start or goal do not pass it, they must pass `is_valid`. `poll` is called every twenty checks.
+    checks. Where start or goal do not pass it, they must pass `is_valid`. `may_go_on` is called every few
+    milliseconds; where it returns false, the time is over.
     """
 
     def __init__(
@@ -94,7 +98,7 @@ class Planner:
         space: Space,
         is_valid: Check,
         random: np.random.Generator,
-        poll: Callable[[], object] | None = None,
+        may_go_on: Callable[[], bool] | None = None,
         is_clear: Check | None = None,
     ) -> None:
         self._space = space
@@ -102,7 +106,8 @@ class Planner:
         self._is_clear = is_clear
         self._check = is_valid
         self._random = random
-        self._poll = poll
+        self._may_go_on = may_go_on
+        self._ask_next = 0.0
         self._count = 0
         self._least = 0
         self._end = 0.0
@@ -190,11 +195,13 @@ class Planner:
 
     def _is_valid(self, state: Array) -> bool:
         self._count += 1
-        if self._count % 20 == 0:
-            if self._poll is not None:
-                self._poll()
-            if self._count > self._least and time.monotonic() > self._end:
+        now = time.monotonic()  # one check of large meshes takes as long as thousands of simple ones
+        if now > self._end and self._count > self._least:
+            raise _TimeIsUpError
+        if now > self._ask_next and self._may_go_on is not None:
+            if not self._may_go_on():
                 raise _TimeIsUpError
+            self._ask_next = time.monotonic() + _PATIENCE
         return self._check(state)
 
     def _connect(self, trees: tuple[_Tree, _Tree]) -> list[Array]:

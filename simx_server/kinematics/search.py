@@ -39,7 +39,7 @@ def find_configs(
     start: Array | None = None,
     sampled: tuple[Array, Array] | None = None,
     accepts: Callable[[Array], bool] | None = None,
-    serve_others: Callable[[], object] | None = None,
+    may_go_on: Callable[[], bool] | None = None,
 ) -> Iterator[Array]:
     """Yield different joint values (n,) that bring the tips to their goals, as they are found.
 
@@ -53,7 +53,7 @@ def find_configs(
         start: joint values (n,) of the first trial; a random configuration if None.
         sampled: minimum values and ranges (n,) of random starts; the joints' limits if None.
         accepts: a further condition for a configuration.
-        serve_others: called between trials.
+        may_go_on: called between trials; where it returns false, the time is over.
     """
     end = time.monotonic() + min(seconds, LONGEST)
     low, extent = sampled if sampled is not None else sampling_range(joints)
@@ -63,8 +63,8 @@ def find_configs(
         begin = low + extent * random.random(len(low)) if start is None or trial else start
         trial += 1
         solution = solver.solve(begin, goals, _HOW)
-        if serve_others is not None:
-            serve_others()
+        if may_go_on is not None and not may_go_on():
+            return
         if solution.result != Result.SUCCESS:
             continue
         values = wrapped(joints, solution.values)

@@ -181,7 +181,7 @@ class Solving:
             self.space,
             self.is_valid,
             self._random,
-            self._sim.interruptions.serve_others,
+            self._sim.interruptions.may_go_on,
             lambda state: self.is_valid(state, MARGIN),
         )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import time
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -146,6 +147,28 @@ return found, #simOMPL.getPath(task)
     )
     assert world.lua(sealed) == [False, 0]
     assert world.lua("return 1") == [1]
+
+
+def test_a_plan_asks_between_two_slow_checks_whether_it_may_go_on_and_ends_when_not() -> None:
+    space = Space(np.zeros(1), np.ones(1), np.ones(1), np.zeros(1, bool), resolution=0.01)
+    checks = asked = 0
+
+    def is_valid(state: np.ndarray) -> bool:
+        nonlocal checks
+        checks += 1
+        end = time.monotonic() + 0.01
+        while time.monotonic() < end:
+            pass
+        return abs(state[0] - 0.5) > 0.2
+
+    def may_go_on() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked < 10
+
+    planner = Planner(space, is_valid, np.random.default_rng(1), may_go_on)
+    assert planner.plan(np.array([0.0]), [np.array([1.0])], 100.0) == Failure.TIME
+    assert (asked, checks) == (10, 9)
 
 
 def test_others_are_served_while_a_plan_is_made(world: ScriptWorld) -> None:

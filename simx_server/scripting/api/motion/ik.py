@@ -187,7 +187,7 @@ class IkFunctions(ApiPart):
             seconds=abs(milliseconds) / 1000,
             sampled=asked_range(low, ranges, order),
             accepts=validity,
-            serve_others=self._sim.interruptions.serve_others,
+            may_go_on=self._sim.interruptions.may_go_on,
         )
         with self._at_no_cost():
             values = next(found, None)

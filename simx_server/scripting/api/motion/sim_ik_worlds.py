@@ -256,7 +256,7 @@ class SimIk(IkObjectFunctions):
             start=start if near else None,
             sampled=asked_range(*sampled, order),
             accepts=_ordered(judge, order),
-            serve_others=self._sim.interruptions.serve_others,
+            may_go_on=self._sim.interruptions.may_go_on,
         )
         with self._at_no_cost():
             chosen_ones = list(found if many else islice(found, 1))
