@@ -82,13 +82,14 @@ def straight_path(
     goals: Sequence[Pose],
     count: int,
     accepts: Callable[[Array], bool] | None = None,
+    may_go_on: Callable[[], bool] | None = None,
 ) -> list[Array] | None:
     """Return `count` configurations (n,) whose tips move on straight lines between two lists of poses.
 
     The first has the first poses and is near `start`, the last has the poses `goals`.
 
     Returns:
-        None when a pose is out of reach.
+        None when a pose is out of reach, or `may_go_on`, which is called for each configuration, returns false.
 
     Raises:
         CommandError: too many states.
@@ -98,6 +99,8 @@ def straight_path(
     path: list[Array] = []
     values = start
     for share in np.linspace(0.0, 1.0, max(2, count)).tolist():
+        if may_go_on is not None and not may_go_on():
+            return None
         between = [_between(a, b, share) for a, b in zip(begin, goals, strict=True)]
         solution = solver.solve(values, between, _HOW)
         if solution.result != Result.SUCCESS or (accepts is not None and not accepts(solution.values)):
