@@ -45,14 +45,31 @@ class Space:
     """Maximum weighted distance between two states that are checked along a path: an arm of 1 m moves by 5 mm."""
     step: float = 0.3
     """Maximum weighted length of a tree's branch."""
+    quaternions: tuple[slice, ...] = ()
+    """Coordinates that are a rotation, of which q and -q are the same. They change linearly: the length of a change is
+    about half the angle.
+    """
 
     def difference(self, start: Array, end: Array) -> Array:
-        """Return the change from start to end (..., n), angles the short way round."""
+        """Return the change from start to end (..., n), angles and rotations the short way round."""
         change = end - start
         if self.endless.any():
             turned = np.remainder(change + np.pi, 2 * np.pi) - np.pi
             change = np.where(self.endless, turned, change)
+        for part in self.quaternions:
+            a, b = start[..., part], end[..., part]
+            is_far = np.sum(a * b, axis=-1, keepdims=True) < 0.0
+            change[..., part] = np.where(is_far, -b, b) - a
         return change
+
+    def normalised(self, state: Array) -> Array:
+        """Return the state (n,) with quaternions of length 1."""
+        if not self.quaternions:
+            return state
+        state = state.copy()
+        for part in self.quaternions:
+            state[part] /= max(float(np.linalg.norm(state[part])), 1e-12)
+        return state
 
     def length(self, change: Array) -> float:
         """Return the weighted length: the greatest coordinate, so that no joint moves farther between two checks."""
@@ -64,7 +81,10 @@ class Space:
         return np.einsum("mi,mi->m", change, change)
 
     def sample(self, random: np.random.Generator) -> Array:
-        return self.low + (self.high - self.low) * random.random(len(self.low))
+        state = self.low + (self.high - self.low) * random.random(len(self.low))
+        for part in self.quaternions:
+            state[part] = random.standard_normal(4)
+        return self.normalised(state)
 
     def contains(self, state: Array) -> bool:
         return bool(np.all((state >= self.low - 1e-9) & (state <= self.high + 1e-9)))
@@ -229,14 +249,15 @@ class Planner:
         length = space.length(change)
         if length < 1e-12:
             return near
-        state = tree.states[near] + change * min(1.0, space.step / length)
+        state = space.normalised(tree.states[near] + change * min(1.0, space.step / length))
         if self._is_valid(state) and self._is_free(tree.states[near], state):
             return tree.add(state, near)
         return None
 
     def _at(self, path: list[Array], where: float) -> Array:
         index = min(int(where), len(path) - 2)
-        return path[index] + self._space.difference(path[index], path[index + 1]) * (where - index)
+        change = self._space.difference(path[index], path[index + 1])
+        return self._space.normalised(path[index] + change * (where - index))
 
     def _lengths(self, path: list[Array]) -> float:
         return sum(
@@ -301,5 +322,5 @@ def interpolate(space: Space, path: Sequence[Array], count: int) -> list[Array]:
         extra[index] += 1
     states = [path[0]]
     for begin, piece, more in zip(path, pieces, extra.tolist(), strict=False):
-        states += [begin + piece * (step / (more + 1)) for step in range(1, more + 2)]
+        states += [space.normalised(begin + piece * (step / (more + 1))) for step in range(1, more + 2)]
     return states

@@ -202,6 +202,33 @@ return found, path
     assert place[:2] == pytest.approx([-1, 1])
 
 
+@pytest.mark.parametrize("name", ["cart", "token"])
+def test_something_that_flies_goes_over_the_wall_and_turns(world: ScriptWorld, name: str) -> None:
+    found, path, last = world.lua(
+        f"""
+local it = sim.getObjectHandle('{name}')
+local task = simOMPL.createTask('fly')
+local space = simOMPL.createStateSpace('6d', simOMPL.StateSpaceType.pose3d, it, {{-1.4, -0.5, 0}}, {{-0.6, 1.5, 1}}, 1)
+simOMPL.setStateSpace(task, {{space}})
+simOMPL.setCollisionPairs(task, {{it, sim.getObjectHandle('wall')}})
+simOMPL.setStartState(task, {{-1, 0, 0.1, 0, 0, 0, 1}})
+simOMPL.setGoalState(task, {{-1, 1, 0.1, 0, 0, -0.7071068, -0.7071068}})
+local found, path = simOMPL.compute(task, 20, 1, 50)
+simOMPL.writeState(task, simOMPL.getPathState(task, simOMPL.getPathStateCount(task) - 1))
+return found, path, simOMPL.readState(task)
+"""
+    )
+    listed = states(path, 7)
+    assert found is True
+    assert listed[0] == pytest.approx([-1, 0, 0.1, 0, 0, 0, 1])
+    assert listed[-1] == pytest.approx([-1, 1, 0.1, 0, 0, -0.7071068, -0.7071068], abs=1e-6)
+    assert last == pytest.approx([-1, 1, 0.1, 0, 0, 0.7071068, 0.7071068], abs=1e-6)
+    assert max(state[2] for state in listed) > 0.2
+    for a, b in pairwise(listed):
+        assert np.linalg.norm(a[3:]) == pytest.approx(1)
+        assert abs(np.dot(a[3:], b[3:])) > 0.9  # no state turns far from the one before
+
+
 def test_the_flat_names_of_old_plan_too(world: ScriptWorld) -> None:
     found, path, count, first, reverse, limits, there, exact, back = world.lua("""
 local js = {simGetObjectHandle('shoulder'), simGetObjectHandle('elbow')}
@@ -279,7 +306,7 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
         ARM_TASK + "simOMPL.createStateSpace('s', 30005, js[1], {-1e300}, {1e300})", "bounds are at most"
     )
     world.fails(
-        "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.pose3d, sim.getObjectHandle('cart'), {}, {})",
+        "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.dubins, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",
     )
 

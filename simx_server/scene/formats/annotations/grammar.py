@@ -191,7 +191,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "goal": str,
         "robot": str,
         "obstacles": str,
-        "type": one_of("xy", "xyz", "xyg"),
+        "type": one_of("xy", "xyz", "xyg", "xyzabg"),
         "low": three_numbers,
         "high": three_numbers,
         "seconds": positive,
