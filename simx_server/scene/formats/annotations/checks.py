@@ -137,8 +137,8 @@ def numbers(count: int) -> Callable[[str], str]:
 
 def weights(text: str) -> str:
     """Return the text of numbers from 0 with commas between them."""
-    for word in text.split(","):
-        not_negative(word)
+    if any(number(word) < 0 for word in text.split(",")):
+        raise ValueError("numbers from 0 with commas between them")
     return text
 
 

@@ -109,10 +109,11 @@ def test_the_oldest_form_makes_one_step_of_a_motion(world: ScriptWorld) -> None:
     steps, ended, result, state = world.lua("""
         local now, result, steps = {0, 0, 0}, 0, 0
         repeat
-            result, now, left = simRMLPosition(1, 0.05, -1, now, {1, 2, 1e3}, {1}, {1, 0})
+            result, now = sim.rmlPosition(1, 0.05, -1, now, {1, 2, 1e3}, {1}, {1, 0})
             steps = steps + 1
         until result == 1
-        return steps, now[1], simRMLVelocity(1, 0.5, -1, {0, 0, 0}, {2, 1e6}, {1}, {5})
+        assert(simRMLPosition and simRMLVelocity)
+        return steps, now[1], sim.rmlVelocity(1, 0.5, -1, {0, 0, 0}, {2, 1e6}, {1}, {5})
     """)[:4]
     assert 28 <= steps <= 32  # a second at 1 m/s, and half a second to gain and lose that
     assert ended == pytest.approx(1, abs=1e-3)
