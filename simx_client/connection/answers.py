@@ -15,6 +15,9 @@ from .strict import Explained
 
 T = TypeVar("T")
 
+_NOT_YET = "there is no value yet; the first simulation step brings it"
+"""Reason of a refusal without a text: the server sends none where a value is to come."""
+
 
 class Answer(Explained, Generic[T]):
     """Answer to one call of a batch.
@@ -23,7 +26,7 @@ class Answer(Explained, Generic[T]):
     of one with several results a tuple.
     """
 
-    __slots__ = ("_reason", "arguments", "reply", "server", "shape", "where")
+    __slots__ = ("_reason", "arguments", "may_be_refused", "reply", "server", "shape", "where")
 
     def __init__(self, shape: Shape, arguments: list[Any], server: int, where: str) -> None:
         self.shape = shape
@@ -32,6 +35,8 @@ class Answer(Explained, Generic[T]):
         self.where = where
         self.reply: Reply | None = None
         self._reason = "the batch has not been sent yet"
+        self.may_be_refused = False
+        """Whether the batch succeeds if the server refuses this call; ``code`` tells it then."""
 
     def __repr__(self) -> str:
         call = self.failure.call
@@ -53,6 +58,12 @@ class Answer(Explained, Generic[T]):
         return c.simx_return_timeout_flag if self.reply is None else self.reply.status
 
     @property
+    def has_failed(self) -> bool:
+        """Return whether the call has no result, other than by a refusal that was expected."""
+        is_refused = self.code == c.simx_return_remote_error_flag
+        return bool(self.code) and not (is_refused and self.may_be_refused)
+
+    @property
     def value(self) -> T:
         """Return the result.
 
@@ -72,7 +83,7 @@ class Answer(Explained, Generic[T]):
         """Return the reason for the missing value."""
         reply, name = self.reply, self.shape.command.name
         # The server's text starts with the function's name, as simxGetLastErrors returns it.
-        told = reply is not None and [str(value) for value in reply.values[:1]]
-        reason = told[0].removeprefix(f"{name}: ") if told else self._reason
+        told = [str(value) for value in reply.values[:1]] if reply is not None else [self._reason]
+        reason = told[0].removeprefix(f"{name}: ") if told else _NOT_YET
         call = f"{name}({', '.join(map(reprlib.repr, self.arguments))})"
         return Failure(self.server, self.where, call, self.code, reason)

@@ -94,7 +94,7 @@ class Exchange:
     @property
     def failures(self) -> list[Failure]:
         """Return the failures, empty without any."""
-        return [answer.failure for answer in self._answers if answer.code]
+        return [answer.failure for answer in self._answers if answer.has_failed]
 
     @property
     def is_lost(self) -> bool:

@@ -71,8 +71,8 @@ class SimxEnv(gymnasium.Env[Any, Any]):
             reward: returns the reward of the step that led to a state.
             done: returns whether the episode ends in this state; None: episodes end by a time limit only, such as
                 ``gymnasium.wrappers.TimeLimit``.
-            start: values that are set at the start of each episode, by name: numbers, or `Uniform`; or a function of
-                a random generator that returns them.
+            start: values that are set at the start of each episode, by name: numbers, `Uniform`, or functions of the
+                environment's random generator that return numbers; or one such function that returns them all by name.
             measures: further names that `reward`, `done` and `info` can read.
             info: returns the information dictionary of a state.
             time_step: duration of a simulation step in seconds; default: the scene's.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from simx_client.protocol import constants as c
 from .actions import Actions
 from .lookup import Objects
 from .names import Subject, read_name
-from .observations import Observations, Reading, find_reading, groups_of
+from .observations import Observations, find_reading, groups_of
 from .task import State, Task
 from .writable import WRITABLE, Writable
 
@@ -67,7 +67,11 @@ class Episodes:
             if place not in starts:
                 return [], []
             self._note_start(calls, place, starts[place])
-            return self._note(calls, place, self._readings), self._note(calls, place, self._started.values())
+            read = (self._readings, self._started.values())
+            answers, counted = (
+                [each.note(calls, place, is_start=True) for each in readings] for readings in read
+            )
+            return answers, counted
 
         for place, (answers, counted) in enumerate(self.servers.each(note)):
             if place in starts:
@@ -102,7 +106,7 @@ class Episodes:
                 part.entry.note(calls, part.subjects[place], value.tolist())
             for _ in range(self.task.frame_skip):
                 calls.simxSynchronousTrigger()
-            return self._note(calls, place, self._readings)
+            return [each.note(calls, place, is_start=False) for each in self._readings]
 
         for place, answers in enumerate(self.servers.each(note)):
             if place in numbers:
@@ -140,10 +144,6 @@ class Episodes:
         if count != entry.size:
             raise ValueError(f"{text!r} takes {entry.size} numbers, not {count}")
         return entry, self._objects.subjects(name)
-
-    @staticmethod
-    def _note(calls: Calls, place: int, readings: Iterable[Reading]) -> list[Any]:
-        return [reading.entry.note(calls, reading.subjects[place]) for reading in readings]
 
     def _state(self, answers: list[Any]) -> State:
         return State(

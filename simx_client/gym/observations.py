@@ -12,6 +12,7 @@ from gymnasium.spaces import Box, Dict
 from numpy.typing import NDArray
 
 from simx_client.client.servers import Servers
+from simx_client.connection.calls import Calls
 from simx_client.protocol import constants as c
 
 from .lookup import Objects
@@ -30,8 +31,17 @@ class Reading:
     entry: Readable
     subjects: Sequence[Subject]
 
+    def note(self, calls: Calls, place: int, *, is_start: bool) -> Any:
+        """Note the calls that read it, before the first step of an episode or after a step; return their answers."""
+        answers = self.entry.note(calls, self.subjects[place])
+        if is_start and self.entry.at_start is not None:
+            answers.may_be_refused = True
+        return answers
+
     def value(self, answers: Any) -> Any:
         """Return a float, a vector (float64) or an image."""
+        if self.entry.at_start is not None and answers.code:
+            return self.entry.at_start
         value = self.entry.value(answers)
         if not self.entry.size:
             return value

@@ -28,6 +28,7 @@ _PHYSICAL = 0x400000
 
 _GREY = 1
 _WHITE = 255.0
+_NOTHING_DETECTED = -1.0
 
 _HAS_VALUES = 1
 
@@ -55,6 +56,8 @@ class Readable:
     """Colours of a pixel, for an image."""
 
     is_float_image: bool = False
+    at_start: float | None = None
+    """Value at the start of an episode if nothing was measured or set yet; None: then there always is a value."""
 
 
 def _answer(answer: Any) -> Any:
@@ -74,7 +77,7 @@ def _depth(answers: Any) -> Value:
 
 def _distance(answer: Any) -> float:
     is_detecting, point, _, _ = answer.value
-    return float(np.linalg.norm(point)) if is_detecting else -1.0
+    return float(np.linalg.norm(point)) if is_detecting else _NOTHING_DETECTED
 
 
 def _wrench(part: int) -> Callable[[Any], Any]:
@@ -156,10 +159,11 @@ READABLE = (
     Readable(
         "proximity sensor",
         "distance",
-        "distance of the detected point in m, -1 without a detection",
+        "distance of the detected point in m, -1 without a detection and before the first step",
         1,
         lambda calls, it: calls.simxReadProximitySensor(it.handle),
         _distance,
+        at_start=_NOTHING_DETECTED,
     ),
     Readable(
         "force sensor",
@@ -220,17 +224,19 @@ READABLE = (
     Readable(
         SIGNAL,
         "float_signal",
-        "float signal",
+        "float signal; 0 at the start of an episode if none is set",
         1,
         lambda calls, it: calls.simxGetFloatSignal(it.name),
         _answer,
+        at_start=0.0,
     ),
     Readable(
         SIGNAL,
         "int_signal",
-        "integer signal",
+        "integer signal; 0 at the start of an episode if none is set",
         1,
         lambda calls, it: calls.simxGetIntegerSignal(it.name),
         _answer,
+        at_start=0.0,
     ),
 )

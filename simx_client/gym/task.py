@@ -44,7 +44,10 @@ class Uniform:
         return random.uniform(self.low, self.high)
 
 
-Start = Mapping[str, "float | Sequence[float] | NDArray[Any] | Uniform"]
+Drawn = Callable[[np.random.Generator], "float | Sequence[float] | NDArray[Any]"]
+"""A function of the environment's random generator that returns a number or a vector."""
+
+Start = Mapping[str, "float | Sequence[float] | NDArray[Any] | Uniform | Drawn"]
 """Values that are set at the start of an episode, by name, in this order."""
 
 
@@ -73,7 +76,8 @@ class Task:
     def draw_start(self, random: np.random.Generator) -> dict[str, list[float]]:
         """Return the values that an episode starts with."""
         start = self.start(random) if callable(self.start) else self.start or {}
+        drawn = {text: value.draw if isinstance(value, Uniform) else value for text, value in start.items()}
         return {
-            text: np.atleast_1d(value.draw(random) if isinstance(value, Uniform) else value).tolist()
-            for text, value in start.items()
+            text: np.atleast_1d(value(random) if callable(value) else value).tolist()
+            for text, value in drawn.items()
         }

@@ -174,16 +174,30 @@ class IkGroups(Part):
         """
         return self._handle(self.get(handle))
 
-    def solver(self, group: Group) -> tuple[Joints, Solver]:
+    def solver(
+        self, group: Group, more: Collection[int] = (), *, without: Collection[int] = ()
+    ) -> tuple[Joints, Solver]:
         """Return joints with a single value and solver of a group; the scratch state is that of the scene.
+
+        Args:
+            group: the group.
+            more: joints that take part whatever their mode is.
+            without: joints that take no part.
 
         Raises:
             CommandError: no joint takes part.
         """
-        return self._solver(group, balls=False)
+        return self._solver(group, more, without)
 
-    def _solver(self, group: Group, *, balls: bool) -> tuple[Joints, Solver]:
-        joints, arms = make_arms(self._sim, group.elements, is_in_ik_mode(self._sim), balls=balls)
+    def _solver(
+        self, group: Group, more: Collection[int] = (), without: Collection[int] = (), *, balls: bool = False
+    ) -> tuple[Joints, Solver]:
+        is_usual = is_in_ik_mode(self._sim)
+
+        def takes_part(joint: int) -> bool:
+            return joint not in without and (joint in more or is_usual(joint))
+
+        joints, arms = make_arms(self._sim, group.elements, takes_part, balls=balls)
         self.scratch.load()
         return joints, Solver(self.scratch, joints, arms)
 

@@ -6,7 +6,6 @@ each search step; here the planner of `paths.py` searches, with random numbers.
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.parts.paths.curve import ControlPoint
 from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation, numbers_of
-from simx_server.scene.geometry.frames import euler_from_quat, get_pose
+from simx_server.scene.geometry.frames import get_pose
 from simx_server.scene.geometry.poses import Pose, add, compose, inverse, subtract
 from simx_server.world.part import Part
 
@@ -22,7 +21,7 @@ from ..errors import CommandError
 from ..scene.collection import ALL
 from ..scene.registered import Registry
 from .paths import Failure, Progress
-from .tasks import Solving, SpaceKind, StateSpace, Task, pose_at
+from .tasks import ROTATIONS, Solving, SpaceKind, StateSpace, Task, coordinates, pose_at
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -31,7 +30,12 @@ if TYPE_CHECKING:
 
 FIRST_TASK = 2_070_000
 
-KINDS = {"xy": SpaceKind.POSITION2D, "xyz": SpaceKind.POSITION3D, "xyg": SpaceKind.POSE2D}
+KINDS = {
+    "xy": SpaceKind.POSITION2D,
+    "xyz": SpaceKind.POSITION3D,
+    "xyg": SpaceKind.POSE2D,
+    "xyzabg": SpaceKind.POSE3D,
+}
 """Values of the annotation's key `type`."""
 
 MOST_SEARCHES = 100
@@ -176,15 +180,16 @@ class PathPlannings(Part):
         while sim.scene.objects[robot].parent != -1:
             robot = sim.scene.objects[robot].parent
         begin, end, present = (get_pose(sim, handle) for handle in (start, goal, robot))
-        last = _state(planning.kind, _arrived(planning.kind, present, begin, end))
-        low, high = (_state(planning.kind, present) for _ in range(2))
-        for axis in range(3 if planning.kind == SpaceKind.POSITION3D else 2):
+        last = coordinates(planning.kind, _arrived(planning.kind, present, begin, end))
+        low, high = (coordinates(planning.kind, present) for _ in range(2))
+        turns = ROTATIONS.get(planning.kind, ())
+        places = len(low) - len(turns)
+        for axis in range(places):
             low[axis] = min(low[axis] + planning.low[axis], last[axis])
             high[axis] = max(high[axis] + planning.high[axis], last[axis])
-        if planning.kind == SpaceKind.POSE2D:
-            low[2], high[2] = -math.pi, math.pi
+        low[places:], high[places:] = [-each for each in turns], turns
         space = StateSpace(planning.name, planning.kind, robot, tuple(low), tuple(high))
-        task = Task(planning.name, [space], start=_state(planning.kind, present), goals=[last])
+        task = Task(planning.name, [space], start=coordinates(planning.kind, present), goals=[last])
         if planning.robot:
             obstacles = ALL if planning.obstacles == "all" else self._entity(world, planning.obstacles)
             task.pairs = [(self._entity(world, planning.robot), obstacles)]
@@ -208,16 +213,9 @@ class PathPlannings(Part):
         return True
 
 
-def _state(kind: SpaceKind, pose: Pose) -> list[float]:
-    (x, y, z), turn = pose
-    if kind == SpaceKind.POSE2D:
-        return [x, y, euler_from_quat(turn)[2]]
-    return [x, y, z] if kind == SpaceKind.POSITION3D else [x, y]
-
-
 def _arrived(kind: SpaceKind, robot: Pose, begin: Pose, end: Pose) -> Pose:
     """Return where the robot is when its start object is at the end."""
-    if kind == SpaceKind.POSE2D:
+    if kind in ROTATIONS:
         return compose(end, compose(inverse(begin), robot))
     return add(robot[0], subtract(end[0], begin[0])), robot[1]
 

@@ -23,6 +23,9 @@ from .scratch import Array
 
 Check = Callable[[Array], bool]
 
+_PATIENCE = 0.005
+"""Seconds of planning between two questions whether it may go on."""
+
 _LEAST = 400
 """Checks in each part of a search, so that it adds a branch or two however short its time is."""
 
@@ -42,14 +45,31 @@ class Space:
     """Maximum weighted distance between two states that are checked along a path: an arm of 1 m moves by 5 mm."""
     step: float = 0.3
     """Maximum weighted length of a tree's branch."""
+    quaternions: tuple[slice, ...] = ()
+    """Coordinates that are a rotation, of which q and -q are the same. They change linearly: the length of a change is
+    about half the angle.
+    """
 
     def difference(self, start: Array, end: Array) -> Array:
-        """Return the change from start to end (..., n), angles the short way round."""
+        """Return the change from start to end (..., n), angles and rotations the short way round."""
         change = end - start
         if self.endless.any():
             turned = np.remainder(change + np.pi, 2 * np.pi) - np.pi
             change = np.where(self.endless, turned, change)
+        for part in self.quaternions:
+            a, b = start[..., part], end[..., part]
+            is_far = np.sum(a * b, axis=-1, keepdims=True) < 0.0
+            change[..., part] = np.where(is_far, -b, b) - a
         return change
+
+    def normalised(self, state: Array) -> Array:
+        """Return the state (n,) with quaternions of length 1."""
+        if not self.quaternions:
+            return state
+        state = state.copy()
+        for part in self.quaternions:
+            state[part] /= max(float(np.linalg.norm(state[part])), 1e-12)
+        return state
 
     def length(self, change: Array) -> float:
         """Return the weighted length: the greatest coordinate, so that no joint moves farther between two checks."""
@@ -61,7 +81,10 @@ class Space:
         return np.einsum("mi,mi->m", change, change)
 
     def sample(self, random: np.random.Generator) -> Array:
-        return self.low + (self.high - self.low) * random.random(len(self.low))
+        state = self.low + (self.high - self.low) * random.random(len(self.low))
+        for part in self.quaternions:
+            state[part] = random.standard_normal(4)
+        return self.normalised(state)
 
     def contains(self, state: Array) -> bool:
         return bool(np.all((state >= self.low - 1e-9) & (state <= self.high + 1e-9)))
@@ -86,7 +109,8 @@ class Planner:
     """Plans in one space.
 
     `is_clear` is a stricter check of all states but the given ones, so that the path keeps a distance between two
-    checks. Where start or goal do not pass it, they must pass `is_valid`. `poll` is called every twenty checks.
+    checks. Where start or goal do not pass it, they must pass `is_valid`. `may_go_on` is called every few
+    milliseconds; where it returns false, the time is over.
     """
 
     def __init__(
@@ -94,7 +118,7 @@ class Planner:
         space: Space,
         is_valid: Check,
         random: np.random.Generator,
-        poll: Callable[[], object] | None = None,
+        may_go_on: Callable[[], bool] | None = None,
         is_clear: Check | None = None,
     ) -> None:
         self._space = space
@@ -102,7 +126,8 @@ class Planner:
         self._is_clear = is_clear
         self._check = is_valid
         self._random = random
-        self._poll = poll
+        self._may_go_on = may_go_on
+        self._ask_next = 0.0
         self._count = 0
         self._least = 0
         self._end = 0.0
@@ -190,11 +215,13 @@ class Planner:
 
     def _is_valid(self, state: Array) -> bool:
         self._count += 1
-        if self._count % 20 == 0:
-            if self._poll is not None:
-                self._poll()
-            if self._count > self._least and time.monotonic() > self._end:
+        now = time.monotonic()  # one check of large meshes takes as long as thousands of simple ones
+        if now > self._end and self._count > self._least:
+            raise _TimeIsUpError
+        if now > self._ask_next and self._may_go_on is not None:
+            if not self._may_go_on():
                 raise _TimeIsUpError
+            self._ask_next = time.monotonic() + _PATIENCE
         return self._check(state)
 
     def _connect(self, trees: tuple[_Tree, _Tree]) -> list[Array]:
@@ -222,14 +249,15 @@ class Planner:
         length = space.length(change)
         if length < 1e-12:
             return near
-        state = tree.states[near] + change * min(1.0, space.step / length)
+        state = space.normalised(tree.states[near] + change * min(1.0, space.step / length))
         if self._is_valid(state) and self._is_free(tree.states[near], state):
             return tree.add(state, near)
         return None
 
     def _at(self, path: list[Array], where: float) -> Array:
         index = min(int(where), len(path) - 2)
-        return path[index] + self._space.difference(path[index], path[index + 1]) * (where - index)
+        change = self._space.difference(path[index], path[index + 1])
+        return self._space.normalised(path[index] + change * (where - index))
 
     def _lengths(self, path: list[Array]) -> float:
         return sum(
@@ -294,5 +322,5 @@ def interpolate(space: Space, path: Sequence[Array], count: int) -> list[Array]:
         extra[index] += 1
     states = [path[0]]
     for begin, piece, more in zip(path, pieces, extra.tolist(), strict=False):
-        states += [begin + piece * (step / (more + 1)) for step in range(1, more + 2)]
+        states += [space.normalised(begin + piece * (step / (more + 1))) for step in range(1, more + 2)]
     return states

@@ -39,7 +39,7 @@ def find_configs(
     start: Array | None = None,
     sampled: tuple[Array, Array] | None = None,
     accepts: Callable[[Array], bool] | None = None,
-    serve_others: Callable[[], object] | None = None,
+    may_go_on: Callable[[], bool] | None = None,
 ) -> Iterator[Array]:
     """Yield different joint values (n,) that bring the tips to their goals, as they are found.
 
@@ -53,7 +53,7 @@ def find_configs(
         start: joint values (n,) of the first trial; a random configuration if None.
         sampled: minimum values and ranges (n,) of random starts; the joints' limits if None.
         accepts: a further condition for a configuration.
-        serve_others: called between trials.
+        may_go_on: called between trials; where it returns false, the time is over.
     """
     end = time.monotonic() + min(seconds, LONGEST)
     low, extent = sampled if sampled is not None else sampling_range(joints)
@@ -63,8 +63,8 @@ def find_configs(
         begin = low + extent * random.random(len(low)) if start is None or trial else start
         trial += 1
         solution = solver.solve(begin, goals, _HOW)
-        if serve_others is not None:
-            serve_others()
+        if may_go_on is not None and not may_go_on():
+            return
         if solution.result != Result.SUCCESS:
             continue
         values = wrapped(joints, solution.values)
@@ -82,13 +82,14 @@ def straight_path(
     goals: Sequence[Pose],
     count: int,
     accepts: Callable[[Array], bool] | None = None,
+    may_go_on: Callable[[], bool] | None = None,
 ) -> list[Array] | None:
     """Return `count` configurations (n,) whose tips move on straight lines between two lists of poses.
 
     The first has the first poses and is near `start`, the last has the poses `goals`.
 
     Returns:
-        None when a pose is out of reach.
+        None when a pose is out of reach, or `may_go_on`, which is called for each configuration, returns false.
 
     Raises:
         CommandError: too many states.
@@ -98,6 +99,8 @@ def straight_path(
     path: list[Array] = []
     values = start
     for share in np.linspace(0.0, 1.0, max(2, count)).tolist():
+        if may_go_on is not None and not may_go_on():
+            return None
         between = [_between(a, b, share) for a, b in zip(begin, goals, strict=True)]
         solution = solver.solve(values, between, _HOW)
         if solution.result != Result.SUCCESS or (accepts is not None and not accepts(solution.values)):

@@ -164,6 +164,11 @@ class Solver:
             turns=tuple(self._turns),
         )
 
+    def tips(self, values: Array) -> list[Pose]:
+        """Return the world poses of the tips with the joints at `values` (n,)."""
+        data = self._place(values)
+        return [compose(pose_of_body(data, arm.body), arm.tip) for arm in self._arms]
+
     def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[tuple[float, float]]]:
         """Return the errors with the joints at `values`.
 

@@ -12,10 +12,16 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.scene.geometry.frames import euler_from_quat, get_pose, quat_from_euler, set_pose
+from simx_server.scene.geometry.frames import (
+    euler_from_quat,
+    get_pose,
+    quat_from_euler,
+    set_pose,
+    xyzw_from_wxyz,
+)
 from simx_server.scene.geometry.joint_chain import body_pose
 from simx_server.scene.geometry.placing import free_joint
-from simx_server.scene.geometry.poses import Pose, compose, inverse
+from simx_server.scene.geometry.poses import Pose, compose, inverse, normalised
 
 from ..errors import CommandError
 from ..scene.objects import ObjectKind
@@ -36,10 +42,22 @@ class SpaceKind(IntEnum):
     POSITION2D = 30001
     POSE2D = 30002
     POSITION3D = 30003
+    POSE3D = 30004
     JOINT = 30005
 
 
-_COUNTS = {SpaceKind.POSITION2D: 2, SpaceKind.POSE2D: 3, SpaceKind.POSITION3D: 3, SpaceKind.JOINT: 1}
+_COUNTS = {
+    SpaceKind.POSITION2D: 2,
+    SpaceKind.POSE2D: 3,
+    SpaceKind.POSITION3D: 3,
+    SpaceKind.POSE3D: 7,
+    SpaceKind.JOINT: 1,
+}
+
+ROTATIONS = {SpaceKind.POSE2D: (math.pi,), SpaceKind.POSE3D: (1.0,) * 4}
+"""Upper bounds of the coordinates that are a rotation, gamma or the quaternion x, y, z, w; the lower are the same below
+0.
+"""
 
 
 @dataclass(frozen=True)
@@ -91,6 +109,9 @@ MARGIN = 0.004
 
 FINEST, COARSEST = 0.001, 0.005
 """Limits in rad and m of the distance between two checks, whatever the extent is, so that no obstacle is missed."""
+
+_COARSEST_OF_POSES = 0.02
+"""The upper limit for poses in space, whose searches need many more branches; OMPL allows more than this."""
 
 
 class Solving:
@@ -146,8 +167,8 @@ class Solving:
         if not task.start or not task.goals:
             raise CommandError(f"task '{task.name}' has no {'goal' if task.start else 'start'} state")
         planner = self._planner()
-        goals = [np.array(goal) for goal in task.goals]
-        found = planner.plan(np.array(task.start), goals, seconds, progress)
+        goals = [self.space.normalised(np.array(goal)) for goal in task.goals]
+        found = planner.plan(self.space.normalised(np.array(task.start)), goals, seconds, progress)
         if isinstance(found, Failure):
             task.path, task.problem = [], found.value
             return False
@@ -181,7 +202,7 @@ class Solving:
             self.space,
             self.is_valid,
             self._random,
-            self._sim.interruptions.serve_others,
+            self._sim.interruptions.may_go_on,
             lambda state: self.is_valid(state, MARGIN),
         )
 
@@ -190,9 +211,17 @@ class Solving:
         high = np.array([value for space in self._task.spaces for value in space.high])
         weights = np.array([space.weight for space in self._task.spaces for _ in range(space.count)])
         endless = np.array([flag for writer in self._writers for flag in writer.endless], dtype=bool)
+        ends = np.cumsum([space.count for space in self._task.spaces]).tolist()
+        quaternions = tuple(
+            slice(end - 4, end)
+            for space, end in zip(self._task.spaces, ends, strict=True)
+            if space.kind == SpaceKind.POSE3D
+        )
         extent = float(np.max(high - low))
-        resolution = min(max(self._task.resolution * extent, FINEST), COARSEST)
-        return Space(low, high, weights, endless, resolution, step=max(0.05 * extent, 10 * resolution))
+        coarsest = _COARSEST_OF_POSES if quaternions else COARSEST
+        resolution = min(max(self._task.resolution * extent, FINEST), coarsest)
+        step = max(0.05 * extent, 10 * resolution)
+        return Space(low, high, weights, endless, resolution, step, quaternions)
 
 
 class _Writer:
@@ -253,6 +282,9 @@ _WORLD: Pose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 def pose_at(kind: SpaceKind, present: Pose, values: Sequence[float] | Array) -> Pose:
     """Return the pose that the coordinates mean; the other coordinates stay."""
     (_, _, z), quat = present
+    if kind == SpaceKind.POSE3D:
+        x, y, z, *turn = map(float, values)
+        return (x, y, z), normalised((turn[3], *turn[:3]))
     if kind == SpaceKind.POSITION3D:
         return (float(values[0]), float(values[1]), float(values[2])), quat
     if kind == SpaceKind.POSE2D:
@@ -268,13 +300,18 @@ def read_state(sim: Simulation, task: Task) -> list[float]:
         if space.kind == SpaceKind.JOINT:
             state.append(sim.joints.position(space.handle))
             continue
-        (x, y, z), quat = get_pose(sim, space.handle, space.reference)
-        state += {
-            SpaceKind.POSITION2D: [x, y],
-            SpaceKind.POSE2D: [x, y, euler_from_quat(quat)[2]],
-            SpaceKind.POSITION3D: [x, y, z],
-        }[space.kind]
+        state += coordinates(space.kind, get_pose(sim, space.handle, space.reference))
     return state
+
+
+def coordinates(kind: SpaceKind, pose: Pose) -> list[float]:
+    """Return what the coordinates of a space of poses are at a pose."""
+    (x, y, z), quat = pose
+    if kind == SpaceKind.POSE3D:
+        return [x, y, z, *xyzw_from_wxyz(quat)]
+    if kind == SpaceKind.POSE2D:
+        return [x, y, euler_from_quat(quat)[2]]
+    return [x, y, z] if kind == SpaceKind.POSITION3D else [x, y]
 
 
 def write_state(sim: Simulation, task: Task, state: Sequence[float]) -> None:

@@ -87,8 +87,8 @@ class Box:
         self.recent = 0
         """Messages of that moment."""
 
-        self.waits: tuple[int, bool] | None = None
-        """Number of an item, and whether it has to wait for scripts."""
+        self.waits: tuple[int, bool, bool] | None = None
+        """Number of an item, whether it has to wait for scripts, and whether it stops the simulation."""
 
     @property
     def is_waiting(self) -> bool:

@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from simx_client.protocol.codec import MAX_MESSAGE, CodecError, decode_batch
-from simx_client.protocol.commands import ANSWERED
+from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import Call
 from simx_server.limits import Limits
 
@@ -69,6 +69,8 @@ _COST = 1000
 
 MOST_QUESTIONS = 100
 """Waiting questions of one kind; further ones get no answer, and their senders may ask again."""
+
+_STOP = "simxStopSimulation"
 
 
 class Inbox:
@@ -117,6 +119,9 @@ class Inbox:
 
         self._recent = 0
         """Messages of that moment, of all clients."""
+
+        self.has_stop_waiting = False
+        """A client waited for a stop of the simulation when items were last served during a script."""
 
         self.had_much = False
         """Many bytes of a client have waited; the code that returns their memory to the system clears it."""
@@ -497,6 +502,7 @@ class Inbox:
         until = time.perf_counter() + seconds
         outer, self._serving = self._serving, None
         staying: list[Box] = []
+        has_stop = False
         try:
             for _ in range(len(self)):
                 box = self._first()
@@ -507,9 +513,11 @@ class Inbox:
                 is_to_stay = box.client and (box.client == executing or waits(box.client))
                 if is_to_stay or self._must_wait(box):
                     staying.append(box)
+                    has_stop = has_stop or (not is_to_stay and box.waits is not None and box.waits[2])
                 elif (taken := self._take(box)) is not None:
                     yield taken
         finally:
+            self.has_stop_waiting = has_stop
             self.served(0.0)
             self._serving = outer
             for box in staying:
@@ -603,7 +611,9 @@ class Inbox:
             return item.waits_for_scripts
         if box.waits is None or box.waits[0] != item.number:
             assert isinstance(item.what, Arrival)
-            box.waits = item.number, _interferes(item.what.payload)
+            commands = _commands(item.what.payload)
+            waits = any(command.waits_for_scripts for command in commands)
+            box.waits = item.number, waits, any(command.name == _STOP for command in commands)
         return box.waits[1]
 
 
@@ -617,14 +627,17 @@ def _first_of(box: Box) -> Item | None:
         return None
 
 
-def _interferes(payload: bytes) -> bool:
-    try:
-        return interfere(decode_batch(payload).calls)
-    except CodecError:
-        return False
-
-
 def interfere(calls: Iterable[Call]) -> bool:
     """Return whether any of these calls must not be executed while a script runs."""
-    commands = (ANSWERED.get(call.command) for call in calls)
-    return any(command is not None and command.waits_for_scripts for command in commands)
+    return any(command.waits_for_scripts for command in _known(calls))
+
+
+def _commands(payload: bytes) -> list[Command]:
+    try:
+        return _known(decode_batch(payload).calls)
+    except CodecError:
+        return []
+
+
+def _known(calls: Iterable[Call]) -> list[Command]:
+    return [command for call in calls if (command := ANSWERED.get(call.command)) is not None]

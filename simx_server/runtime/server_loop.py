@@ -161,6 +161,7 @@ class ServerLoop(Part):
 
         simulation.attach(self)
         simulation.interruptions.serve_others = self.serve_others
+        simulation.interruptions.is_end_wanted = lambda: self._is_ending or self._inbox.has_stop_waiting
 
     # --- from any thread -------------------------------------------------------------------------
 

@@ -30,7 +30,14 @@ _REFERENCES = ("parent", "master", "entity", "linked")
 _OF_PLANNINGS = ("path", "start", "goal", "robot", "obstacles")
 """Keys of a path planning task that name an object or a collection."""
 
-_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "after", "object", *_OF_PLANNINGS}
+_OF_MOTIONS = ("robot", "obstacles", "own", "own_others")
+"""Keys of a motion planning task that name an object or a collection."""
+
+_REGISTERED_REFERENCES = LISTS | {
+    *("entity1", "entity2", "after", "object", "joints", "ik"),
+    *_OF_PLANNINGS,
+    *_OF_MOTIONS,
+}
 """The same keys of registered entries."""
 
 _OF_TIPS = ("tip", "target", "base")
@@ -153,6 +160,13 @@ def concerned(
         name: note
         for name, note in present.get("planning", {}).items()
         if all(note.get(key, "all") in {*entities, "all"} for key in _OF_PLANNINGS)
+    }
+    found["motion_planning"] = {
+        name: note
+        for name, note in present.get("motion_planning", {}).items()
+        if note["ik"] in found["ik"]
+        and all(joint in objects for joint in str(note["joints"]).split(","))
+        and all(note.get(key, "all") in {*entities, "all"} for key in _OF_MOTIONS)
     }
     found["old_ui"] = {
         name: note for name, note in present.get("old_ui", {}).items() if note.get("object") in objects

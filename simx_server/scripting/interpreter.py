@@ -119,7 +119,9 @@ class Switching:
     """Calls of the API by the thread, since its resumption."""
 
     spent: float = 0.0
-    """Processor seconds of API functions with separate limits during the present call into the script."""
+    """Processor seconds of waits for pictures, and of API functions with separate limits, during the present call into
+    the script.
+    """
 
     def gives_way(self, call_time: float) -> bool:
         """Return whether a call by the thread switches; to be called once for each. `call_time`: seconds that one

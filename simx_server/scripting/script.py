@@ -293,8 +293,13 @@ class ScriptSide:
         return self._spaces.names()
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
-        self._sim.interruptions.script_point()
-        results = self._spaces.invoke(name, arguments)
+        interruptions = self._sim.interruptions
+        interruptions.script_point()
+        waited = interruptions.waited
+        try:
+            results = self._spaces.invoke(name, arguments)
+        finally:
+            self.switching.spent += interruptions.waited - waited
         self._api_called()
         return results
 

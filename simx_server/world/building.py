@@ -6,6 +6,7 @@ from pathlib import Path
 
 from simx_server.files.scene_files import SceneFiles
 from simx_server.kinematics import IkGroups
+from simx_server.kinematics.motion_plannings import MotionPlannings
 from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
@@ -139,6 +140,7 @@ def build_world(
         ),
         ik_groups=IkGroups(sim, collections),
         path_plannings=PathPlannings(sim),
+        motion_plannings=MotionPlannings(sim),
         paths=paths,
         clouds=clouds,
         textures=textures,
@@ -181,6 +183,7 @@ def build_world(
         world.ros2_topics,  # closes those of scripts that have ended
         world.ik_groups,
         world.path_plannings,
+        world.motion_plannings,
         world.drawings,
         world.particles,
         UnresetModels(sim),

@@ -1,4 +1,4 @@
-"""The points at which a long computation on the physics thread serves other clients."""
+"""The points at which a long computation on the physics thread serves other clients, and the time of its waits."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ def nothing() -> None:
     """Do nothing."""
 
 
+def never() -> bool:
+    """Return False."""
+    return False
+
+
 @dataclass(slots=True)
 class Interruptions:
     """The server loop, a recording or a replay replace these functions; alone, a simulation interrupts nothing."""
@@ -17,11 +22,24 @@ class Interruptions:
     serve_others: Callable[[], object] = nothing
     """Serves other clients during long computations."""
 
+    is_end_wanted: Callable[[], bool] = never
+    """Returns whether the server is to end or a client waits for the run to stop: a long computation then gives up."""
+
     script_point: Callable[[], object] = nothing
     """Called before each call of a script into the API and after each call into a script.
 
     A script cannot tell at which time between two of these points something changed.
     """
 
+    waited: float = 0.0
+    """Processor seconds of the waits for pictures so far, with the calls that were served meanwhile. No script has to
+    answer for them.
+    """
+
     physics_point: Callable[[], object] | None = None
     """As `script_point`, between pieces of a simulation step's physics, which then have a fixed length."""
+
+    def may_go_on(self) -> bool:
+        """Serve others; return whether a long computation may continue."""
+        self.serve_others()
+        return not self.is_end_wanted()

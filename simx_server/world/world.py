@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from simx_server.kinematics import IkGroups
+from simx_server.kinematics.motion_plannings import MotionPlannings
 from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
@@ -80,6 +81,7 @@ class World:
     scripts: Scripts
     ik_groups: IkGroups
     path_plannings: PathPlannings
+    motion_plannings: MotionPlannings
     paths: Paths
     clouds: PointClouds
     textures: Textures

@@ -21,6 +21,7 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy import stubs
 from simx_client.protocol.codec import decode_batch, decode_delivery
+from simx_client.protocol.messages import Reply
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -121,6 +122,14 @@ def test_an_answer_used_inside_the_block_says_that_nothing_was_sent(world: World
         answer = calls.simxGetJointPosition(3)
         with pytest.raises(batch.CallsFailed, match="has not been sent yet"):
             _ = answer.value
+
+
+def test_a_refusal_without_a_text_says_that_the_first_step_brings_the_value(world: World) -> None:
+    with batch.Batch(world.client()) as calls:
+        answer = calls.simxReadProximitySensor(3)
+        calls.noted.clear()
+    answer.take(Reply(1, v.simx_return_remote_error_flag, 0, []))
+    assert answer.failure.reason == "there is no value yet; the first simulation step brings it"
 
 
 def test_a_wrong_argument_names_the_function_and_sends_nothing(world: World) -> None:

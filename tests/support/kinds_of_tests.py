@@ -18,7 +18,7 @@ BROWSER = ("test_classroom_browser", "test_view_browser")
 GL = (
     "test_bench_smoke", "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
     "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend", "test_gym_environments",
-    "test_gym_page", "test_gym_stable_baselines3", "test_gym_tasks", "test_gym_vectors",
+    "test_gym_page", "test_gym_quantities", "test_gym_stable_baselines3", "test_gym_tasks", "test_gym_vectors",
     "test_bench_smoke", "test_classroom", "test_classroom_browser",
     "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
     "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend",

@@ -27,6 +27,7 @@ from .messages import MessageFunctions
 from .motion.configurations import ConfigurationFunctions
 from .motion.ik import IkFunctions
 from .motion.motion import MotionFunctions
+from .motion.motion_planning import MotionPlanningFunctions
 from .motion.moves import MoveFunctions
 from .motion.old_moves import OldMoveFunctions
 from .motion.ompl import OmplFunctions
@@ -149,6 +150,7 @@ class SimApi(
     PathMakingFunctions,
     PathFollowingFunctions,
     PathPlanningFunctions,
+    MotionPlanningFunctions,
     FlatPathFunctions,
     ApiListingFunctions,
 ):

@@ -122,7 +122,7 @@ class GraphFunctions(ApiPart):
         streams, 2 of three.
 
         The results are label, attributes (0), colour, a table of numbers for each axis, {least, greatest, ...} of
-        each axis, id and width.
+        each axis (nil without numbers), id and width.
         """
         found = self._graph(graph)
         if not _TIME_CURVE <= kind <= _XYZ_CURVE:
@@ -142,7 +142,7 @@ class GraphFunctions(ApiPart):
             number, curve = curves[index]
             axes = [list(axis) for axis in found.points(curve)]
             label, color, width = curve.name, curve.color, curve.width
-        limits = [end for axis in axes for end in span(axis)]
+        limits = [end for axis in axes for end in span(axis)] if axes[0] else None
         return label, 0, list(color), *axes, limits, number, width
 
     def handleGraph(self, graph: int, time: float) -> int:

@@ -22,14 +22,18 @@ _GLANCE = 0.01
 
 
 def wait_for(sim: Simulation, future: Future[_T]) -> _T:
-    """Return the result; the server answers other clients until it is available.
+    """Return the result; the server answers other clients until it is available. The wait does not count against the
+    time limit of a script.
 
     Raises:
         CommandError: the time-out passed without a result.
     """
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if futures.wait([future], _GLANCE).done:
-            return future.result()
-        sim.interruptions.serve_others()
-    raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later")
+    end, began = time.monotonic() + PATIENCE, time.thread_time()
+    try:
+        while time.monotonic() < end:
+            if futures.wait([future], _GLANCE).done:
+                return future.result()
+            sim.interruptions.serve_others()
+        raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later")
+    finally:
+        sim.interruptions.waited += time.thread_time() - began

@@ -264,9 +264,11 @@ class PythonInterpreter:
         """Return the answer to a call of the API; None when the thread must wait for it."""
         began, spent = time.monotonic(), self._api.switching.spent
         try:
-            results = self._api.invoke(name, arguments)
-            if self._api.switching.spent > spent:
-                self._process.grant(time.monotonic() - began)
+            try:
+                results = self._api.invoke(name, arguments)
+            finally:
+                if self._api.switching.spent > spent:
+                    self._process.grant(time.monotonic() - began)
             if isinstance(results, Generator):
                 if not self._in_thread:
                     raise CommandError(NOT_IN_A_THREAD)

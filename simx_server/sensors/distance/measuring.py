@@ -27,6 +27,13 @@ FAR = 1e6
 """Metres; objects farther away are not measured."""
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_KIND = mujoco.mjtGeom
+_HAS_HULL = frozenset(
+    map(int, (_KIND.mjGEOM_PLANE, _KIND.mjGEOM_SPHERE, _KIND.mjGEOM_CAPSULE, _KIND.mjGEOM_ELLIPSOID,
+              _KIND.mjGEOM_CYLINDER, _KIND.mjGEOM_BOX, _KIND.mjGEOM_MESH))
+)  # fmt: skip
+"""Types of geoms that MuJoCo measures as convex ones: meshes by their hulls."""
+
 _FIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
 _UNKNOWN = Gap(math.inf, np.zeros(3), np.zeros(3))
 
@@ -129,12 +136,17 @@ def geoms_meet(instant: Instant, first: int, second: int, margin: float = 0.0) -
 def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
     """Return the signed distance of two geoms and its points; infinity when it is above `limit`."""
     triangles = instant.surroundings.triangles
+    kinds = {int(instant.model.geom_type[first]), int(instant.model.geom_type[second])}
+    if kinds == {_PLANE}:
+        return _UNKNOWN
     if triangles.is_solid(first) and triangles.is_solid(second):
-        if int(instant.model.geom_type[first]) == int(instant.model.geom_type[second]) == _PLANE:
-            return _UNKNOWN
         ends = np.zeros(6)
         away = mujoco.mj_geomDistance(instant.model, instant.data, first, second, limit, ends)
         found = Gap(away, ends[:3], ends[3:])
+    elif _HAS_HULL.issuperset(kinds) and (
+        mujoco.mj_geomDistance(instant.model, instant.data, first, second, limit, None) >= limit
+    ):
+        return _UNKNOWN  # a surface is not nearer than its hull, which MuJoCo measures much faster
     else:
         found = least_gap(
             triangles_in_world(instant, first, second), triangles_in_world(instant, second, first), limit

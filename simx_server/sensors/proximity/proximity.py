@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.errors import CommandError, NotHandledYet
+from simx_server.errors import NotHandledYet
 from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
@@ -98,8 +98,9 @@ class ProximitySensors(Part):
         if handle in self._handled_by_hand:
             return self._handled_by_hand[handle]
         if self.is_explicit(handle):
-            raise CommandError(
-                f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run"
+            raise NotHandledYet(
+                f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run",
+                is_coming=self._sim.is_before_first_pass,
             )
         self._asked[handle] = None
         if handle not in self._results:

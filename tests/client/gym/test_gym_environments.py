@@ -387,8 +387,16 @@ def test_reset_connects_again_after_the_server_was_replaced(scene: Path) -> None
         environment.close()
 
 
-def test_a_start_function_draws_from_the_generator_of_the_environment(scene: Path) -> None:
-    environment = described(scene, start=lambda random: {"hinge.position": random.normal(0.0, 0.1)})
+@pytest.mark.parametrize(
+    "start",
+    [
+        lambda random: {"hinge.position": random.normal(0.0, 0.1)},
+        {"hinge.position": lambda random: random.normal(0.0, 0.1)},
+    ],
+    ids=["of all values", "of one value"],
+)
+def test_a_start_function_draws_from_the_generator_of_the_environment(scene: Path, start: Any) -> None:
+    environment = described(scene, start=start)
     first = environment.reset(seed=9)[0][0]
     assert first != environment.reset()[0][0]
     assert first == environment.reset(seed=9)[0][0]

@@ -242,7 +242,31 @@ def test_a_script_finds_values_for_a_tip_pose_without_moving(world: ScriptWorld)
     assert miss(world.sim) == (pytest.approx(0, abs=1e-3), pytest.approx(0, abs=math.radians(0.5)))
     set_position(world.sim, world.sim.scene.resolve("target"), -1, [3.0, 0.0, 0.0])
     assert world.lua(LUA_JOINTS + TO_GROUP + "return (sim.getConfigForTipPose(g, js, 0.1, 50))") == [None]
-    world.fails(TO_GROUP + "sim.getConfigForTipPose(g, {1}, 0.1, 50)", "not those that the group moves")
+    world.fails(TO_GROUP + "sim.getConfigForTipPose(g, {1}, 0.1, 50)", "needs a joint")
+
+
+def test_the_joints_that_a_script_lists_move_in_any_mode_and_in_its_order(world: ScriptWorld) -> None:
+    passive = "for _, j in ipairs(js) do sim.setJointMode(j, sim.jointmode_passive, 0) end\n"
+    set_pose(world.sim, world.sim.scene.resolve("target"), -1, ((0.3, 0.1, 0.4), (0.0, 1.0, 0.0, 0.0)))
+    turned, one, path = world.lua(
+        LUA_JOINTS
+        + TO_GROUP
+        + passive
+        + """
+        local back = {}
+        for i = #js, 1, -1 do back[#back + 1] = js[i] end
+        local turned = sim.getConfigForTipPose(g, back, 0.1, 3000)
+        for i, j in ipairs(js) do sim.setJointMode(j, sim.jointmode_ik, 0) end
+        local one = sim.getConfigForTipPose(g, {js[2]}, 0.1, 3000)
+        for i, j in ipairs(back) do sim.setJointPosition(j, turned[i]) end
+        return turned, one, sim.generateIkPath(g, {js[2], js[1]}, 3)
+        """
+    )
+    for name, value in zip(reversed(JOINTS), turned, strict=True):
+        world.sim.joints.set_position(world.sim.scene.resolve(name), value)
+    assert miss(world.sim) == (pytest.approx(0, abs=1e-3), pytest.approx(0, abs=math.radians(0.5)))
+    assert len(one) == 1
+    assert path == pytest.approx([turned[-2], turned[-1]] * 3, abs=1e-2)
 
 
 def test_a_straight_path_ends_at_the_target(world: ScriptWorld) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import time
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -147,6 +148,28 @@ return found, #simOMPL.getPath(task)
     assert world.lua("return 1") == [1]
 
 
+def test_a_plan_asks_between_two_slow_checks_whether_it_may_go_on_and_ends_when_not() -> None:
+    space = Space(np.zeros(1), np.ones(1), np.ones(1), np.zeros(1, bool), resolution=0.01)
+    checks = asked = 0
+
+    def is_valid(state: np.ndarray) -> bool:
+        nonlocal checks
+        checks += 1
+        end = time.monotonic() + 0.01
+        while time.monotonic() < end:
+            pass
+        return abs(state[0] - 0.5) > 0.2
+
+    def may_go_on() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked < 10
+
+    planner = Planner(space, is_valid, np.random.default_rng(1), may_go_on)
+    assert planner.plan(np.array([0.0]), [np.array([1.0])], 100.0) == Failure.TIME
+    assert (asked, checks) == (10, 9)
+
+
 def test_others_are_served_while_a_plan_is_made(world: ScriptWorld) -> None:
     served: list[int] = []
     world.sim.interruptions.serve_others = lambda: served.append(1)
@@ -176,6 +199,33 @@ return found, path
     assert all(abs(x + 1) > 0.5 for x, y, _ in listed if abs(y - 0.5) < 0.03)
     place = get_position(world.sim, world.sim.scene.resolve(name))
     assert place[:2] == pytest.approx([-1, 1])
+
+
+@pytest.mark.parametrize("name", ["cart", "token"])
+def test_something_that_flies_goes_over_the_wall_and_turns(world: ScriptWorld, name: str) -> None:
+    found, path, last = world.lua(
+        f"""
+local it = sim.getObjectHandle('{name}')
+local task = simOMPL.createTask('fly')
+local space = simOMPL.createStateSpace('6d', simOMPL.StateSpaceType.pose3d, it, {{-1.4, -0.5, 0}}, {{-0.6, 1.5, 1}}, 1)
+simOMPL.setStateSpace(task, {{space}})
+simOMPL.setCollisionPairs(task, {{it, sim.getObjectHandle('wall')}})
+simOMPL.setStartState(task, {{-1, 0, 0.1, 0, 0, 0, 1}})
+simOMPL.setGoalState(task, {{-1, 1, 0.1, 0, 0, -0.7071068, -0.7071068}})
+local found, path = simOMPL.compute(task, 20, 1, 50)
+simOMPL.writeState(task, simOMPL.getPathState(task, simOMPL.getPathStateCount(task) - 1))
+return found, path, simOMPL.readState(task)
+"""
+    )
+    listed = states(path, 7)
+    assert found is True
+    assert listed[0] == pytest.approx([-1, 0, 0.1, 0, 0, 0, 1])
+    assert listed[-1] == pytest.approx([-1, 1, 0.1, 0, 0, -0.7071068, -0.7071068], abs=1e-6)
+    assert last == pytest.approx([-1, 1, 0.1, 0, 0, 0.7071068, 0.7071068], abs=1e-6)
+    assert max(state[2] for state in listed) > 0.2
+    for a, b in pairwise(listed):
+        assert np.linalg.norm(a[3:]) == pytest.approx(1)
+        assert abs(np.dot(a[3:], b[3:])) > 0.9  # no state turns far from the one before
 
 
 def test_the_flat_names_of_old_plan_too(world: ScriptWorld) -> None:
@@ -255,7 +305,7 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
         ARM_TASK + "simOMPL.createStateSpace('s', 30005, js[1], {-1e300}, {1e300})", "bounds are at most"
     )
     world.fails(
-        "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.pose3d, sim.getObjectHandle('cart'), {}, {})",
+        "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.dubins, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",
     )
 

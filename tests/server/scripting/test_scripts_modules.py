@@ -216,6 +216,20 @@ def test_helpers_that_texts_require() -> None:
     ]
 
 
+def test_values_of_an_object_are_kept_for_the_session_and_a_window_has_a_frame() -> None:
+    assert lua(
+        """
+        local utils = require 'utils'
+        local base = sim.getObjectHandle('base')
+        local before = utils.readSessionPersistentObjectData(base, 'place')
+        utils.writeSessionPersistentObjectData(base, 'place', { 1, 2 }, 'wide')
+        print(before, utils.readSessionPersistentObjectData(base, 'place'))
+        local ui = utils.createCustomUi('<label text="x" id="1"/>', 'A & B', { 10, 20 }, true, 'closed')
+        print(simUI.getTitle(ui), ({ simUI.getPosition(ui) })[1])
+        """
+    ) == ["nil, {1, 2}, wide", "A & B, 10"]
+
+
 def test_a_model_is_scaled_along_the_axes_of_its_base() -> None:
     world = scripted(
         {"lua:base": "require 'utils' scaleModelNonIsometrically(sim.getObjectHandle('base'), 1, 2, 1)"}

@@ -189,6 +189,31 @@ def test_what_interferes_waits_and_keeps_its_order(worlds: list[RealWorld], fold
     assert vrep.simxGetObjectPosition(other, good, -1, BLOCKING)[0] == 8
 
 
+def test_a_stop_ends_a_plan_that_a_script_makes(worlds: list[RealWorld], folder: Path) -> None:
+    world = begin(
+        worlds,
+        folder,
+        """
+        function sysCall_actuation()
+            local hinge = sim.getObjectHandle('hinge')
+            local task = simOMPL.createTask('none')
+            local space = simOMPL.createStateSpace('j', simOMPL.StateSpaceType.joint_position, hinge, {-1}, {1}, 1)
+            simOMPL.setStateSpace(task, {space})
+            simOMPL.setStateValidationCallback(task, function(state) return math.abs(state[1]) > 0.5 end)
+            simOMPL.setStartState(task, {-1})
+            simOMPL.setGoalState(task, {1})
+            sim.setIntegerSignal('began', 1)
+            print(simOMPL.solve(task, 60))
+        end""",
+    )
+    planner, stopper = world.client(), world.client()
+    assert vrep.simxStartSimulation(planner, BLOCKING) == 0
+    while vrep.simxGetIntegerSignal(stopper, "began", BLOCKING)[0]:
+        pass
+    assert vrep.simxStopSimulation(stopper, BLOCKING) == 0  # the plan takes as long as this waits
+    assert world.parts.status_bar.messages[-1].endswith("false")
+
+
 def test_commands_that_run_scripts_step_or_edit_wait_for_scripts_and_readers_do_not() -> None:
     waiting = {command.name for command in ANSWERED.values() if command.waits_for_scripts}
     assert not [name for name in waiting if ANSWERED[name].only_reads]

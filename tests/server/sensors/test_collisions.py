@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,7 +12,8 @@ from handler_calls import World
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
-from simx_server.sensors.distance.triangle_pairs import least_distance
+from simx_server.sensors.distance import measuring
+from simx_server.sensors.distance.triangle_pairs import least_distance, least_gap
 from simx_server.sensors.triangles import GeomTriangles
 
 ALL = -2
@@ -107,6 +109,22 @@ def test_dummies_are_measured_as_points_but_do_not_collide(world: World) -> None
         collides(world, "box", "mark")
     with pytest.raises(WrongKind, match="needs a shape or octree or point cloud or dummy"):
         gap(world, "box", "eye")
+
+
+def test_triangles_are_examined_only_where_hulls_meet(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    examined: list[float] = []
+
+    def counted(first: Any, second: Any, limit: float) -> Any:
+        examined.append(limit)
+        return least_gap(first, second, limit)
+
+    monkeypatch.setattr(measuring, "least_gap", counted)
+    place(world, "pea", 22, 0, 0.5)
+    assert collides(world, "pea", "bowl") is False
+    assert not examined
+    place(world, "pea", 20, 0, 0.5)  # within the bowl, so within its hull
+    assert collides(world, "pea", "bowl") is False
+    assert len(examined) == 1
 
 
 def test_hollow_mesh_is_measured_as_the_surface_it_is(world: World) -> None:

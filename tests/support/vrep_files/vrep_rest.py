@@ -77,6 +77,32 @@ class RestOfFile:
         self.records.append(listed("PPL", records))
         return number
 
+    def motion_planning(
+        self,
+        name: str,
+        *,
+        joints: Sequence[int],
+        group: int,
+        robot: int = -1,
+        obstacles: int = -1,
+        own: tuple[int, int] = (-1, -1),
+        clearances: tuple[float, float] = (0, 0),
+        weights: Sequence[float] = (),
+    ) -> int:
+        """Add a motion planning task; returns its id."""
+        number = 2020000 + self._next_id()
+        count = len(joints)
+        records = chunk("Nme", text(name)) + self._numbers("Oid", "i", number)
+        records += self._numbers("Jhn", f"i{count}i", count, *joints)
+        records += self._numbers("Jsc", f"i{count}i", count, *[10] * count) + self._numbers("Ikg", "i", group)
+        records += self._numbers("Ety", "4i", robot, obstacles, *own) + self._numbers(
+            "Cdt", "2f", *clearances
+        )
+        records += self._numbers("Tmc", "4f", 1, 1, 1, 0.25)
+        records += self._numbers("Jmc", f"i{count}f", count, *weights) + self._numbers("Var", "B", 1)
+        self.records.append(listed("MPL", records))
+        return number
+
     def distance(self, name: str, first: int, second: int = -1, *, threshold: float = 0.0) -> int:
         """Add a distance object; returns its id."""
         number = 2020000 + self._next_id()

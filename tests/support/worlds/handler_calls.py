@@ -34,6 +34,11 @@ class PaintingThread:
         self._waiting.append((view, future))
         return future
 
+    @property
+    def is_asked(self) -> bool:
+        """Whether somebody waits for a picture."""
+        return bool(self._waiting)
+
     def paint(self) -> None:
         waiting, self._waiting = self._waiting, []
         for view, future in waiting:

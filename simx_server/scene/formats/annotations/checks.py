@@ -135,6 +135,20 @@ def numbers(count: int) -> Callable[[str], str]:
     return check
 
 
+def weights(text: str) -> str:
+    """Return the text of numbers from 0 with commas between them."""
+    if any(number(word) < 0 for word in text.split(",")):
+        raise ValueError("numbers from 0 with commas between them")
+    return text
+
+
+def four_weights(text: str) -> str:
+    """Return the text of four numbers from 0 with commas between them."""
+    if text.count(",") != 3:
+        raise ValueError("4 numbers from 0 with commas between them")
+    return weights(text)
+
+
 def quaternion(text: str) -> str:
     """Return the text of a quaternion w,x,y,z that is not 0."""
     if not any(map(float, numbers(4)(text).split(","))):

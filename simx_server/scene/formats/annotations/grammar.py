@@ -13,6 +13,7 @@ from simx_server.scene.formats.annotations.checks import (
     count,
     detectable,
     filters,
+    four_weights,
     not_negative,
     number,
     one_of,
@@ -24,6 +25,7 @@ from simx_server.scene.formats.annotations.checks import (
     some_of,
     switch,
     three_numbers,
+    weights,
 )
 from simx_server.scene.formats.annotations.ros2_keys import ROS2_KEYS
 from simx_server.scene.formats.texts.graph_streams import check_curves, check_streams
@@ -192,10 +194,22 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "goal": str,
         "robot": str,
         "obstacles": str,
-        "type": one_of("xy", "xyz", "xyg"),
+        "type": one_of("xy", "xyz", "xyg", "xyzabg"),
         "low": three_numbers,
         "high": three_numbers,
         "seconds": positive,
+    },
+    "motion_planning": {
+        "joints": str,
+        "ik": str,
+        "robot": str,
+        "obstacles": str,
+        "own": str,
+        "own_others": str,
+        "clearance": not_negative,
+        "own_clearance": not_negative,
+        "weights": weights,
+        "tip_weights": four_weights,
     },
     "ik": {
         "tip": str,
@@ -230,8 +244,8 @@ WORLD = "world"
 ENTITY_PREFIX = "collection:"
 """Before the name of a collection that must not be taken for an object of the same name."""
 
-REGISTERED = ("collection", "collision", "distance", "ik", "planning", "ui", UI_TEXT)
+REGISTERED = ("collection", "collision", "distance", "ik", "planning", "motion_planning", "ui", UI_TEXT)
 """Kinds whose NAME is a separate name, not that of an object."""
 
-BROUGHT = ("collection", "collision", "distance", "ik", "planning", UI_TEXT)
+BROUGHT = ("collection", "collision", "distance", "ik", "planning", "motion_planning", UI_TEXT)
 """Registered kinds that a model brings along."""

@@ -75,6 +75,7 @@ def _check_names(annotations: Annotations, objects: Collection[str]) -> None:
         if "after" in note:
             _must_name(f"ik:{name}", "after", str(note["after"]), groups, "group of inverse kinematics")
     _check_plannings(annotations, objects, entities)
+    _check_motion_plannings(annotations, objects, entities)
     _check_references(annotations, objects, entities)
 
 
@@ -85,6 +86,20 @@ def _check_plannings(annotations: Annotations, objects: Collection[str], entitie
             _must_name(f"planning:{name}", key, str(note.get(key, "")), objects, "object")
         for key in ("robot", "obstacles"):
             _must_name(f"planning:{name}", key, str(note.get(key, "all")), entities, "object or collection")
+
+
+def _check_motion_plannings(
+    annotations: Annotations, objects: Collection[str], entities: Collection[str]
+) -> None:
+    """Check that the joints, groups and entities of motion planning tasks exist."""
+    groups = annotations.registered.get("ik", {})
+    for name, note in annotations.registered.get("motion_planning", {}).items():
+        element = f"motion_planning:{name}"
+        for word in str(note.get("joints", "")).split(","):
+            _must_name(element, "joints", word, objects, "object")
+        _must_name(element, "ik", str(note.get("ik", "")), groups, "group of inverse kinematics")
+        for key in ("robot", "obstacles", "own", "own_others"):
+            _must_name(element, key, str(note.get(key, "all")), entities, "object or collection")
 
 
 def _check_references(annotations: Annotations, objects: Collection[str], entities: Collection[str]) -> None:

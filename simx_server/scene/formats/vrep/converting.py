@@ -13,6 +13,7 @@ from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.facts.custom_data import add_custom_data
 from simx_server.scene.formats.vrep.conversion.facts.graphs import add_graph
 from simx_server.scene.formats.vrep.conversion.facts.ik_groups import add_ik_groups
+from simx_server.scene.formats.vrep.conversion.facts.motion_plannings import add_motion_plannings
 from simx_server.scene.formats.vrep.conversion.facts.path_plannings import add_path_plannings
 from simx_server.scene.formats.vrep.conversion.facts.registered import add_registered
 from simx_server.scene.formats.vrep.conversion.facts.scripts import add_scripts
@@ -90,6 +91,7 @@ def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     add_registered(conversion)
     add_ik_groups(conversion)
     add_path_plannings(conversion)
+    add_motion_plannings(conversion)
     add_settings(conversion)
     give_masses(spec)
     ease_link_contacts(spec)

@@ -19,6 +19,7 @@ from simx_server.scene.formats.vrep.decoding.numbers import position_first
 from simx_server.scene.formats.vrep.decoding.registered import (
     collection_of,
     ik_group_of,
+    motion_planning_of,
     old_ui_of,
     pair_of,
     path_planning_of,
@@ -224,6 +225,7 @@ REST: dict[str, tuple[str, Callable[[VrepFile, Chunks], object]]] = {
     "DST": ("DST", lambda file, chunks: file.distances.append(pair_of(chunks))),
     "IKO": ("IKO", lambda file, chunks: file.ik_groups.append(ik_group_of(chunks))),
     "PPL": ("PPL", lambda file, chunks: file.path_plannings.append(path_planning_of(chunks))),
+    "MPL": ("MPL", lambda file, chunks: file.motion_plannings.append(motion_planning_of(chunks))),
     "BBK": ("BBK", lambda file, chunks: file.uis.append(old_ui_of(chunks))),
     "CDA": ("CDA", lambda file, chunks: file.custom_data.update(custom_data(chunks))),
     "CDS": ("CDS", lambda file, chunks: file.custom_data.update(custom_data(chunks))),

@@ -175,6 +175,16 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "At3": "f",  # virtual distance
         "At4": "H4f",  # flags, channels
     },
+    "MPL": {
+        "Nme": "s",
+        "Oid": "i",
+        "Jhn": "i*i",  # count, joints
+        "Ikg": "i",  # group of inverse kinematics
+        "Ety": "4i",  # robot, obstacles, two entities of the robot that must not collide with each other
+        "Cdt": "2f",  # least distance of the first two, of the last two
+        "Tmc": "4f",  # weights of x, y, z and the angle of the tip
+        "Jmc": "i*f",  # count, weights of the joints
+    },
     "PPL": {
         "Idx": "3i",  # path, robot, obstacles
         "Gid": "i",  # goal

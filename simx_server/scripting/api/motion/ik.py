@@ -8,18 +8,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.kinematics import Calculation, Constraint, Group
-from simx_server.kinematics.search import asked_range, find_configs, straight_path
+from simx_server.kinematics.chain import Joints
+from simx_server.kinematics.scratch import Array
+from simx_server.kinematics.search import find_configs, sampling_range, straight_path
 from simx_server.kinematics.validity import as_pairs, of_joints
 from simx_server.scene.geometry.placing import object_pose
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
 
 _JACOBIAN, _MANIPULABILITY = 0, 1
 
@@ -168,16 +173,16 @@ class IkFunctions(ApiPart):
         low: list[float] | None = None,
         ranges: list[float] | None = None,
     ) -> list[float] | None:
-        """Return joint values that bring the tip to the target, searched from random starts; nil when the time runs
-        out.
+        """Return values of these joints that bring the tip to the target, searched from random starts; nil when the
+        time runs out. The joints move whatever their mode is, and those in IK mode too.
 
         `collision_pairs`: {entity, entity, ...} that must not collide; sim.handle_all stands for all other objects.
 
         Partly: threshold, metric and joint options are ignored; the search from a start is not cut off early.
         """
         chosen = self._world.ik_groups.get(group)
-        usable, solver = self._world.ik_groups.solver(chosen)
-        order = joint_order(usable.handles, joints)
+        usable, solver = self._world.ik_groups.solver(chosen, joints)
+        listed = ListedJoints(self._sim, usable, joints)
         validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
         found = find_configs(
             solver,
@@ -185,13 +190,13 @@ class IkFunctions(ApiPart):
             self._goals(chosen),
             self._world.ik_groups.random,
             seconds=abs(milliseconds) / 1000,
-            sampled=asked_range(low, ranges, order),
+            sampled=listed.range(low, ranges),
             accepts=validity,
-            serve_others=self._sim.interruptions.serve_others,
+            may_go_on=self._sim.interruptions.may_go_on,
         )
         with self._at_no_cost():
             values = next(found, None)
-        return None if values is None else values[order].tolist()
+        return None if values is None else listed.values(values)
 
     def generateIkPath(
         self,
@@ -201,20 +206,22 @@ class IkFunctions(ApiPart):
         collision_pairs: list[int] | None = None,
         _joint_options: list[int] | None = None,
     ) -> list[float] | None:
-        """Return `count` configurations in sequence that move the tip in a straight line from its present pose to
-        the target.
+        """Return `count` configurations of these joints in sequence that move the tip in a straight line from its
+        present pose to the target. The joints move whatever their mode is, and those in IK mode too.
 
         Returns nil when the line leaves the reach or entities collide.
         """
         chosen = self._world.ik_groups.get(group)
-        usable, solver = self._world.ik_groups.solver(chosen)
-        order = joint_order(usable.handles, joints)
+        usable, solver = self._world.ik_groups.solver(chosen, joints)
+        listed = ListedJoints(self._sim, usable, joints)
         validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
         tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in chosen.elements]
         start = self._sim.data.qpos[usable.addresses]
         with self._at_no_cost():
-            path = straight_path(solver, start, tips, self._goals(chosen), count, validity)
-        return None if path is None else [value for values in path for value in values[order].tolist()]
+            path = straight_path(
+                solver, start, tips, self._goals(chosen), count, validity, self._sim.interruptions.may_go_on
+            )
+        return None if path is None else [value for values in path for value in listed.values(values)]
 
     def _goals(self, group: Group) -> list[Any]:
         return [object_pose(self._sim, self._sim.scene.get(each.target)) for each in group.elements]
@@ -222,6 +229,42 @@ class IkFunctions(ApiPart):
     def _matrix(self, group: Group) -> np.ndarray:
         joints, solver = self._world.ik_groups.solver(group)
         return solver.look(self._sim.data.qpos[joints.addresses], self._goals(group))[1]
+
+
+class ListedJoints:
+    """The joints that a script lists, in its order, among those that take part in a search."""
+
+    def __init__(self, sim: Simulation, usable: Joints, listed: list[int]) -> None:
+        """Find them. Raises UnknownHandle, WrongKind."""
+        for handle in listed:
+            sim.scene.get_kind(handle, ObjectKind.JOINT)
+        self._usable = usable
+        self._chosen = [number for number, handle in enumerate(listed) if handle in usable.handles]
+        self._order = [usable.handles.index(listed[number]) for number in self._chosen]
+        self._present = np.array([sim.joints.position(handle) for handle in listed])
+
+    def values(self, values: Array) -> list[float]:
+        """Return the values of all listed joints; one that takes no part stays where it is."""
+        found = self._present.copy()
+        found[self._chosen] = values[self._order]
+        return found.tolist()
+
+    def range(self, low: list[float] | None, ranges: list[float] | None) -> tuple[Array, Array] | None:
+        """Return (minimum, range) of random starts for all joints that take part; None when the script passes none.
+
+        Raises:
+            CommandError: the number of values is wrong.
+        """
+        if not low or not ranges:
+            return None
+        if not len(low) == len(ranges) == len(self._present):
+            raise CommandError(
+                f"lowest values and ranges of random starts are one for each of the {len(self._present)} joints"
+            )
+        found = sampling_range(self._usable)
+        for mine, asked in zip(found, (low, ranges), strict=True):
+            mine[self._order] = [asked[number] for number in self._chosen]
+        return found
 
 
 def joint_order(usable: tuple[int, ...], joints: list[int]) -> list[int]:

@@ -12,7 +12,14 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.kinematics.search import LONGEST
-from simx_server.kinematics.tasks import SpaceKind, StateSpace, Task, read_state, write_state
+from simx_server.kinematics.tasks import (
+    ROTATIONS,
+    SpaceKind,
+    StateSpace,
+    Task,
+    read_state,
+    write_state,
+)
 from simx_server.kinematics.validity import as_pairs
 from simx_server.scripting.interpreter import Function
 
@@ -102,8 +109,7 @@ class OmplFunctions(OmplTasks):
         """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
         optionally with its rotation.
 
-        `low` and `high` are the bounds of the coordinates; the rotation of pose2d has none. Partly: no pose3d, no
-        dubins.
+        `low` and `high` are the bounds of the positions; rotations have none. Partly: no dubins.
         """
         if kind not in tuple(SpaceKind):
             known = ", ".join(
@@ -114,14 +120,14 @@ class OmplFunctions(OmplTasks):
         if weight <= 0:
             raise CommandError("a weight is above 0")
         space = StateSpace(name, SpaceKind(kind), self._self(handle), (), (), weight, reference)
-        bounded = 2 if space.kind == SpaceKind.POSE2D else space.count
+        turn = ROTATIONS.get(space.kind, ())
+        bounded = space.count - len(turn)
         if len(low) < bounded or len(high) < bounded:
             raise CommandError(f"lower and upper bounds are {bounded} numbers each")
         if any(a >= b for a, b in zip(low[:bounded], high[:bounded], strict=True)):
             raise CommandError("each lower bound must be below the upper one")
         if max(map(abs, (*low[:bounded], *high[:bounded]))) > _FARTHEST:
             raise CommandError(f"bounds are at most {_FARTHEST:.0f} away from 0")
-        turn = (float(np.pi),) if space.kind == SpaceKind.POSE2D else ()
         bounds = (*low[:bounded], *(-each for each in turn)), (*high[:bounded], *turn)
         return self._add(self._spaces, StateSpace(name, space.kind, space.handle, *bounds, weight, reference))
 
@@ -162,7 +168,7 @@ class OmplFunctions(OmplTasks):
 
     def setStateValidityCheckingResolution(self, task: int, resolution: float) -> bool:
         """Set the distance between two checks as a share of the space's extent. Partly: never coarser than 5 mrad
-        or 5 mm.
+        or 5 mm, or 20 mm for poses in space.
         """
         if not 0 < resolution <= 1:
             raise CommandError("a resolution is above 0, up to 1")

@@ -120,11 +120,43 @@ class ProfileFunctions(ApiPart):
         del self._profiles[handle]
         return 1
 
+    def rmlPosition(
+        self,
+        count: int,
+        seconds: float,
+        flags: int,
+        state: list[float],
+        limits: list[float],
+        selection: list[bool],
+        goal: list[float],
+    ) -> tuple[int, list[float], float]:
+        """Make one step of a motion to a position; return what rmlStep returns. V-REP's oldest form."""
+        return self._one_step(self.ruckigPos(count, seconds, flags, state, limits, selection, goal), seconds)
+
+    def rmlVelocity(
+        self,
+        count: int,
+        seconds: float,
+        flags: int,
+        state: list[float],
+        limits: list[float],
+        selection: list[bool],
+        goal: list[float],
+    ) -> tuple[int, list[float], float]:
+        """Make one step of a motion to a velocity; return what rmlStep returns. V-REP's oldest form."""
+        return self._one_step(self.ruckigVel(count, seconds, flags, state, limits, selection, goal), seconds)
+
     # V-REP's names.
     rmlPos = ruckigPos
     rmlVel = ruckigVel
     rmlStep = ruckigStep
     rmlRemove = ruckigRemove
+
+    def _one_step(self, handle: int, seconds: float) -> tuple[int, list[float], float]:
+        try:
+            return self.ruckigStep(handle, seconds)
+        finally:
+            self.ruckigRemove(handle)
 
     def _keep(
         self, state: list[float], goal: Goal, bounds: Limits, flags: int, selection: list[bool], count: int

@@ -226,7 +226,9 @@ class SimIk(IkObjectFunctions):
         start = np.array([chosen.joint_position(handle) for handle in usable.handles])
         accepts = _ordered(self._judge(callback, data), order)
         with self._at_no_cost():
-            path = straight_path(solver, start, begin, goals, count, accepts)
+            path = straight_path(
+                solver, start, begin, goals, count, accepts, self._sim.interruptions.may_go_on
+            )
         return None if path is None else [value for values in path for value in values[order].tolist()]
 
     def _search(
@@ -256,7 +258,7 @@ class SimIk(IkObjectFunctions):
             start=start if near else None,
             sampled=asked_range(*sampled, order),
             accepts=_ordered(judge, order),
-            serve_others=self._sim.interruptions.serve_others,
+            may_go_on=self._sim.interruptions.may_go_on,
         )
         with self._at_no_cost():
             chosen_ones = list(found if many else islice(found, 1))

@@ -37,6 +37,34 @@ function utils.getObjectHandle_noError(name) return sim.getObjectHandle(name .. 
 
 utils.getObjectHandle_noErrorNoSuffixAdjustment = utils.getObjectHandle_noError
 
+-- Values of an object that the server keeps until it ends.
+function utils.writeSessionPersistentObjectData(object, tag, ...)
+    sim.persistentDataWrite(tag .. "@" .. sim.getObjectName(object), sim.packTable({ ... }))
+end
+
+function utils.readSessionPersistentObjectData(object, tag)
+    local data = sim.persistentDataRead(tag .. "@" .. sim.getObjectName(object))
+    if data and #data > 0 then return table.unpack(sim.unpackTable(data)) end
+end
+
+local function attribute(name, value)
+    local text = tostring(value):gsub("&", "&amp;"):gsub('"', "&quot;")
+    return " " .. name .. '="' .. text .. '"'
+end
+
+-- A window around elements of a user interface; returns its handle.
+function utils.createCustomUi(elements, title, position, closeable, on_close, modal, resizable, activate, more, size)
+    local start = attribute("title", title) .. attribute("closeable", closeable or false)
+    if closeable and on_close and on_close ~= "" then start = start .. attribute("on-close", on_close) end
+    start = start .. attribute("modal", modal or false) .. attribute("resizable", resizable or false)
+    start = start .. attribute("activate", activate ~= false) .. " " .. (more or "")
+    if type(position) == "table" then
+        start = start .. attribute("placement", "absolute") .. attribute("position", table.concat(position, ","))
+    end
+    if type(size) == "table" then start = start .. attribute("size", table.concat(size, ",")) end
+    return simUI.create("<ui" .. start .. ">" .. elements .. "</ui>")
+end
+
 -- A list from its text, such as '1, 2, 3'; nil for another text.
 function utils.stringToArray(text)
     local chunk = load("return {" .. text .. "}")

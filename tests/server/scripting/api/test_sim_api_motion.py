@@ -105,6 +105,22 @@ def test_a_profile_is_stepped_by_the_script(world: ScriptWorld) -> None:
     assert -0.05 < found[-1][4] <= 0 < found[-2][4]
 
 
+def test_the_oldest_form_makes_one_step_of_a_motion(world: ScriptWorld) -> None:
+    steps, ended, result, state = world.lua("""
+        local now, result, steps = {0, 0, 0}, 0, 0
+        repeat
+            result, now = sim.rmlPosition(1, 0.05, -1, now, {1, 2, 1e3}, {1}, {1, 0})
+            steps = steps + 1
+        until result == 1
+        assert(simRMLPosition and simRMLVelocity)
+        return steps, now[1], sim.rmlVelocity(1, 0.5, -1, {0, 0, 0}, {2, 1e6}, {1}, {5})
+    """)[:4]
+    assert 28 <= steps <= 32  # a second at 1 m/s, and half a second to gain and lose that
+    assert ended == pytest.approx(1, abs=1e-3)
+    assert result == 0
+    assert state == pytest.approx([0.25, 1, 2], abs=1e-3)
+
+
 def test_a_velocity_profile_keeps_its_velocity_and_what_is_not_selected_stays(world: ScriptWorld) -> None:
     (results, state) = world.lua("""
         local h = simRMLVel(2, 0.0001, simrml_no_sync, {0, 5, 0, 0, 0, 0}, {2, 2, 0, 0}, {1, 0}, {1, 1})

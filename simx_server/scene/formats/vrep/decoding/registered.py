@@ -12,6 +12,7 @@ from simx_server.scene.formats.vrep.objects import (
     Color,
     IkElement,
     IkGroup,
+    MotionPlanning,
     OldUI,
     Pair,
     PathPlanning,
@@ -91,6 +92,26 @@ def path_planning_of(chunks: Chunks) -> PathPlanning:
     planning.low = ranges[0:6:2]
     planning.high = tuple(low + extent for low, extent in zip(ranges[0:6:2], ranges[1:6:2], strict=True))
     return planning
+
+
+def motion_planning_of(chunks: Chunks) -> MotionPlanning:
+    """Return a motion planning task. Raises SceneError."""
+    (number,), (group,) = chunks.ints("Oid"), chunks.ints("Ikg")
+    count, *joints = chunks.ints("Jhn")
+    robot, obstacles, first, second = chunks.ints("Ety", -1, -1, -1, -1)
+    far, near = chunks.reals("Cdt", 0.0, 0.0)
+    return MotionPlanning(
+        id=number,
+        name=chunks.text("Nme"),
+        joints=tuple(joints[:count]),
+        group=group,
+        robot=robot,
+        obstacles=obstacles,
+        own=(first, second),
+        clearances=(far, near),
+        tip_weights=chunks.reals("Tmc", 1.0, 1.0, 1.0, 0.1),
+        joint_weights=chunks.reals("Jmc", *[1.0] * len(joints))[: len(joints[:count])],
+    )
 
 
 def old_ui_of(chunks: Chunks) -> OldUI:

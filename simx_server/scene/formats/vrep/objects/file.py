@@ -11,6 +11,7 @@ from simx_server.scene.formats.vrep.objects.common import Color, Engine, VrepObj
 from simx_server.scene.formats.vrep.objects.registered import (
     Collection,
     IkGroup,
+    MotionPlanning,
     OldUI,
     Pair,
     PathPlanning,
@@ -59,6 +60,7 @@ class VrepFile:
     collections: list[Collection] = field(default_factory=list[Collection])
     ik_groups: list[IkGroup] = field(default_factory=list[IkGroup])
     path_plannings: list[PathPlanning] = field(default_factory=list[PathPlanning])
+    motion_plannings: list[MotionPlanning] = field(default_factory=list[MotionPlanning])
     collisions: list[Pair] = field(default_factory=list[Pair])
     distances: list[Pair] = field(default_factory=list[Pair])
     uis: list[OldUI] = field(default_factory=list[OldUI])

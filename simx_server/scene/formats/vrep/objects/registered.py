@@ -102,6 +102,27 @@ class PathPlanning:
 
 
 @dataclass(kw_only=True)
+class MotionPlanning:
+    """A motion planning task of V-REP 3, for the joints of a robot."""
+
+    id: int
+    name: str
+    joints: tuple[int, ...]
+    group: int
+    """Id of the group of inverse kinematics that brings its tip to a pose."""
+    robot: int = -1
+    """Object or collection that must not collide with the obstacles; -1: nothing."""
+    obstacles: int = -1
+    """-1: all others."""
+    own: tuple[int, int] = (-1, -1)
+    """Two entities of the robot that must not collide with each other; -1 as first: nothing, as second: all."""
+    clearances: tuple[float, float] = (0.0, 0.0)
+    """Least distances to the obstacles, and of the two entities, m."""
+    tip_weights: tuple[float, ...] = (1.0, 1.0, 1.0, 0.1)
+    joint_weights: tuple[float, ...] = ()
+
+
+@dataclass(kw_only=True)
 class Pair:
     """A registered collision or distance object."""
 

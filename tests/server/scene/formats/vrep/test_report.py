@@ -63,13 +63,13 @@ def test_sections_without_notes_are_left_out() -> None:
 def test_faults_and_unread_records_of_the_file_are_in_the_report() -> None:
     writer = VrepWriter(21)
     writer.settings(time_step=-1.0)
-    writer.records.append(chunk("MPL", b"EOO"))
+    writer.records.append(chunk("QQQ", b"EOO"))
     _, report, _ = open_vrep(writer.bytes(), "odd.ttt")
     text = report.as_text()
     assert "faults in the file:\n  record 'Sts'" in text
-    assert "records that are not read: 1 MPL" in text
+    assert "records that are not read: 1 QQQ" in text
     assert "faults in the file: 1" in report.summary()
-    assert report.as_record()["skipped_records"] == {"MPL": 1}
+    assert report.as_record()["skipped_records"] == {"QQQ": 1}
 
 
 def test_the_summary_is_one_line() -> None:

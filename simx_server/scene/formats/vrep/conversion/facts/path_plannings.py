@@ -7,7 +7,7 @@ import math
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.objects import Path, PathPlanning
 
-_TYPES = {0: "xy", 2: "xyz", 3: "xyg"}
+_TYPES = {0: "xy", 2: "xyz", 3: "xyg", 8: "xyzabg"}
 """Types that the planner here knows, with the file's numbers."""
 
 
@@ -26,7 +26,9 @@ def _add(conversion: Conversion, planning: PathPlanning) -> None:
     if not is_path or planning.start not in names or planning.goal not in names or robot is None:
         report.leave_out("path planning tasks without path, start, goal or robot", planning.name)
     elif kind is None or not planning.name or not all(map(math.isfinite, bounds)):
-        report.leave_out("path planning tasks of other types than x y, x y z, and x y gamma", planning.name)
+        report.leave_out(
+            "path planning tasks of other types than x y, x y z, x y gamma, and poses", planning.name
+        )
     else:
         conversion.annotate(
             "planning",

@@ -148,6 +148,33 @@ def test_a_path_planning_task_is_registered(ser: int) -> None:
     assert world.parts.paths.get(world.handle("way")).curve.length == pytest.approx(math.sqrt(0.5), rel=1e-3)
 
 
+@pytest.mark.parametrize("ser", SERIALIZATIONS)
+def test_a_motion_planning_task_is_registered(ser: int) -> None:
+    writer = VrepWriter(ser)
+    base = writer.shape("base", cuboid=(0.1, 0.1, 0.1))
+    joint = writer.joint("j1", mode="ik", parent=base)
+    link = writer.shape("link", cuboid=(0.1, 0.1, 0.1), parent=joint)
+    target = writer.dummy("target")
+    tip = writer.dummy("tip", position=(0.2, 0, 0), parent=link, linked=target)
+    robot = writer.collection("robot", [(base, 1, True)])
+    group = writer.ik_group("reach", [{"tip": tip, "base": base, "constraints": 1}])
+    task = {"joints": [joint], "group": group, "weights": [0.5]}
+    writer.motion_planning("plan", robot=robot, own=(link, base), clearances=(0, 0.02), **task)
+    writer.motion_planning("lost", joints=[joint], group=5, weights=[1])
+    spec, report, _ = open_vrep(writer.bytes(), "made.ttt")
+    notes = {text.name: text.data for text in spec.texts if text.name.startswith("simx:motion_planning:")}
+    assert list(notes) == ["simx:motion_planning:plan"]
+    assert notes["simx:motion_planning:plan"].split() == [
+        *("joints=j1", "ik=reach", "robot=collection:robot", "obstacles=all", "own=link", "own_others=base"),
+        *("own_clearance=0.02", "tip_weights=1,1,1,0.25", "weights=0.5"),
+    ]
+    assert [names for kind, names in report.left_out.items() if "motion planning" in kind] == [["lost"]]
+    world = World()
+    world.sim.use(*build(spec, None))
+    plannings = world.parts.motion_plannings
+    assert plannings.chain(world.parts, plannings.find("plan"), 16).handles == [world.handle("j1")]
+
+
 def test_bill_plans_his_way_around_a_hedge() -> None:
     path = sample("path planning Bill.ttm")
     spec, _ = convert(decoded(path))
