@@ -39,7 +39,7 @@ class PacedCalls:
         """Record a paced call; return whether it must wait for the next simulation step.
 
         In V-REP two blocking calls were executed before two different steps. Different reads since the last step may
-        see the same state, and so need not wait. What a call changes acts in a step of its own.
+        see the same state, and so need not wait. A call that changes something has a separate step.
         """
         if call.delay_ms <= Pace.EVERY:
             return True

@@ -98,7 +98,8 @@ class Interrupted:
     """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
 
     passes_left: int = 0
-    """If not 0, it does not wait for a simulation step, but for first images; for so many passes at most."""
+    """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
+    passes of the server loop."""
 
 
 @dataclass

@@ -2,7 +2,7 @@
 first one.
 
 The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
-came, so many programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no
+came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no
 renderer, which would take 80 MB. Later changes of a scene need only its own meshes and textures again, so a script's
 step-by-step edits are not drawn each time.
 """
