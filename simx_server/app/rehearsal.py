@@ -1,8 +1,8 @@
 """Start the scripts of a scene in a child process, for the import report: which of them an error stops.
 
-A script may loop for ever or fill the memory, so the child has limits, as the trial of a client's file has. It casts
-rays for images, and writes files in a temporary folder only. Each finding reaches the parent at once: a child that is
-killed has reported the stops before.
+A script may loop for ever or fill the memory, so the child has limits, as the trial of a client's file has. Its images
+are black and its depth maps empty, since drawing takes long. It writes files in a temporary folder only. Each finding
+reaches the parent at once: a child that is killed has reported the stops before.
 """
 
 from __future__ import annotations
@@ -17,13 +17,19 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+import mujoco
+import numpy as np
 
 from simx_server.errors import CommandError, shortened
 from simx_server.limits import Limits
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.vrep.report import Rehearsal
+from simx_server.sensors.opengl.backend import Backend
+from simx_server.sensors.vision.image import CameraView, Picture, nothing
 from simx_server.world.part import Part
 
 SECONDS = 2.0
@@ -126,6 +132,27 @@ def _reason(exit_code: int) -> str:
 # --- the child ------------------------------------------------------------------------------------
 
 
+class _Blank:
+    """Renders images in which nothing is seen."""
+
+    def turn_to(self, model: mujoco.MjModel) -> None: ...
+
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
+        shape = view.height, view.width
+        return Picture(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32))
+
+    def rest(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
 class _Collector(Part):
     """Reports each script that is stopped."""
 
@@ -170,8 +197,13 @@ def _run(request: dict[str, Any], collector: _Collector) -> str:
 
     limits, file = Limits(**request["limits"]), Path(request["file"])
     limit_process(limits, 0, file_size=limits.file)
+    rendering = RenderThread(
+        choose=lambda: Backend("blank", "no images are drawn"),
+        make=lambda _model, _backend: _Blank(),
+        limits=limits,
+    )
     world = build_world(
-        RenderThread(limits=limits),
+        rendering,
         workspace=Path(request["workspace"]),
         limits=limits,
         sources=Sources.described_as(request["sources"], Path),

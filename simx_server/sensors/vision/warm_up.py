@@ -14,6 +14,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.runtime.background import Steps, beside
 from simx_server.scene.objects import ObjectKind
 from simx_server.world.part import Part
 
@@ -25,7 +26,10 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 WARM_WITHIN = 10.0
-"""Seconds after which nothing waits for the images of a slow driver or renderer any more."""
+"""Seconds that a starting server waits for the images of a slow driver or renderer."""
+
+LOADED_WITHIN = 2.0
+"""The same for a client's call that loads a scene or a model, which has a time-out."""
 
 _GLANCE = 0.05
 """Seconds between two checks of a preparation."""
@@ -44,18 +48,30 @@ def warm_up(world: World) -> Future[None] | None:
     return world.rendering.prepare(sim.model, sim.data, views, version=sim.version)
 
 
-def wait_until_warm(rendering: RenderThread, is_ending: Callable[[], bool]) -> None:
+def wait_until_warm(
+    rendering: RenderThread, is_ending: Callable[[], bool], seconds: float = WARM_WITHIN
+) -> None:
     """Wait until images are prepared, fail because the driver hangs, or take too long.
 
     Args:
-        rendering: the render thread, whose watch is not called by anyone else meanwhile.
+        rendering: the render thread.
         is_ending: whether to give up.
+        seconds: time-out.
     """
-    limit = time.monotonic() + WARM_WITHIN
+    limit = time.monotonic() + seconds
     while not rendering.wait_until_prepared(_GLANCE):
         rendering.watch()
         if is_ending() or rendering.is_hanging or time.monotonic() > limit:
             return
+
+
+def warmed(world: World) -> Steps[None]:
+    """Wait, beside the physics thread, until the images of what a client has loaded are prepared."""
+    rendering, sim = world.rendering, world.simulation
+    if not rendering.wait_until_prepared(0):
+        yield from beside(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN))
+    # A replay prepares no images, and executes the calls of others during the wait here too.
+    sim.interruptions.script_point()
 
 
 class WarmUp(Part):

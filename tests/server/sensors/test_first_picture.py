@@ -131,6 +131,19 @@ def test_another_scene_with_cameras_is_warmed_up(world: RealWorld, monkeypatch: 
     assert drawn == [[0, 1]]
 
 
+def test_a_client_that_has_loaded_a_scene_finds_its_images_prepared(
+    world: RealWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rendering, waited = world.parts.rendering, []
+    wait = rendering.wait_until_prepared
+    monkeypatch.setattr(rendering, "wait_until_prepared", lambda seconds: waited.append(wait(60)) or True)
+    client = world.client()
+    eyes = str(world.simulation.files.workspace / "eyes.xml")
+    assert vrep.simxLoadScene(client, eyes, 0, vrep.simx_opmode_blocking) == vrep.simx_return_ok
+    assert rendering.backend is not None
+    assert waited == [True]
+
+
 def test_the_first_vision_sensor_that_a_client_makes_is_warmed_up_and_further_edits_are_not(
     world: RealWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:
