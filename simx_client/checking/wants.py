@@ -215,11 +215,20 @@ def _other_calls(wants: Wants, call: Called, place: Place, texts: Texts, meaning
         top, _, rest = thing.path.partition(".")
         if top in ZMQ_CLIENTS and _REGULAR.fullmatch(name := _short(rest)):
             wants.regular.setdefault(name, place)
-            if name in _FINDING and len(call.node.args) == 1:  # the options may say that it need not exist
+            if name in _FINDING and call.node.args and _must_exist(call.node.args[1:]):
                 found = sorted(filter(is_known, texts.of(call.node.args[0], call.scope)))
                 wants.named += [Wanted("object", each, place) for each in found if each.startswith("/")]
         elif top in OTHER_APIS and top not in ZMQ_CLIENTS:
             wants.elsewhere.setdefault(top, {}).setdefault(rest, place)
+
+
+def _must_exist(options: list[ast.expr]) -> bool:
+    """Return whether an object must exist, by the options of `sim.getObject`, as far as they are written there."""
+    if not options:
+        return True
+    return isinstance(options[0], ast.Dict) and all(
+        isinstance(key, ast.Constant) and key.value != "noError" for key in options[0].keys
+    )
 
 
 @cache

@@ -83,8 +83,8 @@ class Pace(IntEnum):
     """Execute it at once."""
 
     REPEAT = -1
-    """Execute it at once, unless the client made a paced call of this key since the last simulation step:
-    then after the next."""
+    """Execute it at once if, since the last simulation step, the client has made only paced calls that read, of other
+    keys, and it reads too; otherwise after the next."""
 
     EVERY = -2
     """Execute it after the next simulation step."""

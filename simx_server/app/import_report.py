@@ -1,6 +1,6 @@
 """``simx-server FILE.ttt --import-report``: what of a V-REP file arrives here in another form, and what does not.
 
-The file is decoded, converted and compiled as a server does it; its scripts are read and not run.
+The file is decoded, converted and compiled as a server does it. A child process starts its scripts, see `rehearsal.py`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.sources import Sources
 from simx_server.scripting.lacking import note_missing
 
+from .rehearsal import rehearse
 from .settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -25,7 +26,8 @@ def print_report(settings: Settings, *, as_json: bool) -> int:
     """Print the report on the scene that the settings name. Returns the exit code."""
     try:
         file = find_scene(settings.scene or DEFAULT_SCENE)
-        scene, _ = load_scene(file, Sources.of(settings.package))
+        sources = Sources.of(settings.package)
+        scene, _ = load_scene(file, sources)
     except CommandError as error:
         logger.error("%s", error)
         return FAILURE
@@ -37,6 +39,8 @@ def print_report(settings: Settings, *, as_json: bool) -> int:
         )
         return FAILURE
     note_missing(report)
+    if report.needs:
+        report.rehearsal = rehearse(file, sources, settings.limits)
     text = json.dumps(report.as_record(), indent=1) if as_json else report.as_text()
     sys.stdout.write(text + "\n")
     return DONE

@@ -37,7 +37,7 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.sensors.vision.warm_up import WarmUp
+from simx_server.sensors.vision.warm_up import WarmUp, wait_until_warm
 from simx_server.viewer.launching import listen, missing, page
 from simx_server.world.building import build_world
 from simx_server.world.part import Part
@@ -246,8 +246,8 @@ def run_server(
     Args:
         say_ready: called when clients can reach the server.
         page_listener: the socket of the web viewer; None for no viewer.
-        is_one_of_many: save memory: the renderer of a scene with cameras is not made when a client joins but for the
-            first image, which then comes half a second later.
+        is_one_of_many: save memory: the renderer of a scene with cameras is not made in advance but for the first
+            image, which then comes half a second later.
         attach: called before the loop runs, for a way in that others do not have.
         is_listed: other programs of this user find the server, see `roster`.
     """
@@ -281,6 +281,7 @@ def run_server(
                 if recorder is not None:
                     recorder.started()
                 simulation.start()
+            wait_until_warm(world.rendering, lambda: loop.is_ending)
             if not loop.is_ending:
                 say_ready(gateway, world)
             heap.give_back()  # loading a large scene leaves half of its memory unused
@@ -297,9 +298,7 @@ def run_server(
 
 def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_of_many: bool) -> None:
     if not is_one_of_many:
-        warm_up = WarmUp(world)
-        world.simulation.attach(warm_up)
-        loop.joined.append(warm_up.client_joined)
+        world.simulation.attach(WarmUp(world))
     if settings.quit_after_stop:
         world.simulation.attach(_QuitAfterStop(loop))
 

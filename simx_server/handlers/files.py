@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.files import workspace
 from simx_server.runtime.background import Steps
+from simx_server.sensors.vision.warm_up import warmed
 
 from ..errors import CommandError
 from .loading import add, file_to_load, find, load
@@ -86,6 +87,7 @@ def load_scene(world: World, client: ClientSession, path: str, options: int) -> 
         return
     with file_to_load(world, client, path, options, lambda text: find(sim, text)) as (found, name):
         yield from load(world, found, name)
+    yield from warmed(world)
 
 
 @handler("simxLoadModel", with_client=True)
@@ -102,4 +104,6 @@ def load_model(world: World, client: ClientSession, path: str, options: int) -> 
         found,
         name,
     ):
-        return (yield from add(world, found, name))
+        handle = yield from add(world, found, name)
+    yield from warmed(world)
+    return handle

@@ -1,7 +1,8 @@
 """Execute batches of calls in order; answer each call at once, or when its result is available.
 
 After a trigger in the middle of a batch, the calls behind it wait for the simulation step, or for the client's next
-batch. A paced call (`pacing.py`) does the same, and waits itself as well.
+batch. A paced call (`pacing.py`) does the same, and waits itself as well. It also waits for the first images of the
+streams that its client has armed: in V-REP they were there after two blocking calls.
 
 While other clients wait, a long batch is executed in slices, and these clients are served in between. No simulation
 step is made meanwhile, so that the calls of one batch act together, unless the batch takes very long.
@@ -33,7 +34,7 @@ from .monitoring.metrics import UNKNOWN
 from .outbox import Outbox
 from .publishing import Publisher
 from .replies import Messages, Replies
-from .sessions import ClientSession, Interrupted
+from .sessions import ClientSession, Interrupted, after_all
 
 if TYPE_CHECKING:
     from simx_server.history.calls import Called
@@ -47,6 +48,9 @@ _EXECUTE, _STREAM, _CANCEL = int(Operation.EXECUTE), int(Operation.STREAM), int(
 MOST_REFUSALS = 1_000_000
 """Most calls to answer of a message that exceeds a limit."""
 
+
+MOST_PASSES = 2
+"""Passes of the server loop, mostly simulation steps, that a paced call waits for images: at least one whole step."""
 
 SLICE = 0.002
 """Seconds to spend on a batch before other waiting clients are served."""
@@ -79,6 +83,9 @@ class Batches:
 
         self._waiting_for_step: dict[str, Interrupted] = {}
         """Batches that wait because of a paced call, by client."""
+
+        self._waiting_for_images: dict[str, Interrupted] = {}
+        """Batches that wait because of a paced call after an image was requested, by client."""
 
         self._in_slices: dict[str, float] = {}
         """The clients with a partly executed batch, and the time until which it holds up simulation steps."""
@@ -150,7 +157,8 @@ class Batches:
         session.interrupted = None  # until the rest has another reason to wait
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
-        has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call)
+        self._waiting_for_images.pop(session.client, None)
+        has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call or batch.passes_left)
         rest, replies = batch.rest, batch.replies
         if batch.problem:
             call, *rest = rest
@@ -177,6 +185,16 @@ class Batches:
             if session := self._loop.sessions.get(client):
                 self._loop.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
+
+    def count_pass(self) -> None:
+        """Continue paced calls that have waited long enough for images."""
+        for client, batch in list(self._waiting_for_images.items()):
+            batch.passes_left -= 1
+            if not batch.passes_left:
+                batch.passes_left = MOST_PASSES
+                del self._waiting_for_images[client]
+                if session := self._loop.sessions.get(client):
+                    self._loop.post_for(client, partial(self._go_on, session, batch, None))
 
     def fail_waiting_for_step(self, problem: str) -> None:
         """Refuse the paced calls that wait, when they are continued: their simulation step cannot be made."""
@@ -218,10 +236,11 @@ class Batches:
                         self._cut(session, replies, calls[position - 1 :])
                         return
                     until = now() + SLICE
-                if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
-                    waiting = Interrupted(replies.made, calls[position - 1 :], waits_for_trigger=False)
-                    session.interrupted = self._waiting_for_step[session.client] = waiting
+                if delay_ms < 0 and self._waits(
+                    session, call, Interrupted(replies.made, calls[position - 1 :], False), has_waited
+                ):
                     return
+                has_waited = False
                 if operation != _EXECUTE and operation != _STREAM:
                     self._do_without_command(session, call, replies)
                     continue
@@ -246,8 +265,7 @@ class Batches:
                 if operation == _STREAM and command is not None:
                     self._publisher.arm(session, call, command, answer)
                 if isinstance(answer, Future):
-                    batch = self._batch_behind(session, name, replies.made, calls[position:])
-                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
+                    self._send_later(session, call, answer, replies.made, calls[position:])
                     if name == TRIGGER:
                         return
                 else:
@@ -294,6 +312,17 @@ class Batches:
         if replies.made:  # one message for all at the end would take long as well
             self._outbox.put(session, replies.made)
         self._interrupt(session, Interrupted([], rest, False, True))
+
+    def _send_later(
+        self, session: ClientSession, call: Call, answer: Future[Answer], made: list[Reply], rest: list[Call]
+    ) -> None:
+        """Reply to a call when its answer is available; the next paced call waits for an image without a caller."""
+        sent: Future[None] = Future()
+        batch = self._batch_behind(session, call.command, made, rest)
+        answered = partial(self._answered, session, batch, call.call_id, self._messages.time_ms(), sent)
+        answer.add_done_callback(answered)
+        if call.command != TRIGGER and (call.operation == _STREAM or call.delay_ms > 0):
+            session.paced.images.append(sent)
 
     def _batch_behind(
         self, session: ClientSession, name: str, made: list[Reply], rest: list[Call]
@@ -363,11 +392,34 @@ class Batches:
         batch.replies.append(Reply(asked.call_id, status, self._messages.time_ms(), values))
         self.execute_rest(session)
 
-    def _is_early(self, session: ClientSession, call: Call) -> bool:
-        """Return whether a paced call must wait for a simulation step, and record the call."""
-        if call.operation == _STREAM or not self._loop.is_running_freely:
+    def _waits(self, session: ClientSession, call: Call, batch: Interrupted, has_waited: bool) -> bool:
+        """Return whether a paced call must wait, and record the call.
+
+        Args:
+            batch: the batch from this call on, which then continues later.
+            has_waited: the simulation step that it waited for was made.
+        """
+        if call.operation == _STREAM:
             return False
-        return session.paced.must_wait(call)
+        if session.paced.images:
+            self._await_images(session, batch)
+            return True
+        if self._loop.is_running_freely and session.paced.must_wait(call) and not has_waited:
+            session.interrupted = self._waiting_for_step[session.client] = batch
+            return True
+        return False
+
+    def _await_images(self, session: ClientSession, batch: Interrupted) -> None:
+        """Continue with a batch when the images requested before it have left.
+
+        It never continues at once, so that a replay, which makes no images, finds it here too.
+        """
+        batch.passes_left = MOST_PASSES
+        session.interrupted = self._waiting_for_images[session.client] = batch
+        images = list(session.paced.images)
+        session.paced.images.clear()
+        go_on = partial(self._go_on, session, batch, None)
+        after_all(images, partial(self._loop.post_for, session.client, go_on))
 
     def _do_without_command(self, session: ClientSession, call: Call, replies: Replies) -> None:
         """End a stream, or refuse an unknown operation."""
@@ -398,7 +450,13 @@ class Batches:
             session.link.deliver(self._messages.pack(session, [reply]))
 
     def _answered(
-        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
+        self,
+        session: ClientSession,
+        batch: Interrupted,
+        call_id: int,
+        time_ms: int,
+        sent: Future[None],
+        done: Future[Answer],
     ) -> None:
         """Continue behind a trigger, or deliver its reply, or an image; runs on the thread that finished it."""
         status, values = done.result()
@@ -409,3 +467,4 @@ class Batches:
         replies = [*batch.replies, reply]
         batch.replies.clear()
         session.link.deliver(self._messages.pack(session, replies))
+        sent.set_result(None)

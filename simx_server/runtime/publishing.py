@@ -80,6 +80,8 @@ class Publisher:
         if isinstance(answer, Future):
             stream.pending = answer
         else:
+            if answer[0] != STATUS_OK:
+                session.paced.step_comes()
             time_ms = self._messages.time_ms()
             stream.last = self._packed(session, command, answer, time_ms)
             question = stream.question()

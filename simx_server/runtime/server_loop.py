@@ -137,9 +137,6 @@ class ServerLoop(Part):
         self.idlers: list[Idler] = []
         """Want to be called now and then while the simulation is stopped or paused, beside the scene's scripts."""
 
-        self.joined: list[Callable[[], object]] = []
-        """Called when a client has joined."""
-
         self.watches: list[Callable[[], object]] = []
         """Called about once per second, or more often: time-outs of work on other threads."""
 
@@ -560,6 +557,7 @@ class ServerLoop(Part):
             self._publisher.publish(self.sessions.values(), after_pass=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
+        self._batches.count_pass()
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def script_stopped(self, problem: str) -> None:
@@ -607,8 +605,6 @@ class ServerLoop(Part):
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
-        for told in self.joined:
-            told()
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
         if is_starting and is_stopped and not session.may_only_read:

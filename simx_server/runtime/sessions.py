@@ -7,7 +7,7 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.keys import VIEWER
@@ -96,6 +96,10 @@ class Interrupted:
 
     call: Unfinished | None = None
     """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
+
+    passes_left: int = 0
+    """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
+    passes of the server loop."""
 
 
 @dataclass
@@ -192,7 +196,7 @@ class ClientSession:
         """Answer the triggers, because the step was made (or never will be), as soon as `after` is done as well."""
         triggers, self._triggers = self._triggers, []
         if triggers:
-            _answer(triggers, list(after))
+            after_all(after, partial(_answer, triggers))
 
     def fail_triggers(self, problem: str) -> None:
         """Answer the triggers with the reason why their step cannot be made."""
@@ -201,10 +205,15 @@ class ClientSession:
             future.set_exception(CommandError(problem))
 
 
-def _answer(triggers: list[Future[None]], after: list[Future[Any]]) -> None:
-    if after:
-        first, *rest = after  # a future that refers to itself by its callback would keep its image
-        first.add_done_callback(lambda _: _answer(triggers, rest))
-        return
+def after_all(futures: Sequence[Future[Any]], work: Callable[[], object]) -> None:
+    """Run `work` when all futures are done, on the thread that finishes the last one."""
+    if futures:
+        first, *rest = futures  # a future that refers to itself by its callback would keep its image
+        first.add_done_callback(lambda _: after_all(rest, work))
+    else:
+        work()
+
+
+def _answer(triggers: list[Future[None]]) -> None:
     for future in triggers:
         future.set_result(None)

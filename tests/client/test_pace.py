@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ import simx_client as v
 from simx_client.cli.shims import write_shims
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
+from simx_server.runtime.batches import MOST_PASSES
 from simx_server.runtime.pacing import MOST_REMEMBERED, PacedCalls
 
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
@@ -109,6 +111,86 @@ def test_a_round_of_reads_is_of_one_step_and_the_second_round_of_the_next(world:
     ]
     first = rounds[0][0]
     assert rounds == [[first + count] * len(STEP_COUNTERS) for count in range(4)]
+
+
+def test_each_of_several_sets_of_a_point_acts_in_a_step_of_its_own(world: Gripper) -> None:
+    """A loop of 42 points takes what V-REP took, whichever objects it moves."""
+    client = started(world, Pace.REPEAT)
+    make_a_step(world)
+    before = world.simulation.passes
+    for point in range(42):
+        for joint in (5, 6):
+            assert v.simxSetJointTargetPosition(client, joint, point, BLOCKING) == 0
+    assert world.set_in() == list(range(before, before + 84))
+
+
+def test_what_is_read_after_a_set_is_of_the_step_that_the_set_acts_in(world: Gripper) -> None:
+    client = started(world, Pace.REPEAT)
+    make_a_step(world)
+    before = world.simulation.passes
+    for point in range(5):
+        assert v.simxSetJointTargetPosition(client, 5, point, BLOCKING) == 0
+        assert v.simxGetJointPosition(client, STEP_COUNTERS[0], BLOCKING)[1] == before + 2 * point + 1
+
+
+@pytest.mark.parametrize("state", ["stopped", "running"])
+def test_an_image_of_an_armed_stream_is_there_after_a_blocking_call(world: Gripper, state: str) -> None:
+    client = world.client(pace=Pace.REPEAT)
+    if state == "running":
+        assert v.simxStartSimulation(client, BLOCKING) == 0
+        make_a_step(world)
+    before = world.simulation.passes
+    look = partial(v.simxGetVisionSensorImage, client, 1, 0)
+    assert look(v.simx_opmode_streaming)[0] == 1
+    session = next(iter(world.loop.sessions.values()))
+    draw_when(world, lambda: session.interrupted is not None)
+    assert v.simxGetJointPosition(client, GRIPPER, BLOCKING)[0] == 0
+    assert look(v.simx_opmode_buffer)[0] == 0
+    assert world.simulation.passes == before
+
+
+def draw_when(world: Gripper, is_time: Callable[[], bool]) -> None:
+    """Have the requested image be drawn when this is so."""
+    turn = world.loop.turn
+
+    def turn_and_draw(max_wait: float = 0.0) -> None:
+        if is_time() and not world.simulation.pictures[0].done():
+            world.simulation.pictures[0].set_result(([1, 1], b"abc"))
+        turn(max_wait)
+
+    world.loop.turn = turn_and_draw
+
+
+@pytest.mark.parametrize("state", ["stopped", "running", "stepped"])
+def test_a_blocking_call_waits_for_a_slow_image_at_most_a_step(world: Gripper, state: str) -> None:
+    client = world.client(pace=Pace.REPEAT)
+    if state != "stopped":
+        assert v.simxSynchronous(client, state == "stepped") == 0
+        assert v.simxStartSimulation(client, BLOCKING) == 0
+    if state == "running":
+        make_a_step(world)
+    expected = world.simulation.passes + (MOST_PASSES if state == "running" else 0)
+    assert v.simxGetVisionSensorImage(client, 1, 0, v.simx_opmode_streaming)[0] == 1
+    for joint in (GRIPPER, GRIPPER + 1):  # the second does not wait again
+        assert v.simxGetJointPosition(client, joint, BLOCKING)[0] == 0
+        assert world.simulation.passes == expected
+
+
+def test_a_blocking_call_waits_for_the_step_that_brings_the_first_value_of_a_stream(world: Gripper) -> None:
+    client = started(world, Pace.REPEAT)
+    make_a_step(world)
+    world.simulation.removed.add(STEP_COUNTERS[0])
+    read = partial(v.simxGetJointPosition, client, STEP_COUNTERS[0])
+    read(v.simx_opmode_streaming)
+    advance = world.simulation.step
+
+    def appear() -> None:
+        advance()
+        world.simulation.removed.clear()
+
+    world.simulation.step = appear
+    v.simxGetJointPosition(client, GRIPPER, BLOCKING)
+    assert read(v.simx_opmode_buffer) == (0, world.simulation.passes)
 
 
 def test_at_every_pace_each_blocking_call_waits_for_a_step(world: Gripper) -> None:

@@ -34,8 +34,8 @@ GL = (
     "test_zmq_example_images",
 )  # fmt: skip
 STARTS_BY_LIBRARY = (
-    "test_bench_smoke", "test_detect_example", "test_fleets_on_ray", "test_gym_page", "test_hostile_peers",
-    "test_reach_example", "test_scripts_python", "test_scripts_twins",
+    "test_bench_smoke", "test_cli_vrep", "test_detect_example", "test_fleets_on_ray", "test_gym_page",
+    "test_hostile_peers", "test_reach_example", "test_rehearsal", "test_scripts_python", "test_scripts_twins",
 )  # fmt: skip
 """Files that start processes by functions of the packages, of the examples or of the benchmarks."""
 

@@ -67,10 +67,8 @@ def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
     """
     logging.disable(logging.CRITICAL)
     gc.disable()
-    if sys.platform == "linux":  # the helper kills it, unless the helper itself is killed
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     limits = Limits(**request["limits"])
-    top = _limit(limits, int(request["held"]))
+    top = limit_process(limits, int(request["held"]))
     try:
         return {"files": _try(request, limits)}
     except MemoryError:
@@ -91,13 +89,24 @@ def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
     return {"error": kind or "SceneError", "text": str(problem)}
 
 
-def _limit(limits: Limits, held: int) -> tuple[int, int] | None:
-    """Set all limits; return the memory limits to use at the end, None where there is none."""
+def limit_process(limits: Limits, held: int, *, file_size: int = 0) -> tuple[int, int] | None:
+    """Set all limits of this process, which also ends with its parent.
+
+    Args:
+        limits: those of loading are used.
+        held: bytes of memory to subtract.
+        file_size: most bytes of a file that it writes.
+
+    Returns:
+        The memory limits to use at the end; None where there is none.
+    """
     if resource is None:
         return None
+    if sys.platform == "linux":  # the parent kills it, unless the parent itself is killed
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     seconds = limits.load_seconds
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (file_size, file_size))
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, limits.load_wait)

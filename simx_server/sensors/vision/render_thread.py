@@ -15,7 +15,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Hashable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -147,6 +147,9 @@ class RenderThread:
         self._doing: _Doing | None = None
         self._is_hanging = False
         self._to_prepare: _Preparation | None = None
+        self._prepared = _nothing_to_do()
+        """The newest preparation."""
+
         self._pool = SnapshotPool()
         self._thread: threading.Thread | None = None
 
@@ -164,6 +167,11 @@ class RenderThread:
     def is_begun(self) -> bool:
         """Return whether anything was requested yet, so that a back end is chosen or about to be."""
         return self._thread is not None
+
+    @property
+    def is_hanging(self) -> bool:
+        """Return whether `watch` has found that the render thread hangs, so that images fail now."""
+        return self._is_hanging
 
     @property
     def is_stuck(self) -> bool:
@@ -266,12 +274,17 @@ class RenderThread:
             snapshot = self._pool.take(model, data, version) if views else None
             preparation = _Preparation(model, views, snapshot)
             before, self._to_prepare = self._to_prepare, preparation
+            self._prepared = preparation.done
             if before is not None:
                 self._end_preparation(before)
             self._start_or_wake()
         if before is not None:
             before.done.set_result(None)
         return preparation.done
+
+    def wait_until_prepared(self, seconds: float) -> bool:
+        """Wait for the newest preparation, at most this many seconds; return whether it is done, or there is none."""
+        return bool(wait([self._prepared], seconds).done)
 
     def watch(self) -> None:
         """Fail all images if the render thread hangs. Call it about every second, on any thread."""

@@ -1,22 +1,38 @@
-"""Prepare images in advance: when the first client joins, and when a scene with vision sensors is loaded or gets its
+"""Prepare images in advance: before the server is ready, and when a scene with vision sensors is loaded or gets its
 first one.
 
-Only then, since OpenGL costs 80 MB and a few tenths of a second of a core. Later changes of a scene need only its
-own meshes and textures again, so a script's step-by-step edits are not drawn each time.
+The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
+came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no
+renderer, which would take 80 MB. Later changes of a scene need only its own meshes and textures again, so a script's
+step-by-step edits are not drawn each time.
 """
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.runtime.background import Steps, beside
 from simx_server.scene.objects import ObjectKind
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from simx_server.scene.editing.twins import Twins
+    from simx_server.sensors.vision.render_thread import RenderThread
     from simx_server.world.world import World
+
+WARM_WITHIN = 10.0
+"""Seconds that a starting server waits for the images of a slow driver or renderer."""
+
+LOADED_WITHIN = 2.0
+"""The same for a client's call that loads a scene or a model, which has a time-out."""
+
+_GLANCE = 0.05
+"""Seconds between two checks of a preparation."""
 
 
 def warm_up(world: World) -> Future[None] | None:
@@ -32,25 +48,42 @@ def warm_up(world: World) -> Future[None] | None:
     return world.rendering.prepare(sim.model, sim.data, views, version=sim.version)
 
 
-class WarmUp(Part):
-    """Warms up when the first client joins; then for every scene that is loaded, and for a scene's first vision
-    sensor.
+def wait_until_warm(
+    rendering: RenderThread, is_ending: Callable[[], bool], seconds: float = WARM_WITHIN
+) -> None:
+    """Wait until images are prepared, fail because the driver hangs, or take too long.
+
+    Args:
+        rendering: the render thread.
+        is_ending: whether to give up.
+        seconds: time-out.
     """
+    limit = time.monotonic() + seconds
+    while not rendering.wait_until_prepared(_GLANCE):
+        rendering.watch()
+        if is_ending() or rendering.is_hanging or time.monotonic() > limit:
+            return
+
+
+def warmed(world: World) -> Steps[None]:
+    """Wait, beside the physics thread, until the images of what a client has loaded are prepared."""
+    rendering, sim = world.rendering, world.simulation
+    if not rendering.wait_until_prepared(0):
+        yield from beside(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN))
+    # A replay prepares no images, and executes the calls of others during the wait here too.
+    sim.interruptions.script_point()
+
+
+class WarmUp(Part):
+    """Warms up for the present scene, for every later one, and for a scene's first vision sensor."""
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._had_client = False
-
-    def client_joined(self) -> None:
-        """Warm up for the first client of this server."""
-        if not self._had_client:
-            self._had_client = True
-            warm_up(self._world)
+        warm_up(world)
 
     def scene_loaded(self) -> None:
-        if self._had_client:
-            warm_up(self._world)
+        warm_up(self._world)
 
     def model_changed(self, twins: Twins | None) -> None:
-        if self._had_client and not self._world.rendering.is_begun:
+        if not self._world.rendering.is_begun:
             warm_up(self._world)

@@ -75,6 +75,22 @@ def test_what_is_missing_is_named_and_what_differs_is_told(tmp_path: Path) -> No
     assert "  regular     sim.getObjectPositon, " in page
 
 
+def test_names_with_an_index_or_a_proxy_are_looked_for_also_in_a_comprehension(tmp_path: Path) -> None:
+    text = """
+        from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+        sim = RemoteAPIClient().require('sim')
+        boxes = [sim.getObject('/Floor/box', {'index': i}) for i in range(2)]
+        wheels = {i: sim.getObject('/wheel', {'index': i, 'proxy': boxes[0]}) for i in range(2)}
+        options = {'noError': True}
+        perhaps = sim.getObject('/gone', options), sim.getObject('/gone', {'index': 1, **options})
+        """
+    write(tmp_path, {"script.py": text})
+    code, record = check(tmp_path / "script.py", "--scene", "two_link_arm")
+    assert code == 1
+    assert objects_of(record) == ["/Floor/box", "/wheel"]
+    assert [each.partition(";")[0] for each in texts_of(record)] == ["no object '/wheel' in two_link_arm"]
+
+
 def test_an_asyncio_program_is_understood(tmp_path: Path) -> None:
     text = """
         import asyncio

@@ -1,4 +1,4 @@
-"""The first image of a server: prepared when a client joins, and no call waits for a driver."""
+"""The first image of a server: prepared before it is ready, and no call waits for a driver."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -23,7 +24,7 @@ from simx_client.protocol.reports import Metrics
 from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
 from simx_server.sensors.vision.image import CameraView
-from simx_server.sensors.vision.warm_up import WarmUp, warm_up
+from simx_server.sensors.vision.warm_up import WarmUp, wait_until_warm, warm_up
 
 __all__ = ["opengl_name"]
 
@@ -60,13 +61,12 @@ def connect(port: int) -> int:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="counts on the back end that Linux has")
-def test_a_client_that_joins_finds_its_first_image_prepared(opengl_name: str) -> None:
-    """The image itself then takes less than a fifth of a second of the server's processor time."""
+def test_a_server_is_ready_when_its_images_are_prepared(opengl_name: str) -> None:
+    """The first image then takes less than a fifth of a second of the server's processor time."""
     with server(TUTORIAL, "--start") as fresh:
-        assert not metrics_of(fresh.port)["pictures"]["backend"]
-        client = connect(fresh.port)
-        assert wait_until(lambda: metrics_of(fresh.port)["pictures"]["backend"] == opengl_name, START_TIMEOUT)
         before = metrics_of(fresh.port)
+        assert before["pictures"]["backend"] == opengl_name
+        client = connect(fresh.port)
         handle = vrep.simxGetObjectHandle(client, SENSOR, vrep.simx_opmode_blocking)[1]
         vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_streaming)
         read = lambda: vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_buffer)  # noqa: E731
@@ -82,9 +82,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
     for name, content in (("plain", ""), ("eyes", EYE + EYE.replace("eye", "other"))):
         (tmp_path / f"{name}.xml").write_text(ROOM.format(content))
     world = RealWorld(tmp_path / "plain.xml", workspace=tmp_path)
-    warm = WarmUp(world.parts)
-    world.simulation.attach(warm)
-    warm.client_joined()
+    world.simulation.attach(WarmUp(world.parts))
     monkeypatch.setattr(gl_backend, "candidates", lambda: ())
     yield world
     world.close()
@@ -96,17 +94,26 @@ def test_a_server_without_cameras_makes_no_renderer(world: RealWorld) -> None:
     assert not world.parts.rendering.is_begun
 
 
-def test_a_server_without_clients_makes_no_renderer(tmp_path: Path) -> None:
+def test_waiting_for_images_ends_when_they_are_drawn_or_the_server_ends(tmp_path: Path) -> None:
     (tmp_path / "eyes.xml").write_text(ROOM.format(EYE))
     world = RealWorld(tmp_path / "eyes.xml", workspace=tmp_path)
+    rendering, may_draw = world.parts.rendering, threading.Event()
+    make = rendering._make
+
+    def make_later(model: Any, backend: Any) -> Any:
+        may_draw.wait(START_TIMEOUT)
+        return make(model, backend)
+
+    rendering._make = make_later
     try:
-        warm = WarmUp(world.parts)
-        world.simulation.attach(warm)
-        world.simulation.load(tmp_path / "eyes.xml")
-        assert not world.parts.rendering.is_begun
-        warm.client_joined()
-        assert world.parts.rendering.is_begun
+        WarmUp(world.parts)
+        wait_until_warm(rendering, lambda: True)
+        assert not rendering.wait_until_prepared(0)
+        may_draw.set()
+        wait_until_warm(rendering, lambda: False)
+        assert rendering.wait_until_prepared(0)
     finally:
+        may_draw.set()
         world.close()
 
 
@@ -122,6 +129,19 @@ def test_another_scene_with_cameras_is_warmed_up(world: RealWorld, monkeypatch: 
     monkeypatch.setattr(rendering, "prepare", noting)
     world.simulation.load(world.simulation.files.workspace / "eyes.xml")
     assert drawn == [[0, 1]]
+
+
+def test_a_client_that_has_loaded_a_scene_finds_its_images_prepared(
+    world: RealWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rendering, waited = world.parts.rendering, []
+    wait = rendering.wait_until_prepared
+    monkeypatch.setattr(rendering, "wait_until_prepared", lambda seconds: waited.append(wait(60)) or True)
+    client = world.client()
+    eyes = str(world.simulation.files.workspace / "eyes.xml")
+    assert vrep.simxLoadScene(client, eyes, 0, vrep.simx_opmode_blocking) == vrep.simx_return_ok
+    assert rendering.backend is not None
+    assert waited == [True]
 
 
 def test_the_first_vision_sensor_that_a_client_makes_is_warmed_up_and_further_edits_are_not(

@@ -25,7 +25,10 @@ _DIRECTIONS = ("quat", "axis", "dir")
 """Attributes that MuJoCo writes with length 1."""
 
 _NO_POSE = {"pos": "0 0 0", "quat": "1 0 0 0"}
-_LEFT_OUT: Mapping[str, Mapping[str, str]] = dict.fromkeys(("body", "geom", "site", "camera"), _NO_POSE)
+_LEFT_OUT: Mapping[str, Mapping[str, str]] = {
+    **dict.fromkeys(("body", "geom", "site", "camera"), _NO_POSE),
+    "inertial": {"quat": "1 0 0 0"},
+}
 """Attributes that MuJoCo leaves out where it takes small numbers for these."""
 
 _BODY_PARTS = {

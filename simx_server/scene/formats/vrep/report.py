@@ -4,12 +4,33 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 from simx_server.scene.formats.vrep.script_needs import Needs
 
 _FEW = 6
 """Names that a line shows; it counts the others."""
+
+
+@dataclass
+class Rehearsal:
+    """A short run of the scripts, in a separate process."""
+
+    seconds: float = 0.0
+    """Simulated time of the run."""
+    stops: list[str] = field(default_factory=list[str])
+    """Sentences, each with a script that an error stops, and the error."""
+    ended_by: str = ""
+    """Why the run was ended early; later stops are unknown."""
+
+    def as_text(self) -> str:
+        """Return the section for people."""
+        when = f"in the first {self.seconds:g} s of a run" if self.seconds else "at the start of a run"
+        if not self.stops:
+            text = f"no script is stopped {when}"
+        else:
+            text = _section(f"scripts that an error stops {when}", self.stops)
+        return f"{text}\n  (the run was ended early: {self.ended_by})" if self.ended_by else text
 
 
 @dataclass
@@ -30,6 +51,8 @@ class Report:
 
     `simx_server/scripting/lacking.py` fills it.
     """
+    rehearsal: Rehearsal | None = None
+    """The start of its scripts; None if they were not started."""
     faults: list[str] = field(default_factory=list[str])
     """Sentences about values and records of the file that cannot be meant: defaults are in their place."""
     skipped: dict[str, int] = field(default_factory=dict[str, int])
@@ -67,6 +90,8 @@ class Report:
             sections.append(_section("scripts need, but this server lacks", wanted))
         elif self.needs:
             sections.append(f"scripts: {len(self.needs)}, without a missing function")
+        if self.rehearsal is not None:
+            sections.append(self.rehearsal.as_text())
         if self.credits:
             sections.append(_section("credits in the file", self.credits))
         return "\n\n".join(sections)
@@ -97,6 +122,7 @@ class Report:
             "skipped_records": self.skipped,
             "scripts": len(self.needs),
             "missing_functions": dict(self.missing_functions),
+            "rehearsal": None if self.rehearsal is None else asdict(self.rehearsal),
             "credits": self.credits,
         }
 

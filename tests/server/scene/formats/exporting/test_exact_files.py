@@ -126,6 +126,8 @@ def test_all_numbers_of_bodies_joints_and_constraints_are_the_same(tmp_path: Pat
     spec.worldbody.add_body(name="almost", pos=(1e-21, 0, 0), quat=(1, 5e-23, 0, 0)).add_geom(
         size=(0.1, 0, 0)
     )
+    heavy = spec.worldbody.add_body(name="almost turned", mass=1, inertia=(1, 1, 1), explicitinertial=True)
+    heavy.ipos, heavy.iquat = (0, 0, 0), (1, 5e-19, -2e-28, 0)
     before = spec.copy().compile()
     after = written(spec, tmp_path)
     assert differing_arrays(before, after) == []
