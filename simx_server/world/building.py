@@ -37,6 +37,7 @@ from simx_server.scripting.import_log import ImportLog
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.scripting.written_files import WrittenFiles
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
@@ -123,6 +124,7 @@ def build_world(
         wireless=Wireless(sim),
         script_parameters=ScriptParameters(sim),
         script_ports=script_ports,
+        written_files=WrittenFiles(),
         ros2_topics=Ros2Topics(sim),
         scripts=Scripts(
             sim,
@@ -149,6 +151,7 @@ def build_world(
             sim, meters, proximity, vision, object_settings, paths, user_interface, arguments=arguments
         ),
     )
+    world.written_files.use(world)
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     # Scripts are notified after the parts that they call.
     sim.attach(
@@ -176,6 +179,7 @@ def build_world(
         world.user_interface,
         world.graphs,
         world.scripts,
+        world.written_files,  # after the scripts, which write at their end
         world.ros2_topics,  # closes those of scripts that have ended
         world.ik_groups,
         world.path_plannings,

@@ -33,6 +33,7 @@ from simx_server.scene.collection import Collections
 from simx_server.scene.trial.trials import Trials
 from simx_server.scripting import Scripts
 from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.scripting.written_files import WrittenFiles
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
@@ -76,6 +77,7 @@ class World:
     wireless: Wireless
     script_parameters: ScriptParameters
     script_ports: ScriptPorts
+    written_files: WrittenFiles
     ros2_topics: Ros2Topics
     scripts: Scripts
     ik_groups: IkGroups
