@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from simx_server.files.scene_files import SceneFiles
+from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.path_plannings import PathPlannings
 from simx_server.limits import Limits
@@ -28,6 +29,7 @@ from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
 from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
+from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
@@ -37,7 +39,6 @@ from simx_server.scripting.import_log import ImportLog
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
-from simx_server.scripting.written_files import WrittenFiles
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
@@ -101,6 +102,9 @@ def build_world(
     def open_spaces(script: Script) -> Namespaces:
         return Namespaces(world, script)
 
+    def store(name: str, data: bytes) -> None:
+        store_file(world, name, data)
+
     world = World(
         simulation=sim,
         velocities=Velocities(sim),
@@ -124,7 +128,7 @@ def build_world(
         wireless=Wireless(sim),
         script_parameters=ScriptParameters(sim),
         script_ports=script_ports,
-        written_files=WrittenFiles(),
+        written_files=WrittenFiles(sim, store, status_bar),
         ros2_topics=Ros2Topics(sim),
         scripts=Scripts(
             sim,
@@ -151,7 +155,6 @@ def build_world(
             sim, meters, proximity, vision, object_settings, paths, user_interface, arguments=arguments
         ),
     )
-    world.written_files.use(world)
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     # Scripts are notified after the parts that they call.
     sim.attach(

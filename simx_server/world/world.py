@@ -29,11 +29,11 @@ from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
 from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import UserInterface
+from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.trial.trials import Trials
 from simx_server.scripting import Scripts
 from simx_server.scripting.script_parameters import ScriptParameters
-from simx_server.scripting.written_files import WrittenFiles
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants

@@ -15,11 +15,13 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.regular_files import read_of_client
-from simx_server.handlers.files import store_file
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.world import World
+    from collections.abc import Callable
+
+    from simx_server.parts.status_bar import StatusBar
+    from simx_server.world.simulation import Simulation
 
 _CHUNK = 1 << 16
 _MOST_OPEN = 64
@@ -36,13 +38,13 @@ class _Written:
 class WrittenFiles(Part):
     """The files that scripts have open, by number."""
 
-    def __init__(self) -> None:
-        self._world: World
+    def __init__(self, sim: Simulation, store: Callable[[str, bytes], None], status_bar: StatusBar) -> None:
+        """Use `store` for the files; it raises CommandError."""
+        self._sim = sim
+        self._store_file = store
+        self._status_bar = status_bar
         self._open: dict[int, _Written] = {}
         self._numbers = itertools.count(1)
-
-    def use(self, world: World) -> None:
-        self._world = world
 
     def open(self, path: str, *, append: bool) -> int:
         """Open a file for writing and return its number.
@@ -56,7 +58,7 @@ class WrittenFiles(Part):
         """
         if len(self._open) >= _MOST_OPEN:
             raise CommandError(f"at most {_MOST_OPEN} files are open at a time: close some")
-        folder = self._world.simulation.files.workspace
+        folder = self._sim.files.workspace
         file = _Written(_name_within(path))
         known = next((each for each in self._open.values() if each.name == file.name), None)
         target = workspace.path_within(folder, file.name)
@@ -73,10 +75,10 @@ class WrittenFiles(Part):
     def write(self, number: int, data: bytes) -> None:
         """Add bytes at the end. Raises CommandError: the file is closed, or has reached a limit."""
         file = self._file(number)
-        limits = self._world.simulation.limits
+        limits = self._sim.limits
         limits.check("file", len(file.content) + len(data), f"'{file.name[:80]}' is full")
         file.content += data
-        if not self._world.simulation.is_running or len(file.content) - file.stored >= _CHUNK:
+        if not self._sim.is_running or len(file.content) - file.stored >= _CHUNK:
             self._store(file)
 
     def flush(self, number: int) -> None:
@@ -101,7 +103,7 @@ class WrittenFiles(Part):
 
     def _store(self, file: _Written) -> None:
         if file.stored != len(file.content):
-            store_file(self._world, file.name, bytes(file.content))
+            self._store_file(file.name, bytes(file.content))
             file.stored = len(file.content)
 
     def _close_all(self) -> None:
@@ -110,7 +112,7 @@ class WrittenFiles(Part):
             try:
                 self._store(file)
             except CommandError as problem:
-                self._world.scripts.say_once(f"'{file.name}' is not complete: {problem}")
+                self._status_bar.add(f"'{file.name}' is not complete: {problem}")
 
 
 def _name_within(path: str) -> str:
