@@ -93,6 +93,14 @@ function added.writeCustomDataBlockEx(handle, tag, data, options)
     sim.writeCustomTableData(handle, "__info__", info)
 end
 
+-- Collections, with the names of CoppeliaSim 4.8.
+
+function added.createCollectionEx(options) return sim.createCollection(options or 0) end
+
+function added.addToCollection(collection, object, what, options)
+    return sim.addItemToCollection(collection, what or sim.handle_single, object, options or 0)
+end
+
 -- Values.
 
 function added.getQuaternionInverse(q) return { -q[1], -q[2], -q[3], q[4] } end
@@ -134,7 +142,14 @@ function added.getUserVariables()
     return found
 end
 
+-- Functions without a meaning on a server: no windows, no menus, no code editor, one process.
 function added.fastIdleLoop() end
+function added.moduleEntry() return -1 end
+function added.registerScriptFunction() return 1 end
+function added.registerScriptVariable() return 1 end
+function added.systemSemaphore() return true end
+function added.getLastInfo() return "" end
+function added.getLastError() return nil end
 function added.getIsRealTimeSimulation() return sim.getRealTimeSimulation() end
 function added.isDeprecated() return 0 end
 function added.refreshDialogs() return 0 end
