@@ -6,7 +6,7 @@ function added.getObjectsWithTag(tag, only_models)
     local found = {}
     for _, handle in ipairs(sim.getObjectsInTree(sim.handle_scene)) do
         local fits = not only_models or sim.getModelProperty(handle) & sim.modelproperty_not_model == 0
-        if fits and table.find(sim.readCustomDataTags(handle), tag) then found[#found + 1] = handle end
+        if fits and table.find(sim.readCustomDataTags(handle) or {}, tag) then found[#found + 1] = handle end
     end
     return found
 end
@@ -51,27 +51,28 @@ end
 -- Named parameters and settings, which are texts.
 
 local function flag_of(text)
-    if text == nil then return nil end
     return text == "true" or text == "yes" or text == "on" or (tonumber(text) or 0) ~= 0
 end
 
 local function whole_of(text) return math.tointeger(tonumber(text) or "") end
 
-for _, kind in ipairs { "Named%sParam", "Setting%s" } do
-    local read = function(name) return sim.getNamedStringParam(name) end
-    for form, convert in pairs { Bool = flag_of, Float = tonumber, Int32 = whole_of, String = tostring } do
-        local name = "get" .. string.format(kind, form)
-        added[name] = function(key)
-            local text = read(key)
-            return text and convert(text)
-        end
-    end
+local function named(name, convert)
+    local text = sim.getNamedStringParam(name)
+    return text and convert(text)
 end
-for _, form in ipairs { "Bool", "Float", "Int32" } do
-    added["setNamed" .. form .. "Param"] = function(name, value)
-        return sim.setNamedStringParam(name, tostring(value))
-    end
-end
+
+local function set(name, value) return sim.setNamedStringParam(name, tostring(value)) end
+
+function added.getNamedBoolParam(name) return named(name, flag_of) end
+function added.getNamedFloatParam(name) return named(name, tonumber) end
+function added.getNamedInt32Param(name) return named(name, whole_of) end
+function added.setNamedBoolParam(name, value) return set(name, value) end
+function added.setNamedFloatParam(name, value) return set(name, value) end
+function added.setNamedInt32Param(name, value) return set(name, value) end
+function added.getSettingString(name) return named(name, tostring) end
+function added.getSettingBool(name) return named(name, flag_of) end
+function added.getSettingFloat(name) return named(name, tonumber) end
+function added.getSettingInt32(name) return named(name, whole_of) end
 function added.getStringNamedParam(name) return sim.getNamedStringParam(name) end
 function added.setStringNamedParam(name, value) return sim.setNamedStringParam(name, value) end
 

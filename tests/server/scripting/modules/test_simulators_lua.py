@@ -9,6 +9,8 @@ import pytest
 from handler_calls import World
 from scripted_world import evaluate, scripted
 
+from simx_server.scripting.lacking import offered
+
 pytest.importorskip("lupa")
 
 
@@ -39,6 +41,11 @@ def world() -> World:
             [b"1", 5, True],
         ),
         ("sim.getQuaternionInverse({1, 2, 3, 4}), sim.boolOr(1, 4)", [[-1, -2, -3, 4], 5]),
+        (
+            "sim.getNamedBoolParam('none') == nil, sim.setNamedFloatParam('f', 2.5), sim.getSettingFloat('f')",
+            [True, 1, 2.5],
+        ),
+        ("#sim.getObjectsWithTag('none'), sim.throttle(1, print)", [0]),
         ("sim.no_such_constant", [None]),
     ],
 )
@@ -129,3 +136,7 @@ def test_a_joint_group_moves_its_joints() -> None:
         False,
         pytest.approx(0.5, abs=1e-3),
     ]
+
+
+def test_functions_written_in_lua_are_not_reported_as_missing() -> None:
+    assert {"getObjectsWithTag", "throttle", "getSettingBool"} <= offered()["sim"]
