@@ -101,8 +101,14 @@ def test_files_of_the_workspace_are_written_only(tmp_path: Path) -> None:
 
 
 def test_files_outside_the_workspace_and_the_servers_own_are_not_written(tmp_path: Path) -> None:
-    world = scripted({"lua:base": "x = 1"})
-    world.sim.files.workspace = tmp_path / "space"
+    space = tmp_path / "space"
+    space.mkdir()
+    (space / "scene.xml").write_text(
+        "<mujoco><worldbody><body name='base'/></worldbody><custom>"
+        "<text name='simx:lua:base' data='x = 1'/></custom></mujoco>",
+        encoding="utf-8",
+    )
+    world = World(file=space / "scene.xml", workspace=space)
     world.run(0)
     for path in ("../out.txt", "/etc/out.txt", "C:\\\\out.txt"):
         assert evaluate(world, f"return io.type(io.open('{path}', 'w'))") == [b"file"]
