@@ -30,6 +30,9 @@ HIDDEN = "\0"
 REFERENCES = HIDDEN + "references/"
 """Prefix of the names under which an object's references to others are stored, per tag: handles of 32 bits."""
 
+NUMBERED = HIDDEN + "numbered/"
+"""Prefix of the names under which data with a number in place of a name are stored."""
+
 NAMED = HIDDEN + "named/"
 """Prefix of the names under which named parameters of the server are stored."""
 

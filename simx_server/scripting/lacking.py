@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from . import api
 from .coverage import Support, script_functions
 from .interpreter import OLD_SPACES
-from .modules import own_modules
+from .modules import own_module, own_modules
 from .namespaces import constants
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.report import Report
+
+_ADDED = re.compile(rb"^function added\.(\w+)", re.MULTILINE)
+"""Functions of `sim` that are written in Lua."""
 
 
 def offered() -> Mapping[str, frozenset[str]]:
@@ -22,6 +26,7 @@ def offered() -> Mapping[str, frozenset[str]]:
         if function.support is not Support.NONE:
             space, _, name = function.name.partition(".")
             found[space].add(name)
+    found["sim"] |= set(map(bytes.decode, _ADDED.findall(own_module("sim_functions", "lua") or b"")))
     for prefix, space in OLD_SPACES.items():
         found["sim"] |= {f"{prefix[0].lower()}{prefix[1:]}{name}" for name in found.get(space, ())}
     return {space: frozenset(names) for space, names in found.items()}

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
     from simx_server.world.simulation import Simulation
 
 _MOST = 1000
@@ -49,6 +50,11 @@ class ScriptParameters(Part):
         note = self._sim.scene.get(owner).annotations.get("parameters", {})
         text = self._set.get((owner, name), note.get(name))
         return None if text is None else str(text)
+
+    def holder(self, script: Script, name: str) -> int:
+        """Return the object that has a parameter of a script: where it lies, or the one that it serves."""
+        served = script.owner if script.owner in self._sim.scene.objects else script.home
+        return served if self.get(script.home, name) is None else script.home
 
     def set(self, owner: int, name: str, text: str) -> bool:
         """Set a parameter; return False when there are too many.

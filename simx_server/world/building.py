@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from simx_server.files.scene_files import SceneFiles
+from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.motion_plannings import MotionPlannings
 from simx_server.kinematics.path_plannings import PathPlannings
@@ -29,6 +30,7 @@ from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
 from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
+from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
@@ -102,6 +104,9 @@ def build_world(
     def open_spaces(script: Script) -> Namespaces:
         return Namespaces(world, script)
 
+    def store(name: str, data: bytes) -> None:
+        store_file(world, name, data)
+
     world = World(
         simulation=sim,
         velocities=Velocities(sim),
@@ -125,6 +130,7 @@ def build_world(
         wireless=Wireless(sim),
         script_parameters=ScriptParameters(sim),
         script_ports=script_ports,
+        written_files=WrittenFiles(sim, store, status_bar),
         ros2_topics=Ros2Topics(sim),
         scripts=Scripts(
             sim,
@@ -180,6 +186,7 @@ def build_world(
         world.user_interface,
         world.graphs,
         world.scripts,
+        world.written_files,  # after the scripts, which write at their end
         world.ros2_topics,  # closes those of scripts that have ended
         world.ik_groups,
         world.path_plannings,

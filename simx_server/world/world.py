@@ -30,6 +30,7 @@ from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
 from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import UserInterface
+from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.trial.trials import Trials
 from simx_server.scripting import Scripts
@@ -77,6 +78,7 @@ class World:
     wireless: Wireless
     script_parameters: ScriptParameters
     script_ports: ScriptPorts
+    written_files: WrittenFiles
     ros2_topics: Ros2Topics
     scripts: Scripts
     ik_groups: IkGroups

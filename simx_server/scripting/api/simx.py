@@ -19,6 +19,25 @@ class SimxFunctions(ApiPart):
         """Return whether the server was started with --allow-code, so that it runs code sent by clients."""
         return self._world.scripts.allows_code
 
+    def openFile(self, path: str, append: bool = False) -> int:
+        """Open a file of the workspace for writing and return its number; Lua's io.open does so.
+
+        Of a path that leads out of the workspace only the last part counts. The end of a run closes all files.
+        """
+        return self._world.written_files.open(path, append=append)
+
+    def writeFile(self, file: int, data: bytes) -> None:
+        """Write at the end of an open file."""
+        self._world.written_files.write(file, data)
+
+    def flushFile(self, file: int) -> None:
+        """Store what was written so far."""
+        self._world.written_files.flush(file)
+
+    def closeFile(self, file: int) -> None:
+        """Store what was written, and close the file."""
+        self._world.written_files.close(file)
+
     def getArm(self, robot: int) -> tuple[int, list[int]]:
         """Return the tip of a robot and the joints between the robot and its tip, those nearest to the robot first.
 

@@ -1,16 +1,17 @@
--- Lua's standard library for scripts: without files, and without a single call that takes long.
+-- Lua's standard library for scripts: without a single call that takes long; `files.lua` has the files.
 --
 -- No hook runs within a C function. So functions that take more than linear time, or linear time on huge
 -- values, are written in Lua here: the hook checks the clock in them, and the server answers other clients.
 -- The limits keep a C function below about 0.05 s.
 -- Arguments: the script's world, a function that returns the script's position, the hook's check of the clock,
--- the compiler of chunks.
+-- the compiler of chunks, what old Lua accepted.
 
-local world, where, look, compile = ...
+local world, where, look, compile, old = ...
 local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs, pcall, select, tostring, tonumber
 local sort, concat, rep, unpack, move, insert, remove, match, metatable =
     table.sort, table.concat, string.rep, table.unpack, table.move, table.insert, table.remove, string.match,
     debug.getmetatable
+local whole, whole_values = old.whole, old.whole_values
 local format, find, sub, byte, gmatch, collect, getinfo, mathtype = string.format, string.find, string.sub,
     string.byte, string.gmatch, collectgarbage, debug.getinfo, math.type
 
@@ -41,7 +42,30 @@ world.math.pow = function(x, y) return x ^ y end
 world.math.ldexp = function(x, e) return x * 2.0 ^ e end
 world.math.log10 = function(x) return math.log(x, 10) end
 world.math.atan2 = math.atan
+world.math.cosh = function(x) return (math.exp(x) + math.exp(-x)) / 2 end
+world.math.sinh = function(x) return (math.exp(x) - math.exp(-x)) / 2 end
+world.math.tanh = function(x) return 1 - 2 / (math.exp(2 * x) + 1) end
+world.math.frexp = function(x)
+    if x == 0 or x - x ~= 0 then return x, 0 end
+    local exponent = math.floor(math.log(math.abs(x), 2)) + 1
+    local fraction = x / 2.0 ^ exponent
+    if math.abs(fraction) >= 1 then return fraction / 2, exponent + 1 end
+    if math.abs(fraction) < 0.5 then return fraction * 2, exponent - 1 end
+    return fraction, exponent
+end
 world.table.getn = function(t) return #t end
+world.table.foreach = function(t, action)
+    for key, value in pairs(t) do
+        local found = action(key, value)
+        if found ~= nil then return found end
+    end
+end
+world.table.foreachi = function(t, action)
+    for i = 1, #t do
+        local found = action(i, t[i])
+        if found ~= nil then return found end
+    end
+end
 world.table.maxn = function(t)
     local greatest = 0
     for key in pairs(t) do
@@ -57,7 +81,35 @@ function world.math.randomseed(number, ...)
     return finish(pcall(seed, number, ...))
 end
 
-world.os = { clock = os.clock, difftime = os.difftime, time = os.time }
+local random = world.math.random
+function world.math.random(low, high)
+    if low == nil then return random() end
+    if high == nil then return finish(pcall(random, whole(low))) end
+    return finish(pcall(random, whole(low), whole(high)))
+end
+
+function world.string.sub(text, first, last)
+    if mathtype(first) == "float" then first = whole(first) end
+    if mathtype(last) == "float" then last = whole(last) end
+    return finish(pcall(sub, text, first, last))
+end
+
+-- Programs and the environment do not exist for a script.
+world.os = {
+    clock = os.clock, difftime = os.difftime, time = os.time,
+    getenv = function() return nil end,
+    setlocale = function() return "C" end,
+    execute = function(command)
+        if command == nil then return false end
+        return nil, "exit", 1
+    end,
+}
+for _, name in pairs { "remove", "rename" } do
+    world.os[name] = function(file) return nil, tostring(file) .. ": scripts change no files of the system", 1 end
+end
+function world.gcinfo() return collect("count") // 1 end
+function world.getfenv() return world end
+
 local date = os.date
 function world.os.date(...)
     local pattern = ...
@@ -79,9 +131,6 @@ function world.collectgarbage(option, ...)
     if option == "step" then return finish(pcall(collect, "step")) end
     return finish(pcall(collect, option, ...))
 end
-
-local function no_files(_, name) error(where() .. "io." .. tostring(name) .. ": scripts have no files", 0) end
-world.io = setmetatable({}, { __index = no_files, __metatable = false })
 
 -- The text that a function returns in pieces, until it returns none.
 local function gather(reader)
@@ -201,6 +250,7 @@ function world.string.rep(text, count, separator)
     if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
     if size > LONG_CHUNK then look(size) end
     -- Repetitions of an empty text are empty; C would count to the end.
+    count = whole(count)
     return finish(pcall(rep, text, each == 0 and times > 1 and 1 or count, separator))
 end
 
@@ -237,7 +287,11 @@ function world.string.format(...)
             end
         end
     end
-    return (finish(pcall(format, ...)))
+    local ok, text = pcall(format, ...)
+    if not ok and find(text, "has no integer representation", 1, true) then
+        ok, text = pcall(format, whole_values(...))
+    end
+    return (finish(ok, text))
 end
 
 -- A short format may request a text as long as memory is.

@@ -338,3 +338,5 @@ function world.string.gsub(subject, pattern, replacement, most)
     parts[#parts + 1] = sub(subject, at)
     return world.table.concat(parts), count
 end
+
+world.string.gfind = world.string.gmatch               -- the name of Lua 5.0, which 5.1 kept

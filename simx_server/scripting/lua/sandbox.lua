@@ -31,8 +31,8 @@ local coresume, yield, isyieldable, costatus =
     coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
 local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
-local pack, unpack, gmatch, gsub, match, lower, mathtype, rawequal =
-    table.pack, table.unpack, string.gmatch, string.gsub, string.match, string.lower, math.type, rawequal
+local pack, unpack, find, gmatch, gsub, match, lower, mathtype, rawequal = table.pack, table.unpack, string.find,
+    string.gmatch, string.gsub, string.match, string.lower, math.type, rawequal
 local getinfo, upvaluename, join = debug.getinfo, debug.getupvalue, debug.upvaluejoin
 
 local depth, level, report, enter = 0, 0, nil, nil
@@ -191,17 +191,26 @@ function world.coroutine.wrap(body)
     return function(...) return wrapped(resume(thread, true, ...)) end
 end
 
-part("library")(world, where, look, compile)
+part("library")(world, where, look, compile, part("old")())
 part("patterns")(world, look)
 
+-- V-REP's scripts add folders to package.path; modules come from beside the scene whatever it is.
+local of_simulator = function() end                             -- see simulator.lua
 local loaded = {}
+world.package = { path = "./?.lua", cpath = "", config = "/\n;\n?\n!\n-\n", loaded = loaded, preload = {} }
 for space, members in next, namespaces(bind) do
     world[space] = setmetatable(members, {
-        __index = function(_, name) return finish(invoke(0, space .. "." .. tostring(name))) end,
+        __index = function(_, name)
+            local found = space == "sim" and of_simulator(name, "sim")
+            if found then return found end
+            return finish(invoke(0, space .. "." .. tostring(name)))
+        end,
         __metatable = false,
     })
     loaded[space] = members
 end
+
+part("files")(world, where, output)
 
 -- V-REP's only function that overwrites its table argument: values pass the interface as copies, so it is done
 -- here.
@@ -218,6 +227,8 @@ end
 setmetatable(world, {
     __index = function(_, name)
         if type(name) ~= "string" then return nil end
+        local found = of_simulator(name)
+        if found ~= nil then return found end
         local constant = match(name, "^sim_(.+)$") or match(name, "^sim(rml_.+)$")
         if constant then return rawget(world.sim, constant) end
         local motion = match(name, "^simRML(.+)$")
@@ -246,6 +257,16 @@ function world.require(name)
     return loaded[name]
 end
 
+local main_text = ""
+
+-- Whether the script assigns a variable of this name, a global one or a local one.
+local function assigns(name)
+    look(#main_text)
+    return find(main_text, "%f[%w_]" .. name .. "%s*=[^=]") or find(main_text, "function%s+" .. name .. "%s*%(")
+end
+
+of_simulator = part("simulator")(world, assigns)
+
 -- A chunk from a file, as a module is found: only beside the scene, whatever folder the path names.
 function world.loadfile(path)
     local name = gsub(match(tostring(path), "([^/\\]*)$"), "%.lua$", "")
@@ -260,9 +281,12 @@ function world.dofile(path)
     return chunk()
 end
 
--- V-REP 3.6's form of require, with the file's path in the simulator's folder.
+-- V-REP 3.6's form of require, with the file's path in the simulator's folder, and a text that runs before.
 if world.sim and rawget(world.sim, "include") then
-    function world.sim.include(file)
+    function world.sim.include(file, command)
+        local before, problem = compile(tostring(command or ""), "=(include)", world)
+        if not before then error(problem, 2) end
+        before()
         local name = gsub(gsub(tostring(file), "^[/\\\\]?lua[/\\\\]", ""), "%.lua$", "")
         return world.require((gsub(name, "[/\\\\]", ".")))
     end
@@ -312,7 +336,7 @@ end
 
 watching.spare(enter, guarded, told, report, watching.arm, watching.disarm)
 
-local function find(name)
+local function find_action(name)
     local value = world
     for part in gmatch(name, "[^.]+") do
         if type(value) ~= "table" then return nil end
@@ -329,15 +353,16 @@ local thread = nil
 local face = {}
 
 function face.run(source, name)
+    main_text = source
     local chunk, problem = compile(source, name, world)
     if not chunk then return false, problem end
     return enter(nil, chunk)
 end
 
-function face.has(name) return find(name) ~= nil end
+function face.has(name) return find_action(name) ~= nil end
 
 function face.call(name, ...)
-    local action = find(name)
+    local action = find_action(name)
     if not action then return false, "has no function '" .. name .. "'" end
     return apply(action, ...)
 end
@@ -345,7 +370,7 @@ end
 face.apply = apply
 
 function face.start_thread(name)
-    local action = find(name)
+    local action = find_action(name)
     if not action then return false, "has no function '" .. name .. "'" end
     thread = watching.create(action)
     return true

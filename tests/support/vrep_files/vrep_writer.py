@@ -9,8 +9,9 @@
     data = writer.bytes()
 
 Each method that makes an object returns its handle, and takes what all objects have: parent, position, quaternion
-(w, x, y, z), alias, layers, properties, model_base, model_properties, order, acknowledgement, custom_data, `extra`
-(records that are written as they are, after NXT). `ser` 16 to 25 chooses tags and number formats of that version.
+(w, x, y, z), alias, layers, properties, model_base, model_properties, order, acknowledgement, custom_data,
+parameters, `extra` (records that are written as they are, after NXT). `ser` 16 to 25 chooses tags and number formats
+of that version.
 """
 
 from __future__ import annotations
@@ -366,11 +367,7 @@ class VrepWriter(RestOfFile):
         records += b"" if order is None else chunk("Seo", struct.pack("<i", order))
         records += b"" if traversal is None else chunk("Ttd", struct.pack("<i", traversal))
         records += chunk("Lne", text(language)) if language else b""
-        if parameters:
-            listing = struct.pack("<i", len(parameters))
-            for parameter in parameters:
-                listing += b"".join(map(text, parameter)) + struct.pack("<i", 0)
-            records += listed("Prm", chunk("Par", listing))
+        records += _parameters("Prm", parameters)
         if as_object:
             return self._object("SCT", f"script{self._scripts}", listed("Soo", records), {"parent": owner})
         self.records.append(listed("LST", records))
@@ -392,6 +389,7 @@ class VrepWriter(RestOfFile):
         quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0), alias: str | None = None, layers: int = 1,
         properties: int = 0x3F3, model_base: bool = False, model_properties: int | None = None, flags: int = 0,
         order: int = -1, acknowledgement: str = "", custom_data: Mapping[str, bytes] | None = None,
+        parameters: Sequence[tuple[str, str, str]] = (),
     ) -> bytes:  # fmt: skip
         records = self._numbers("Ids", "2i", handle, parent) + chunk("Nme", text(name))
         records += self._numbers("Cfq", "7r", *quaternion, *position) + self._numbers("Lar", "H", layers)
@@ -405,7 +403,7 @@ class VrepWriter(RestOfFile):
         if custom_data:
             tag, data = self._custom_data(custom_data)
             records += listed(tag, data)
-        return records
+        return records + _parameters("Lsp", parameters)
 
     def _surface(
         self, friction: float | None, material: Mapping[str, tuple[Sequence[float], Sequence[int]]] | None
@@ -498,3 +496,9 @@ def _color(
         values = numbers("Cl3", "15f", (*rgb, *light, *rest, 0.5, 0.0, 0.0), ser)
     records = values + numbers("Var", "B", (4 if opacity >= 1 else 0,), ser) + chunk("Cnm", text(name))
     return listed(tag, records, numbers("Trf", "f", (opacity,), ser))
+
+
+def _parameters(tag: str, parameters: Sequence[tuple[str, str, str]]) -> bytes:
+    """Return a list of user parameters, each of name, unit and value; nothing without any."""
+    listing = b"".join(b"".join(map(text, each)) + struct.pack("<i", 0) for each in parameters)
+    return listed(tag, chunk("Par", struct.pack("<i", len(parameters)) + listing)) if parameters else b""

@@ -18,6 +18,7 @@ from simx_server.scene.formats.vrep.conversion.facts.path_plannings import add_p
 from simx_server.scene.formats.vrep.conversion.facts.registered import add_registered
 from simx_server.scene.formats.vrep.conversion.facts.scripts import add_scripts
 from simx_server.scene.formats.vrep.conversion.facts.settings import add_settings
+from simx_server.scene.formats.vrep.conversion.facts.user_parameters import add_user_parameters
 from simx_server.scene.formats.vrep.conversion.geometry.masks import add_exclusions
 from simx_server.scene.formats.vrep.conversion.geometry.points import add_points
 from simx_server.scene.formats.vrep.conversion.inertia import set_inertia
@@ -87,6 +88,7 @@ def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     add_uis(conversion)
     add_exclusions(conversion)
     add_scripts(conversion)
+    add_user_parameters(conversion)
     add_custom_data(conversion)
     add_registered(conversion)
     add_ik_groups(conversion)

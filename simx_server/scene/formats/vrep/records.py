@@ -43,6 +43,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Sfb": "3r",  # size factors along x, y, z
         "Rst": "s",  # extension string
         "Ack": "s",
+        "Lsp": "list parameters",  # user parameters; up to V-REP 3.6.1 those of the script, `Prm`
         "Cda": "list custom data",
         "Cod": "list custom data",
     },

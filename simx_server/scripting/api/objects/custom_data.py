@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from simx_server.parts.custom_data import APPLICATION, HIDDEN, REFERENCES
+from simx_server.parts.custom_data import APPLICATION, HIDDEN, NUMBERED, REFERENCES, SCENE
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.packing import pack, unpack
 from simx_server.scripting.api.values.tables import pack_table, unpack_table
@@ -36,6 +36,26 @@ class CustomDataFunctions(ApiPart):
     readCustomStringData = readCustomDataBlock
     writeCustomBufferData = writeCustomDataBlock
     readCustomBufferData = readCustomDataBlock
+
+    def addObjectCustomData(self, handle: int, header: int, data: bytes, _length: int = 0) -> int:
+        """Write the data of a number, V-REP 3's form of blocks; '' removes them. Return 1.
+
+        Partly: numbered data of files are not read.
+        """
+        self._world.custom_data.write(self._self(handle), f"{NUMBERED}{header}", data)
+        return 1
+
+    def getObjectCustomData(self, handle: int, header: int) -> bytes:
+        """Return the data of a number, '' when there are none."""
+        return self._world.custom_data.read(self._self(handle), f"{NUMBERED}{header}") or b""
+
+    def addSceneCustomData(self, header: int, data: bytes, _length: int = 0) -> int:
+        """Write the scene's data of a number as sim.addObjectCustomData does."""
+        return self.addObjectCustomData(SCENE, header, data)
+
+    def getSceneCustomData(self, header: int) -> bytes:
+        """Return the scene's data of a number, '' when there are none."""
+        return self.getObjectCustomData(SCENE, header)
 
     def writeCustomTableData(
         self, handle: int, name: str, table: list[Any] | dict[Any, Any] | None = None

@@ -143,11 +143,10 @@ class ScriptFunctions(ApiPart):
         `nil`. With sim.handle_all, sim.handle_tree (below the caller) or sim.handle_chain (above it): the values of
         all scripts that have the parameter, and their handles.
         """
-        parameters = self._world.script_parameters
         group = self._with_parameter(script, name)
         if group is None:
-            return _value(parameters.get(self._script_at(script).home, name), as_text)
-        values = [_value(parameters.get(one.home, name), as_text) for one in group]
+            return _value(self._parameter(self._script_at(script), name), as_text)
+        values = [_value(self._parameter(one, name), as_text) for one in group]
         return (values, [one.handle for one in group]) if group else None
 
     def setScriptSimulationParameter(self, script: int, name: str, value: Any) -> int:
@@ -158,7 +157,20 @@ class ScriptFunctions(ApiPart):
         """
         group = self._with_parameter(script, name)
         scripts = [self._script_at(script)] if group is None else group
-        return sum(self._world.script_parameters.set(one.home, name, _text(value)) for one in scripts)
+        parameters = self._world.script_parameters
+        return sum(parameters.set(parameters.holder(one, name), name, _text(value)) for one in scripts)
+
+    def getUserParameter(self, target: int, name: str, as_text: bool = False) -> bool | float | str | None:
+        """Return a parameter of an object as sim.getScriptSimulationParameter does; nil for a missing one."""
+        return _value(self._world.script_parameters.get(self._served(target), name), as_text)
+
+    def setUserParameter(self, target: int, name: str, value: Any) -> int:
+        """Set a parameter that an object has, and return 0; a missing one stays missing, as in V-REP."""
+        parameters = self._world.script_parameters
+        owner = self._served(target)
+        if parameters.get(owner, name) is not None:
+            parameters.set(owner, name, _text(value))
+        return 0
 
     def include(self, _file: str, _command: str | None = None) -> NoReturn:
         """Run a Lua file of the simulator's folder, as ``require`` does: ``/lua/graph_customization.lua`` is the
@@ -182,6 +194,10 @@ class ScriptFunctions(ApiPart):
         """Return 1 in a script with a thread."""
         return int(self._script.has_thread)
 
+    def _parameter(self, script: Script, name: str) -> str | None:
+        parameters = self._world.script_parameters
+        return parameters.get(parameters.holder(script, name), name)
+
     def _with_parameter(self, target: int, name: str) -> list[Script] | None:
         """Return the child scripts of a group that have a parameter; None for a single script.
 
@@ -192,7 +208,10 @@ class ScriptFunctions(ApiPart):
             return None
         left_out = None if target == c.sim_handle_all else self._script
         children = [one for one in group if one.kind == ScriptKind.CHILD and one is not left_out]
-        return [one for one in children if self._world.script_parameters.get(one.home, name) is not None]
+        return [one for one in children if self._parameter(one, name) is not None]
+
+    def _served(self, target: int) -> int:
+        return self._script.owner if target == HANDLE_SELF else target
 
     def _of(self, owner: int, kind: ScriptKind) -> int:
         found = self._world.scripts.of(owner, kind)

@@ -1,8 +1,18 @@
--- Functions that take functions, as globals and as members of the module.
+-- Functions that take functions. The sandbox makes them globals where a script has no such variable.
 
 local functional = {}
 
-function functional.apply(action, values) return action(table.unpack(values)) end
+-- Call a function with values, of which the last one may be a list of further ones.
+function functional.apply(action, ...)
+    local values = table.pack(...)
+    local last = values[values.n]
+    if type(last) == "table" then
+        values.n = values.n - 1 + #last
+        table.move(last, 1, #last, values.n - #last + 1, values)
+        if #last == 0 then values[values.n + 1] = nil end
+    end
+    return action(table.unpack(values, 1, values.n))
+end
 
 function functional.partial(action, ...)
     local first = table.pack(...)
@@ -24,9 +34,7 @@ function functional.map(action, ...)
     return found
 end
 
-function functional.foreach(action, list)
-    for i = 1, #list do action(list[i]) end
-end
+function functional.foreach(action, ...) functional.map(action, ...) end
 
 function functional.filter(wanted, list)
     local found = {}
@@ -61,10 +69,32 @@ function functional.range(first, last, step)
     return found
 end
 
-function functional.zip(...) return functional.map(function(...) return { ... } end, ...) end
+function functional.prod(list) return functional.reduce(function(a, b) return a * b end, list, 1) end
+function functional.identity(...) return ... end
+function functional.negate(action) return function(...) return not action(...) end end
 
-for name, action in pairs(functional) do
-    if _G[name] == nil then _G[name] = action end
+-- Iterate over a list of lists, with the elements of each.
+function functional.iter(list)
+    local i = 0
+    return function()
+        i = i + 1
+        if i <= #list then return table.unpack(list[i]) end
+    end
 end
+
+functional.operator = {
+    add = function(a, b) return a + b end, sub = function(a, b) return a - b end,
+    mul = function(a, b) return a * b end, div = function(a, b) return a / b end,
+    mod = function(a, b) return a % b end, idiv = function(a, b) return a // b end,
+    pow = function(a, b) return a ^ b end,
+    land = function(a, b) return a & b end, lor = function(a, b) return a | b end,
+    lxor = function(a, b) return a ~ b end, lshl = function(a, b) return a << b end,
+    lshr = function(a, b) return a >> b end,
+    eq = function(a, b) return a == b end, neq = function(a, b) return a ~= b end,
+    lt = function(a, b) return a < b end, le = function(a, b) return a <= b end,
+    gt = function(a, b) return a > b end, ge = function(a, b) return a >= b end,
+}
+
+function functional.zip(...) return functional.map(function(...) return { ... } end, ...) end
 
 return functional

@@ -123,26 +123,4 @@ for name, action in pairs(utils) do
     if _G[name] == nil then _G[name] = action end
 end
 
-function string.split(text, separator)
-    local found, start = {}, 1
-    while true do
-        local first, last = string.find(text, separator, start)
-        if not first or last < first then break end
-        found[#found + 1] = string.sub(text, start, first - 1)
-        start = last + 1
-    end
-    found[#found + 1] = string.sub(text, start)
-    return found
-end
-
-function string.splitlines(text) return string.split(text, "\r?\n") end
-
-function math.hypotn(a, b)
-    local sum = 0
-    for i = 1, #a do sum = sum + (a[i] - b[i]) ^ 2 end
-    return math.sqrt(sum)
-end
-
-table.tostring = table.tostring or getAsString
-
 return utils

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 from simx_server.scene.formats.vrep.chunks import Chunks, Place
 from simx_server.scene.formats.vrep.decoding.numbers import quaternion_first
-from simx_server.scene.formats.vrep.objects import VrepObject
+from simx_server.scene.formats.vrep.objects import UserParameter, VrepObject
 
 CUSTOM_DATA_BLOCKS = 356248756
 """Header of older custom data that scripts wrote; other headers belong to plug-ins."""
 MOST_BLOCKS = 10_000
+MOST_PARAMETERS = 10_000
 
 
 def fill_common(item: VrepObject, chunks: Chunks) -> None:
@@ -31,6 +32,9 @@ def fill_common(item: VrepObject, chunks: Chunks) -> None:
     item.size_values = along_x, along_y, along_z
     item.extension = chunks.text("Rst")
     item.acknowledgement = chunks.text("Ack")
+    parameters = chunks.child("Lsp")
+    if parameters is not None:
+        item.parameters = user_parameters(parameters)
     for tag in ("Cod", "Cda"):  # the newer one last: it wins
         for data in chunks.each(tag):
             item.custom_data.update(custom_data(data))
@@ -46,6 +50,24 @@ def custom_data(chunks: Chunks) -> dict[str, bytes]:
         found[tag] = _sized(chunks, "Cdt", place, end)
         if len(found) > MOST_BLOCKS:
             raise chunks.error("Cdt", f"is one block too many: there may be {MOST_BLOCKS}")
+    return found
+
+
+def user_parameters(chunks: Chunks) -> list[UserParameter]:
+    """Return name, unit and value of each user parameter, of an object or a script."""
+    found: list[UserParameter] = []
+    for place, end in chunks.all_places("Par"):
+        (count,) = chunks.whole("Par", place, end, "i")
+        if count > MOST_PARAMETERS:
+            raise chunks.error("Par", f"has {count} parameters; there may be {MOST_PARAMETERS}")
+        place += 4
+        for _ in range(count):
+            name, place = chunks.text_at("Par", place, end)
+            unit, place = chunks.text_at("Par", place, end)
+            value, place = chunks.text_at("Par", place, end)
+            chunks.whole("Par", place, end, "i")
+            place += 4
+            found.append((name, unit, value))
     return found
 
 

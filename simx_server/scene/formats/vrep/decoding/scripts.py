@@ -7,13 +7,13 @@ import re
 import numpy as np
 
 from simx_server.scene.formats.vrep.chunks import Chunks, decoded
+from simx_server.scene.formats.vrep.decoding.common import user_parameters
 from simx_server.scene.formats.vrep.objects import Script
 
 MAIN, CHILD, JOINT_CALL_BACK = 0, 1, 4
 THREADED, DISABLED, DEFAULT = 1, 2, 8
 """Bits of Va2. The last one is set in an unchanged main script, up to CoppeliaSim 4.1; clear, it tells nothing."""
 FIRST_WITHOUT_FLAG = (4, 2, 0)
-MOST_PARAMETERS = 10_000
 LONGEST_DEFAULT = 20_000
 """Characters of a main script beyond which it is the author's own; those of all versions have up to 5,000."""
 
@@ -59,7 +59,7 @@ def script_of(chunks: Chunks, program: tuple[int, int, int]) -> Script:
         script.is_default_main = marked or is_default(text)
     parameters = chunks.child("Prm")
     if parameters is not None:
-        script.parameters = _parameters(parameters)
+        script.parameters = user_parameters(parameters)
     return script
 
 
@@ -90,21 +90,3 @@ def unmasked(data: bytes) -> str:
         shift[[0, -1]] = 0
         data = (octets + shift & 255).astype(np.uint8).tobytes()
     return decoded(data.rstrip(b"\0"))
-
-
-def _parameters(chunks: Chunks) -> list[tuple[str, str, str]]:
-    """Return name, unit and value of each user parameter."""
-    found: list[tuple[str, str, str]] = []
-    for place, end in chunks.all_places("Par"):
-        (count,) = chunks.whole("Par", place, end, "i")
-        if count > MOST_PARAMETERS:
-            raise chunks.error("Par", f"has {count} parameters; there may be {MOST_PARAMETERS}")
-        place += 4
-        for _ in range(count):
-            name, place = chunks.text_at("Par", place, end)
-            unit, place = chunks.text_at("Par", place, end)
-            value, place = chunks.text_at("Par", place, end)
-            chunks.whole("Par", place, end, "i")
-            place += 4
-            found.append((name, unit, value))
-    return found

@@ -11,6 +11,7 @@ from simx_server.scene.formats.vrep.objects.common import (
     Engine,
     EngineValues,
     Material,
+    UserParameter,
     Volume,
     VrepObject,
 )
@@ -82,6 +83,7 @@ __all__ = [
     "Surface",
     "Texture",
     "TextureUse",
+    "UserParameter",
     "VisionSensor",
     "Volume",
     "VrepFile",

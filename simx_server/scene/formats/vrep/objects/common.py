@@ -24,6 +24,9 @@ class Engine(IntEnum):
 EngineValues = dict[Engine, tuple[list[float], list[int]]]
 """Parameters per engine: real numbers and whole numbers, in the file's order."""
 
+UserParameter = tuple[str, str, str]
+"""Name, unit and value of a parameter that a user sets and scripts read."""
+
 
 @dataclass(kw_only=True)
 class VrepObject:
@@ -58,6 +61,8 @@ class VrepObject:
     """Credits of the author."""
     custom_data: dict[str, bytes] = field(default_factory=dict[str, bytes])
     """Custom data blocks by tag."""
+    parameters: list[UserParameter] = field(default_factory=list[UserParameter])
+    """User parameters, since V-REP 3.6.1 revision 4; before, a child script has them."""
 
 
 @dataclass(kw_only=True)

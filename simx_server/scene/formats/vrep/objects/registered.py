@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from simx_server.scene.formats.vrep.objects.common import Color
+from simx_server.scene.formats.vrep.objects.common import Color, UserParameter
 
 
 @dataclass(kw_only=True)
@@ -28,8 +28,8 @@ class Script:
     """0 first among siblings, 1 normal, 2 last."""
     traversal: int = 0
     """0 after the scripts below its object, 1 before them, 2 as the next script above."""
-    parameters: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
-    """Name, unit, value of the user parameters."""
+    parameters: list[UserParameter] = field(default_factory=list[UserParameter])
+    """User parameters of its object, up to V-REP 3.6.1 revision 3."""
 
 
 @dataclass(kw_only=True)

@@ -13,7 +13,7 @@ from vrep_writer import VrepWriter
 
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.vrep import chunks, reading
-from simx_server.scene.formats.vrep.decoding import common, scripts, shapes
+from simx_server.scene.formats.vrep.decoding import common, shapes
 from simx_server.scene.formats.vrep.objects import Joint, Shape, VisionSensor
 from simx_server.scene.formats.vrep.reading import read_file
 
@@ -268,7 +268,7 @@ def test_notes_are_counted_beyond_a_hundred() -> None:
         (reading, "MOST_OBJECTS", lambda w: [w.dummy(f"d{n}") for n in range(50)]),
         (reading, "MOST_RECORDS", lambda w: w.records.extend([chunk("GHO")] * 50)),
         (common, "MOST_BLOCKS", lambda w: w.scene_data({str(n): b"" for n in range(50)})),
-        (scripts, "MOST_PARAMETERS", lambda w: w.script("", 0, parameters=[("a", "b", "c")] * 50)),
+        (common, "MOST_PARAMETERS", lambda w: w.dummy("d", parameters=[("a", "b", "c")] * 50)),
     ],
 )
 @pytest.mark.parametrize("ser", [21, 25])

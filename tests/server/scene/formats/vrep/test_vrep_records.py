@@ -9,7 +9,7 @@ import pytest
 from vrep_packing import chunk
 
 from simx_server.scene.formats.vrep.chunks import DEEPEST, MOST_LISTS, Body, Chunks, has_twin, sections, twin
-from simx_server.scene.formats.vrep.decoding import clouds, common, scripts, shapes
+from simx_server.scene.formats.vrep.decoding import clouds, common, shapes
 from simx_server.scene.formats.vrep.reading import FIRST, MOST_OBJECTS, OBJECTS, REST
 from simx_server.scene.formats.vrep.records import RECORDS
 
@@ -90,7 +90,7 @@ def test_the_page_tells_the_limits() -> None:
         "lists within each other": DEEPEST,
         "cells within each other": clouds.DEEPEST,
         "custom data blocks of an object": common.MOST_BLOCKS,
-        "parameters of a script": scripts.MOST_PARAMETERS,
+        "parameters of an object or a script": common.MOST_PARAMETERS,
     }
     for what, number in limits.items():
         assert f"| {what} | {number:,} |" in PAGE

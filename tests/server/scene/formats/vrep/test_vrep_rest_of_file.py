@@ -152,6 +152,14 @@ def test_custom_data_of_the_scene_is_read(ser: int) -> None:
     assert read(writer).custom_data == blocks
 
 
+@pytest.mark.parametrize("ser", [22, 25])
+def test_an_object_has_its_user_parameters(ser: int) -> None:
+    writer = VrepWriter(ser)
+    writer.dummy("base", parameters=[("speed", "m/s", "0.5"), ("side", "", "left")])
+    (base,) = read(writer).objects.values()
+    assert base.parameters == [("speed", "m/s", "0.5"), ("side", "", "left")]
+
+
 def test_custom_data_of_plugins_is_left_out() -> None:
     writer = VrepWriter(21)
     writer.records.append(listed("CDS", chunk("Dat", struct.pack("<2i", 1000, 2) + b"ab")))

@@ -40,6 +40,13 @@ def test_later_names_of_custom_data(world: ScriptWorld) -> None:
     assert world.value("sim.readCustomTableData(cube, 'none')") == []
 
 
+def test_data_with_a_number_in_place_of_a_name(world: ScriptWorld) -> None:
+    world.lua("simAddObjectCustomData(cube, 77, 'ab', 2) simAddSceneCustomData(77, 'c', 1)")
+    assert world.lua("return simGetObjectCustomData(cube, 77), simGetSceneCustomData(77)") == ["ab", "c"]
+    assert world.value("simGetObjectCustomData(cube, 78)") == ""
+    assert world.value("sim.readCustomDataBlockTags(cube)") is None
+
+
 def test_custom_data_outlives_the_run_except_temporary_data(world: ScriptWorld) -> None:
     world.lua("sim.writeCustomDataBlock(cube, 'kept', '1'); sim.writeCustomDataBlock(cube, '@tmpGone', '2')")
     world.call("simxStopSimulation")

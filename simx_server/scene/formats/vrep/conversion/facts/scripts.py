@@ -34,7 +34,7 @@ _CONTACT_OBJECT = "contactCallbackScript"
 
 
 def add_scripts(conversion: Conversion) -> None:
-    """Add the texts, with their user parameters, and note what they need."""
+    """Add the texts, and note what they need."""
     taken: set[tuple[str, int]] = set()
     for script in conversion.file.scripts:
         if not script.text.strip() or (script.type == MAIN and script.is_default_main):
@@ -102,9 +102,6 @@ def _add(conversion: Conversion, script: Script, name: str) -> None:
         options |= {"full_results": True} if conversion.file.program >= _FULL_RESULTS else {}
         if options:
             conversion.annotate("script", f"{kind}{name}", **options)
-        values = {parameter: value for parameter, _, value in script.parameters if parameter}
-        if values:
-            conversion.annotate("parameters", name, **values)
     shown = "main script" if script.type == MAIN else f"{_words(script)} of '{name}'"
     if not script.is_disabled:
         conversion.report.needs[shown] = needs_of(text, script.language)

@@ -129,6 +129,24 @@ def test_a_script_reads_its_parameters() -> None:
     assert world.parts.status_bar.messages[-1:] == ["two words"]
 
 
+def test_scripts_read_and_write_the_parameters_of_objects() -> None:
+    pytest.importorskip("lupa")
+    texts = {
+        1: """function sysCall_init()
+                print(sim.getUserParameter(sim.handle_self, 'speed'), sim.getUserParameter(0, 'speed', true))
+                print(sim.setUserParameter(sim.getObject('/base'), 'speed', 2), sim.setUserParameter(0, 'new', 1))
+                print(simGetScriptSimulationParameter(sim_handle_self, 'speed'), sim.getUserParameter(0, 'new'))
+              end""".replace("(0", "(sim.getObject('/base')"),
+        2: "function sysCall_init() print(sim.getScriptSimulationParameter(sim.handle_self, 'speed')) end",
+    }
+    file = file_with(script(text=texts[1]), script(text=texts[2], owner=1, object=2))
+    file.objects[1].parameters = [("speed", "m/s", "0.5")]
+    spec, _ = convert(file)
+    world = World(spec.to_xml())
+    world.call("simxStartSimulation")
+    assert world.parts.status_bar.messages[-4:] == ["0.5", "0.5, 0.5", "0, 0", "2"]
+
+
 def test_a_contact_script_decides_beside_the_others() -> None:
     text = (
         "function sysCall_contactCallback(data) return {ignoreContact = false, collisionResponse = false} end"

@@ -1,0 +1,3 @@
+-- Copies of tables, with the tables within them or without.
+
+return { copy = table.clone, deepcopy = table.deepcopy }
