@@ -44,9 +44,11 @@ def lit(copy: Copy) -> Lit:
     model, data = copy.model, copy.data
     head = model.vis.headlight
     is_on = bool(head.active)
-    ambient = float(np.mean(head.ambient) + _OF_HEADLIGHT * np.mean(head.diffuse)) if is_on else 0.0
+    ambient = float(head.ambient.mean() + _OF_HEADLIGHT * head.diffuse.mean()) if is_on else 0.0
     found: list[tuple[tuple[float, float, float], float]] = []
-    for light in np.flatnonzero(model.light_active).tolist():
+    for light in range(model.nlight):
+        if not model.light_active[light]:
+            continue
         ambient += float(model.light_ambient[light].mean())
         strength = float(model.light_diffuse[light].mean())
         if strength > 0 and len(found) < _MOST:
@@ -85,15 +87,13 @@ class Lights:
 
 
 def _physical(light: Lit) -> list[float]:
-    """Return strengths in three.js: ambient first, shared among the lights as in the scene."""
+    """Return strengths in three.js, of the ambient light and then of the others.
+
+    What the ambient light and the strongest other one show together is as bright as in the cameras.
+    """
     parts = [light.ambient, *(strength for _, strength in light.directions)]
-    total = sum(parts)
-    bright = min(1.0, light.ambient + max((strength for _, strength in light.directions), default=0.0))
-    return (
-        [_FULL * bright**_GAMMA * part / (light.ambient + max(parts[1:], default=0.0)) for part in parts]
-        if total
-        else parts
-    )
+    together = light.ambient + max(parts[1:], default=0.0)
+    return [_FULL * min(1.0, together) ** _GAMMA * part / together for part in parts]
 
 
 def _background() -> np.ndarray:

@@ -52,8 +52,10 @@ class Away(Exception):
 class Link:
     """One client of the server at an address, opened when it is needed and again after a loss. One thread."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, *, timeout: float = TIMEOUT) -> None:
+        """Make a link that is not open; `timeout` in seconds for an answer."""
         self.address = address
+        self._timeout = timeout
         self._client: Client | None = None
         self._next_try = 0.0
         self._problem = Away("not tried yet")
@@ -64,7 +66,7 @@ class Link:
             if time.monotonic() < self._next_try:
                 raise self._problem
             try:
-                self._client = Client(self.address, timeout=TIMEOUT)
+                self._client = Client(self.address, timeout=self._timeout)
             except ConnectionFailed as error:
                 self._next_try = time.monotonic() + AGAIN
                 self._problem = Away(str(error), is_busy=_listens(self.address))

@@ -22,7 +22,7 @@ PANEL_WIDTH = 464
 _DOCKED = f"width: {PANEL_WIDTH + 4}px"
 """The style of a docked panel with its borders, until a user drags its edge: then it has another width."""
 
-_SHARE = "clamp(352px, 36.25%, 576px)"
+_SHARE = "clamp(400px, 36.25%, 576px)"
 
 _SHEET = '.mantine-Paper-root[style*="position: fixed"][style*="bottom: 0"]'
 """viser's panel in narrow windows."""
