@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 import viser
 
-from simx_server.sensors.vision.content import content_of
 from simx_server.viewer.messages import Look, SceneItem, Sensing, Survey
 
 from .bodies import Body, appearance, meshes_of
@@ -81,9 +80,8 @@ class World:
             self._show_contacts(copy)
         if is_new:
             self._lights.update(copy)
-            content = content_of(copy.model, copy.data)
-            self._extent = copy.model.stat.extent if content is None else 2 * content.radius
-            self._viewpoints.show(content)
+            self._extent = copy.extent
+            self._viewpoints.show(copy.content)
         self._viewpoints.update(copy, self._places_of, look["selection"])
         self._gizmo.update(copy, self._places_of, look["selection"], is_past=self._mirror.is_past)
 
