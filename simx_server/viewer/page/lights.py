@@ -89,7 +89,7 @@ class Lights:
 def _physical(light: Lit) -> list[float]:
     """Return strengths in three.js, of the ambient light and then of the others.
 
-    What the ambient light and the strongest other one show together is as bright as in the cameras.
+    A surface that meets the ambient light and the strongest other one is as bright as in the cameras.
     """
     parts = [light.ambient, *(strength for _, strength in light.directions)]
     together = light.ambient + max(parts[1:], default=0.0)
