@@ -15,6 +15,7 @@ from simx_server.scene.geometry.placing import body_pose, free_joint
 from simx_server.scene.geometry.poses import conjugate, rotate
 from simx_server.scene.mask_bits import ALL_MASKS
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.properties import FIRST_LAYER, SHOWN_LAYERS
 from simx_server.scene.respondable import governed_shapes, set_masks
 from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
 from simx_server.world.part import Part
@@ -23,11 +24,8 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 _LAYERS = 0xFFFF
-_SHOWN, _HIDDEN = 0x0001, 0x0100
-"""V-REP's first layer, which cameras show, and the ninth, where its models keep hidden parts."""
-
-_VISIBLE = 0x00FF
-"""The layers that the cameras of a new scene show."""
+_HIDDEN = 0x0100
+"""V-REP's ninth layer, where its models keep hidden parts."""
 
 _STILL = (0.0,) * 6
 
@@ -51,11 +49,9 @@ class ObjectSettings(Part):
         self._before_the_run: dict[int, _Settings] = {}
         self._placed: set[int] = set()
         """Handles of objects that were placed since the last physics."""
-        self.visible_layers = _VISIBLE
-        """`sim_intparam_visible_layers`: layers that cameras show."""
 
     def scene_changed(self) -> None:
-        self._forget()
+        self._known = {}
 
     def run_started(self) -> None:
         self._begin_run()
@@ -75,6 +71,19 @@ class ObjectSettings(Part):
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
         self.apply_masks()
 
+    @property
+    def visible_layers(self) -> int:
+        """Return `sim_intparam_visible_layers`: the layers that the views of users show."""
+        return int(self._sim.scene.annotations.scene.get("layers", SHOWN_LAYERS))
+
+    @visible_layers.setter
+    def visible_layers(self, layers: int) -> None:
+        scene = self._sim.scene
+        notes = {**scene.annotations.scene, "layers": layers & _LAYERS}
+        scene.annotations = replace(scene.annotations, scene=notes)
+        properties.apply(self._sim)
+        self._sim.changed()
+
     def layers(self, handle: int) -> int:
         """Return the visibility layers, 16 bits. Cameras show an object when one of them is among the visible layers.
 
@@ -83,7 +92,7 @@ class ObjectSettings(Part):
         """
         self._sim.scene.get(handle)
         layers = self._of(handle).layers
-        return layers if layers is not None else (_SHOWN if self.is_drawn(handle) else _HIDDEN)
+        return layers if layers is not None else (FIRST_LAYER if self.is_drawn(handle) else _HIDDEN)
 
     def set_layers(self, handle: int, layers: int) -> None:
         """Set the visibility layers. Raises UnknownHandle, CommandError: more than 16 bits."""
@@ -195,10 +204,6 @@ class ObjectSettings(Part):
         scene = self._sim.scene
         names = [name for name, notes in scene.annotations.objects.items() if key in notes.get(kind, {})]
         return [handle for handle in map(scene.by_name, names) if handle is not None]
-
-    def _forget(self) -> None:
-        self._known = {}
-        self.visible_layers = int(self._sim.scene.annotations.scene.get("layers", _VISIBLE))
 
     def _begin_run(self) -> None:
         self._before_the_run = dict(self._known)

@@ -350,7 +350,7 @@ class Parameters(Part):
         self._page = page
 
     def _set_visible_layers(self, layers: int) -> None:
-        self._object_settings.visible_layers = layers & 0xFFFF
+        self._object_settings.visible_layers = layers
 
     def _set_time_step(self, seconds: float) -> None:
         """Set the simulation step in seconds; while running a success without effect, as in V-REP."""

@@ -6,15 +6,17 @@ This module applies the bits that concern physics, start and stop; sensors read 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.scene.editing.welding import set_static
+from simx_server.scene.formats.annotations.annotation import Value
 from simx_server.scene.geometry.placing import free_joint
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene, SceneObject
 from simx_server.scene.respondable import collect_masks
-from simx_server.sensors.vision.visibility import USERS_GROUP, VISIBLE_GROUPS
+from simx_server.sensors.vision.visibility import SENSORS_GROUP, USERS_GROUP, VISIBLE_GROUPS
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -35,7 +37,10 @@ _ON_GEOMS = (
 _ARRAYS = ("geom_contype", "geom_conaffinity", "geom_group")
 """Model arrays that these bits change."""
 
-_SHOWN_LAYERS = 0x00FF
+FIRST_LAYER = 0x0001
+"""The layer of an object without others."""
+
+SHOWN_LAYERS = 0x00FF
 """Visibility layers that the views of a new scene show."""
 
 _KNOWN = 0x1FF | SCRIPTS_INACTIVE | _NOT_SHOWN_INSIDE
@@ -65,7 +70,7 @@ def apply(sim: LiveScene) -> None:
     bits = 0
     for handle in {*sim.scene.model_properties, *_annotated_models(sim.scene)}:
         bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
-    if bits & _ON_GEOMS or sim.scene.withheld or _are_any_unseen(sim.scene):
+    if bits & _ON_GEOMS or sim.scene.withheld or _are_any_hidden(sim.scene):
         _restrict_geoms(sim)
     if bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert:
         _restrict_motion(sim)
@@ -83,11 +88,18 @@ def is_unseen(item: SceneObject) -> bool:
     return not item.annotations.get("shape", {}).get("renderable", True)
 
 
-def _are_any_unseen(scene: Scene) -> bool:
+def _are_any_hidden(scene: Scene) -> bool:
     """Return whether any shape is left out of images; few of many objects have annotations."""
-    return any(
-        not notes.get("shape", {}).get("renderable", True) for notes in scene.annotations.objects.values()
+    return not _is_on_shown_layer(scene, {}) or any(
+        not notes.get("shape", {}).get("renderable", True) or not _is_on_shown_layer(scene, notes)
+        for notes in scene.annotations.objects.values()
     )
+
+
+def _is_on_shown_layer(scene: Scene, notes: Mapping[str, Mapping[str, Value]]) -> bool:
+    """Return whether the visibility layers of an object, by its annotations, are among those that views show."""
+    shown = int(scene.annotations.scene.get("layers", SHOWN_LAYERS))
+    return bool(int(notes.get("object", {}).get("layers", FIRST_LAYER)) & shown)
 
 
 def _restrict_geoms(sim: LiveScene) -> None:
@@ -99,7 +111,8 @@ def _restrict_geoms(sim: LiveScene) -> None:
         if owner != -1 and is_unseen(scene.objects[owner]):
             bits |= c.sim_modelproperty_not_renderable
         before = scene.withheld.get((name, "geom_group"), int(model.geom_group[geom]))
-        values = _values(bits, before, scene.objects.get(owner))
+        is_on_layer = owner == -1 or _is_on_shown_layer(scene, scene.objects[owner].annotations)
+        values = _values(bits, before, is_on_layer=is_on_layer)
         for array in _ARRAYS:
             numbers = getattr(model, array)
             if array in values:
@@ -111,7 +124,7 @@ def _restrict_geoms(sim: LiveScene) -> None:
     sim.model_edited()
 
 
-def _values(bits: int, group: int, item: SceneObject | None) -> dict[str, int]:
+def _values(bits: int, group: int, *, is_on_layer: bool) -> dict[str, int]:
     """Return the numbers that bits set in a geom, by array.
 
     In V-REP too, vision sensors do not see shapes that are invisible because of their model, but see those that are
@@ -120,16 +133,16 @@ def _values(bits: int, group: int, item: SceneObject | None) -> dict[str, int]:
     Args:
         bits: of the models around the geom's shape, and of the shape itself.
         group: the geom's group in the file.
-        item: the shape.
+        is_on_layer: whether its visibility layers are shown.
     """
     values: dict[str, int] = {}
     if bits & c.sim_modelproperty_not_respondable:
         values |= {"geom_contype": 0, "geom_conaffinity": 0}
     if bits & (c.sim_modelproperty_not_renderable | c.sim_modelproperty_not_visible):
-        layers = item.annotations.get("object", {}).get("layers", _SHOWN_LAYERS) if item is not None else 0
-        is_shown = group in VISIBLE_GROUPS and int(layers) & _SHOWN_LAYERS
-        for_users = is_shown and not bits & c.sim_modelproperty_not_visible
+        for_users = group in VISIBLE_GROUPS and is_on_layer and not bits & c.sim_modelproperty_not_visible
         values["geom_group"] = USERS_GROUP if for_users else _UNSEEN_GROUP
+    elif group in VISIBLE_GROUPS and not is_on_layer:
+        values["geom_group"] = SENSORS_GROUP
     return values
 
 

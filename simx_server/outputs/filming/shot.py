@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.sensors.vision.content import framed
 from simx_server.sensors.vision.futures import then
 from simx_server.sensors.vision.image import CameraView, Viewpoint
 
@@ -65,6 +66,7 @@ class Shot:
         self._camera = camera
         self._chosen_size = size
         self._viewpoint: tuple[int, Viewpoint] | None = None
+        self._framed: tuple[int, Viewpoint | None] | None = None
         self._is_close = is_close
         self._close_up: CloseUp | None = None
         item = self._find()
@@ -80,8 +82,9 @@ class Shot:
         """
         item = self._find()
         vision = self._vision
-        if item is None or (self._is_close and self._camera is None):
+        if self._camera is None and (item is None or self._is_close or self._frame(item) is not None):
             return then(vision.look_from(self._overview(item)), _upright)
+        assert item is not None  # a camera that was named is found
         if item.kind == ObjectKind.VISION_SENSOR and self._chosen_size is None:
             return then(vision.image(item.handle, as_grey=False), _unpacked)
         background = None if item.kind == ObjectKind.VISION_SENSOR else PAPER
@@ -113,33 +116,60 @@ class Shot:
     def _overview(self, users_camera: SceneObject | None) -> CameraView:
         """Return MuJoCo's free camera in its initial pose, which a scene may set by `<statistic>` and `<global>`.
 
-        It stays in place while a scene is edited. A close overview has the direction of the users' camera, if the scene
-        has one.
+        It is nearer where the content would be small, and stays in place while a scene is edited. A close overview has
+        the direction of the users' camera, if the scene has one.
         """
+        viewpoint = self._free_viewpoint()
+        if self._is_close:
+            if users_camera is not None:
+                viewpoint = viewpoint_of(self._sim.data, users_camera.id)
+            model = self._sim.model
+            if self._close_up is None or self._close_up.model is not model:
+                self._close_up = CloseUp(model)
+            viewpoint = self._close_up.viewpoint(self._sim.data, viewpoint)
+        else:
+            viewpoint = self._frame(users_camera) or viewpoint
+        return self._free_view(viewpoint)
+
+    def _frame(self, users_camera: SceneObject | None) -> Viewpoint | None:
+        """Return from where the content is seen, None where the overview shows it already; once for each scene.
+
+        The overview is that of the users' camera, if the scene has one.
+        """
+        if self._framed is None or self._framed[0] != self._sim.scene_id:
+            self._sim.refresh()
+            free = self._free_viewpoint()
+            view = (
+                self._free_view(free)
+                if users_camera is None
+                else self._vision.view(users_camera.handle, self.size)
+            )
+            self._framed = self._sim.scene_id, framed(self._sim.model, self._sim.data, view, free)
+        return self._framed[1]
+
+    def _free_viewpoint(self) -> Viewpoint:
+        if self._viewpoint is None or self._viewpoint[0] != self._sim.scene_id:
+            free = mujoco.MjvCamera()
+            mujoco.mjv_defaultFreeCamera(self._sim.model, free)
+            stand = Viewpoint(tuple(free.lookat.tolist()), free.distance, free.azimuth, free.elevation)  # pyright: ignore[reportArgumentType]
+            self._viewpoint = self._sim.scene_id, stand
+        return self._viewpoint[1]
+
+    def _free_view(self, viewpoint: Viewpoint) -> CameraView:
+        """Return the view of MuJoCo's free camera from a viewpoint. Raises CommandError."""
         model = self._sim.model
         eye, clip = model.vis.global_, model.vis.map
         width, height = self.size
         fovy = float(eye.fovy)  # for an orthographic view in metres
-        if self._viewpoint is None or self._viewpoint[0] != self._sim.scene_id:
-            free = mujoco.MjvCamera()
-            mujoco.mjv_defaultFreeCamera(model, free)
-            stand = Viewpoint(tuple(free.lookat.tolist()), free.distance, free.azimuth, free.elevation)  # pyright: ignore[reportArgumentType]
-            self._viewpoint = self._sim.scene_id, stand
-        viewpoint = self._viewpoint[1]
-        if users_camera is not None:
-            viewpoint = viewpoint_of(self._sim.data, users_camera.id)
-        if self._is_close:
-            if self._close_up is None or self._close_up.model is not model:
-                self._close_up = CloseUp(model)
-            viewpoint = self._close_up.viewpoint(self._sim.data, viewpoint)
         extent = float(model.stat.extent)
+        nearness = min(1.0, viewpoint.distance / self._free_viewpoint().distance)
         try:
             return CameraView(
                 camera_id=-1,
                 width=width,
                 height=height,
                 fovy_deg=fovy,
-                near=float(clip.znear) * extent,
+                near=float(clip.znear) * extent * nearness,
                 far=float(clip.zfar) * extent,
                 background=PAPER,
                 orthographic_size=fovy * max(1.0, width / height) if eye.orthographic else None,

@@ -34,7 +34,13 @@ from simx_server.sensors.vision.image import (
     RenderError,
     nothing,
 )
-from simx_server.sensors.vision.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, drawn, near_the_view
+from simx_server.sensors.vision.visibility import (
+    OPAQUE_ALPHA,
+    SENSORS_GROUP,
+    VISIBLE_GROUPS,
+    drawn,
+    near_the_view,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -153,7 +159,9 @@ class OpenGLRenderer:
         """Fill these rows of an image."""
         self._gl.make_current()
         near = near_the_view(self._model, data, view)
-        if view.is_users:  # MuJoCo cannot tell their group from another one
+        has_others = view.is_users or bool(np.any(self._model.geom_group == SENSORS_GROUP))
+        self._option.geomgroup[_LAST_GROUP] = has_others
+        if self._option.geomgroup[_LAST_GROUP]:  # MuJoCo takes several groups for the last one
             near &= drawn(self._model, view)
         height = rows.stop - rows.start
         drawing = self._drawing_for(data, view, height, near)
@@ -223,7 +231,6 @@ class OpenGLRenderer:
             self._camera.lookat[:] = stand.lookat
             self._camera.distance = stand.distance
             self._camera.azimuth, self._camera.elevation = stand.azimuth_deg, stand.elevation_deg
-        self._option.geomgroup[_LAST_GROUP] = view.is_users
         mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, _CATEGORIES, self._scene)
         half_width, half_height = view.half_extent()
         at_near = 1.0 if view.orthographic_size is not None else view.near

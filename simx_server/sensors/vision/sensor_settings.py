@@ -61,7 +61,7 @@ class SensorSettings:
         for name, value in values.items():
             setattr(settings, name, value)
         try:
-            self._view(handle)
+            self.view(handle)
         except CommandError:
             for name, value in before.items():
                 setattr(settings, name, value)
@@ -115,7 +115,7 @@ class SensorSettings:
     def views(self) -> list[CameraView]:
         """Return the view of each vision sensor with its present settings."""
         handles = self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
-        return [self._view(handle) for handle in handles]
+        return [self.view(handle) for handle in handles]
 
     def _background(self, settings: VisionSettings) -> Picture:
         colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)
@@ -147,9 +147,8 @@ class SensorSettings:
         members = np.isin(self._owners(), self._collections.entity(entity))
         return frozenset(np.flatnonzero(members).tolist())
 
-    def _view(
-        self, handle: int, size: tuple[int, int] | None = None, entity: int | None = None
-    ) -> CameraView:
+    def view(self, handle: int, size: tuple[int, int] | None = None, entity: int | None = None) -> CameraView:
+        """Return the view of a sensor or camera, in its own size or another one. Raises CommandError."""
         settings = self.settings(handle)
         width, height = size or (settings.width, settings.height)
         try:

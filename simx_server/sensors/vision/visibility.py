@@ -17,14 +17,29 @@ USERS_GROUP = 6
 Models get it while they run. MuJoCo takes groups above 5 for 5, which it hides unless told otherwise.
 """
 
+SENSORS_GROUP = 7
+"""Group of the geoms of shapes that vision sensors see, and users do not: their visibility layers are not shown."""
+
 OPAQUE_ALPHA = 0.995
 """Minimum alpha of a geom that MuJoCo's renderer treats as opaque."""
+
+_DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 
 
 def drawn(model: mujoco.MjModel, view: CameraView) -> NDArray[np.bool_]:
     """Return (ngeom,): whether a geom's group is one that the view shows."""
     seen = np.isin(model.geom_group, VISIBLE_GROUPS)
-    return seen | (model.geom_group == USERS_GROUP) if view.is_users else seen
+    return seen | (model.geom_group == (USERS_GROUP if view.is_users else SENSORS_GROUP))
+
+
+def seen_by_users(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Return (ngeom,): whether users see a geom: by its group, and by the opacity of its colour."""
+    own, material = model.geom_rgba[:, 3], model.geom_matid
+    alpha = own.copy()
+    # MuJoCo uses a material's colour while the geom's own one is the default.
+    of_material = (material >= 0) & np.all(np.abs(model.geom_rgba - _DEFAULT_RGBA) < 1e-6, axis=1)
+    alpha[of_material] = model.mat_rgba[material[of_material], 3]
+    return np.isin(model.geom_group, (*VISIBLE_GROUPS, USERS_GROUP)) & (alpha > 0)
 
 
 def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:

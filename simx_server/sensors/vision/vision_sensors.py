@@ -300,7 +300,7 @@ class VisionSensors(SensorSettings, Part):
         self._show_changes()
         settings = self.settings(handle)
         shows_depth = settings.shows_depth
-        view = self._view(handle, size)
+        view = self.view(handle, size)
         if background is not None:
             view = replace(view, background=background)
         return then(
@@ -339,7 +339,7 @@ class VisionSensors(SensorSettings, Part):
         with_rgb, with_depth = rgb and settings.has_rgb, depth and settings.has_depth
         if not with_rgb and not with_depth:
             return done(Picture(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32)))
-        made = self._ask(self._view(handle, entity=entity), rgb=with_rgb, depth=with_depth, asker=asker)
+        made = self._ask(self.view(handle, entity=entity), rgb=with_rgb, depth=with_depth, asker=asker)
         if (with_rgb, with_depth) == (rgb, depth):
             return made
         return then(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
+from typing import cast
 
 import mujoco
 import numpy as np
@@ -12,6 +13,7 @@ import trimesh.visual
 import viser
 from mjviser.conversions import group_geoms_by_visual_compat, merge_geoms
 from PIL import Image
+from trimesh.graph import smooth_shade  # pyright: ignore[reportUnknownVariableType]
 
 _SELECTED = (255, 140, 0)
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
@@ -20,6 +22,12 @@ _ENDLESS = 20.0
 
 _SEEN_GROUPS = (0, 1, 2, 6)
 """Geoms of other groups only collide; the last group is that of shapes which vision sensors do not see."""
+
+_SHARP = np.radians(40.0)
+"""Angle between two faces from which their edge is shown."""
+
+_MOST_SMOOTHED = 100_000
+"""Faces of a mesh that is smoothed; that many take half a second."""
 
 _CONVERTED = frozenset(
     int(kind)
@@ -46,7 +54,18 @@ def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
     plain = [geom for geom in seen if geom not in papered]
     with _own_colors(model, plain):
         for group in group_geoms_by_visual_compat(model, plain):
-            yield merge_geoms(model, group)
+            yield smoothed(merge_geoms(model, group))
+
+
+def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Return a mesh whose faces share normals except at sharp edges: without normals browsers show each face flat."""
+    if not 0 < len(mesh.faces) <= _MOST_SMOOTHED:
+        return mesh
+    if isinstance(mesh.visual, trimesh.visual.ColorVisuals):  # corners of a texture may differ in one place
+        mesh.merge_vertices(merge_norm=True)
+    found = cast(trimesh.Trimesh, smooth_shade(mesh, angle=_SHARP))
+    _ = found.vertex_normals  # only normals that were computed are sent
+    return found
 
 
 def appearance(model: mujoco.MjModel, body: int) -> bytes:

@@ -19,7 +19,7 @@ from .link import AGAIN, Away, Eye, Hands
 from .mirror import Mirror
 from .panels.cameras import Cameras
 from .panels.clients import Clients
-from .panels.elements import PAGE_STYLE
+from .panels.elements import PAGE_STYLE, PANEL_WIDTH
 from .panels.interface import Interface
 from .panels.joints import Joints
 from .panels.objects import Objects
@@ -41,9 +41,6 @@ LOOKS = 1 / 25
 
 SURVEYS = 0.2
 """Seconds between two updates of the panels."""
-
-PANEL_WIDTH = 464
-"""Pixels: the controls and the tabs have one row each, beside the scroll bar."""
 
 UNSEEN = 0.5
 """Seconds between two updates while no browser is connected."""
@@ -156,7 +153,7 @@ class Page:
                     logger.warning("%s; the page tries again every second", reason)
                 is_away, self._is_kept = True, False
                 self._slider.leave()
-                self._run.away(str(reason))
+                self._run.away(str(reason), is_busy=reason.is_busy)
                 pause = AGAIN
             self._browser.flush()
             self._ending.wait(max(0.0, began + pause - time.monotonic()))

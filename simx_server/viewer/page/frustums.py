@@ -15,7 +15,7 @@ from .mirror import Copy
 _PATH = "/cameras"
 _COLOUR = (31, 111, 139)
 _PART_OF_SCENE = 0.06
-_SMALLEST, _LARGEST = 0.03, 0.3
+_SMALLEST, _LARGEST = 0.005, 0.3
 """Metres; in between, the size is proportional to the scene's."""
 
 _MOVED = 1e-5
@@ -39,7 +39,7 @@ class Frustums:
 
     def update(self, seen: Seen, copy: Copy) -> None:
         """Draw these, and no others, at their poses in `copy`."""
-        extent = float(np.clip(copy.model.stat.extent * _PART_OF_SCENE, _SMALLEST, _LARGEST))
+        extent = float(np.clip(copy.extent * _PART_OF_SCENE, _SMALLEST, _LARGEST))
         for handle, drawn in list(self._drawn.items()):
             if seen.get(handle) != (drawn.number, drawn.optics) or drawn.extent != extent:
                 self._drawn.pop(handle).remove()

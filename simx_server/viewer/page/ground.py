@@ -5,13 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from simx_server.sensors.vision.content import geom_boxes, is_flat_and_wide
+
 from .mirror import Copy
-
-_FLAT = 0.1
-"""Height of a ground as a share of its narrower side, at most."""
-
-_WIDE = 0.5
-"""Narrower side of a ground as a share of the scene's extent, at least."""
 
 
 def is_ground(copy: Copy, body: int) -> bool:
@@ -25,10 +21,6 @@ def is_ground(copy: Copy, body: int) -> bool:
     geoms = slice(first, first + count)
     if np.any(model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_PLANE):
         return True
-    turns = data.geom_xmat[geoms].reshape(-1, 3, 3)
-    boxes = model.geom_aabb[geoms]  # centre and half sides, in the geom's frame
-    centres = data.geom_xpos[geoms] + np.einsum("gij,gj->gi", turns, boxes[:, :3])
-    halves = np.einsum("gij,gj->gi", np.abs(turns), boxes[:, 3:])
-    sides = np.max(centres + halves, axis=0) - np.min(centres - halves, axis=0)
-    width = float(min(sides[:2]))
-    return bool(sides[2] <= _FLAT * width and width >= _WIDE * model.stat.extent)
+    low, high = geom_boxes(model, data)
+    least, greatest = low[geoms].min(axis=0), high[geoms].max(axis=0)
+    return bool(is_flat_and_wide(least, greatest, float(model.stat.extent)))

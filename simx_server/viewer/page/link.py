@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import socket
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -40,29 +41,36 @@ _OF_EARLIER_SERVERS: Mapping[str, Any] = {"past": _NO_PAST, "scripts": []}
 
 
 class Away(Exception):
-    """The server cannot be reached now; the text gives the reason."""
+    """The server does not answer now; the text gives the reason."""
+
+    def __init__(self, reason: str, *, is_busy: bool = False) -> None:
+        """Make one; `is_busy`: the server is there, and executes something long."""
+        super().__init__(reason)
+        self.is_busy = is_busy
 
 
 class Link:
     """One client of the server at an address, opened when it is needed and again after a loss. One thread."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, *, timeout: float = TIMEOUT) -> None:
+        """Make a link that is not open; `timeout` in seconds for an answer."""
         self.address = address
+        self._timeout = timeout
         self._client: Client | None = None
         self._next_try = 0.0
-        self._problem = "not tried yet"
+        self._problem = Away("not tried yet")
 
     def client(self) -> Client:
         """Return the client, connected. Raises Away."""
         if self._client is None:
             if time.monotonic() < self._next_try:
-                raise Away(self._problem)
+                raise self._problem
             try:
-                self._client = Client(self.address, timeout=TIMEOUT)
+                self._client = Client(self.address, timeout=self._timeout)
             except ConnectionFailed as error:
                 self._next_try = time.monotonic() + AGAIN
-                self._problem = str(error)
-                raise Away(self._problem) from None
+                self._problem = Away(str(error), is_busy=_listens(self.address))
+                raise self._problem from None
         return self._client
 
     def ask(self, question: Callable[[Client], T]) -> T:
@@ -73,13 +81,23 @@ class Link:
         except (NotConnected, TimedOut) as error:
             self.close()
             self._next_try = time.monotonic() + AGAIN
-            self._problem = str(error)
-            raise Away(self._problem) from None
+            self._problem = Away(str(error), is_busy=isinstance(error, TimedOut))
+            raise self._problem from None
 
     def close(self) -> None:
         client, self._client = self._client, None
         if client is not None:
             client.close()
+
+
+def _listens(address: str) -> bool:
+    """Return whether a process listens at HOST:PORT, or REALM@HOST:PORT: a server that loads a scene still does."""
+    host, _, port = address.rpartition("@")[2].rpartition(":")
+    try:
+        with socket.create_connection((host, int(port)), timeout=AGAIN):
+            return True
+    except (OSError, ValueError):
+        return False
 
 
 class Eye:

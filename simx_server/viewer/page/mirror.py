@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
 
 from simx_server.scene.editing.model_state import STATE, editable_arrays
+from simx_server.sensors.vision.content import Content, content_of
 from simx_server.viewer.messages import Look
 
 _SHAPES = ("geom_", "mat_", "site_size")
@@ -21,6 +23,16 @@ class Copy:
 
     model: mujoco.MjModel
     data: mujoco.MjData
+
+    @cached_property
+    def content(self) -> Content | None:
+        """Return what there is to see beside the ground, where it was at first; None: nothing."""
+        return content_of(self.model, self.data)
+
+    @property
+    def extent(self) -> float:
+        """Return the size of the content in metres, to which marks are drawn."""
+        return float(self.model.stat.extent) if self.content is None else 2 * self.content.radius
 
 
 class Mirror:

@@ -13,6 +13,7 @@ from simx_server.viewer.messages import Look, SceneItem, Sensing, Survey
 from .bodies import Body, appearance, meshes_of
 from .drawings import Drawings
 from .ground import is_ground
+from .lights import Lights
 from .link import Hands, make
 from .mirror import Copy, Mirror
 from .selected import Selected
@@ -53,7 +54,7 @@ class World:
         """The content of `_forces`."""
 
         browser.scene.set_up_direction("+z")
-        browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.25)
+        self._lights = Lights(browser.scene)
         gui = browser.gui
         self._show_forces = gui.add_checkbox(
             "Contact forces", False, hint=f"{FORCE_LENGTH * 100:g} cm for each newton"
@@ -78,8 +79,9 @@ class World:
             self._marks.move(copy)
             self._show_contacts(copy)
         if is_new:
-            self._extent = copy.model.stat.extent
-            self._viewpoints.show(self._extent, copy.model.stat.center)
+            self._lights.update(copy)
+            self._extent = copy.extent
+            self._viewpoints.show(copy.content)
         self._viewpoints.update(copy, self._places_of, look["selection"])
         self._gizmo.update(copy, self._places_of, look["selection"], is_past=self._mirror.is_past)
 

@@ -132,6 +132,31 @@ def test_overview_that_shows_nothing_is_told(scene: Path, caplog: pytest.LogCapt
     assert "the scene's overview cannot be pictured: clip planes near=5.0 far=1.0" in caplog.text
 
 
+SMALL = """
+<mujoco>
+  <visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
+  <worldbody>
+    <geom name="floor" type="box" size="2.5 2.5 0.02" pos="0 0 -0.02" rgba="0 1 0 1"/>
+    <body name="robot" pos="1 1 0.03"><geom name="robot" type="sphere" size="0.03" rgba="1 0 0 1"/></body>
+    <camera name="DefaultCamera" pos="0 -5 3" xyaxes="{axes}"/>
+  </worldbody>
+  <custom><text name="simx:camera:DefaultCamera" data="view=yes"/></custom>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize(
+    "axes", ["1 0 0 0 0.5 0.87", "-1 0 0 0 0 1"], ids=["small in the view", "beside the view"]
+)
+def test_overview_is_near_what_stands_on_the_floor(scene: Path, axes: str) -> None:
+    scene.write_text(SMALL.format(axes=axes))
+    picture = snapshot(scene, size="64x48")
+    assert middle(picture, RED) == pytest.approx((0.5, 0.5), abs=0.03)
+    assert 250 < np.count_nonzero((picture[..., 0] > 200) & (picture[..., 1] < 50)) < 2500
+    of_camera = snapshot(scene, size="64x48", camera="DefaultCamera")
+    assert not ((of_camera[..., 0] > 200) & (of_camera[..., 1] < 50)).sum() > 20
+
+
 def test_picture_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shot_module, "LONGEST_WAIT", 0.0)
     slow: Any = Slow()

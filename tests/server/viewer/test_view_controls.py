@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import socket
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,6 +23,7 @@ from real_world import BLOCKING, Open, handle_of
 import simx_client as v
 from simx_server.runtime.sessions import MAX_DEPARTED
 from simx_server.viewer.page.ground import is_ground
+from simx_server.viewer.page.link import Away, Link
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.panels.clients import Clients
 from simx_server.viewer.page.panels.objects import Objects
@@ -90,9 +92,39 @@ def test_lit_button_is_the_state_whoever_brought_it_about(run: Stage) -> None:
     assert v.simxPauseSimulation(run.client, BLOCKING) == 0
     run.show()
     assert painted(run, "Run", "background") == ["Pause"]
-    cast(Run, run.panel).away("gone")
+    cast(Run, run.panel).away("gone", is_busy=False)
     assert painted(run, "Run", "background") == painted(run, "Speed", "background") == []
     assert len(painted(run, "Speed", "opacity")) == 6
+
+
+def test_a_server_that_is_busy_is_not_a_missing_one(run: Stage) -> None:
+    panel = cast(Run, run.panel)
+    panel.away("it took longer than 5 s", is_busy=True)
+    assert "<b>busy</b>" in run.text()
+    assert "no server" not in run.text()
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+        link = Link(f"127.0.0.1:{listening.getsockname()[1]}", timeout=0.2)
+        with pytest.raises(Away) as busy:
+            link.client()
+    link = Link(link.address, timeout=0.2)
+    with pytest.raises(Away) as gone:
+        link.client()
+    assert (busy.value.is_busy, gone.value.is_busy) == (True, False)
+
+
+def test_the_line_that_stopped_a_script_stands_above_the_tabs(run: Stage) -> None:
+    survey, look = run.survey(), run.look()
+    script = {
+        "name": "arm", "problem": "attempt to index a nil value", "line": 7, "code": "x.y = 1", "is_running": False,
+        "is_enabled": True,
+    }  # fmt: skip
+    assert run.panel is not None
+    run.panel.update(cast(Any, {**survey, "scripts": [script]}), look)
+    assert "line 7" in run.text()
+    run.panel.update(survey, look)
+    assert "line 7" not in run.text()
 
 
 @pytest.mark.parametrize(

@@ -154,6 +154,40 @@ def test_another_scene_brings_the_page_back_to_the_present(slider: Slider) -> No
     assert slider.time.step is None
 
 
+def test_a_stop_shows_the_present(slider: Slider) -> None:
+    slider.set(slider.slider, 12)
+    slider.follow()
+    slider.world.simulation.stop()
+    slider.show()
+    assert slider.time.step is None
+    assert "The past" not in slider.text()
+    slider.press("◀")
+    assert slider.time.step == 29, "the run that has ended can still be looked at"
+
+
+def test_a_step_that_slides_out_of_the_kept_time_becomes_the_first_one(slider: Slider) -> None:
+    slider.set(slider.slider, 2)
+    slider.follow()
+    history = slider.world.loop.history
+    assert history is not None
+    del history._moments[:5], history._calls[:5]
+    slider.show()
+    slider.follow()
+    assert (slider.time.step, slider.slider.value, slider.slider.min) == (5, 5, 5)
+    assert "The past: step 5" in slider.text()
+
+
+def test_going_on_from_a_step_that_has_slid_out_starts_from_the_first_one(slider: Slider) -> None:
+    slider.set(slider.slider, 2)
+    slider.follow()
+    history = slider.world.loop.history
+    assert history is not None
+    del history._moments[:5], history._calls[:5]
+    slider.click("Go on from here")
+    assert slider.world.simulation.step_count == 5
+    assert slider.told[0][1].startswith("Step 2 is not kept any more. It is paused at step 5")
+
+
 def test_texts_of_clients_are_escaped() -> None:
     call = {
         "client": "<b>", "call": "simxSetStringSignal(signalName='<script>')", "results": "<i>", "has_failed": True,

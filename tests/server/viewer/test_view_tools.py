@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from real_world import BLOCKING, RealWorld, handle_of
 import simx_client as v
 from simx_client import Client
 from simx_server.recording import state
+from simx_server.sensors.vision.content import Content
 from simx_server.viewer.messages import ADD_ON, FILES, SENSING
 from simx_server.viewer.page.mirror import Mirror
 from simx_server.viewer.page.panels.scripts import Scripts, scripts_as_html
@@ -145,6 +147,7 @@ class Camera:
         self.position = self.look_at = np.zeros(3)
         self.up_direction: Any = None
         self.image_width, self.image_height = 64, 48
+        self.fov, self.aspect = 1.2, 64 / 48
         self.shades = iter(range(0, 255, 5))
 
     def get_render(self, height: int, width: int, **_: Any) -> np.ndarray:
@@ -172,13 +175,17 @@ def test_presets_turn_one_browser_and_following_moves_all(
     one, other = Looker(), Looker()
     monkeypatch.setattr(bench.browser, "get_clients", lambda: {1: one, 2: other})
     views = Viewpoints(bench.browser)
-    views.show(2.0, np.array([1.0, 0.0, 0.0]))
+    views.show(Content(np.array([0.5, -0.5, -0.5]), np.array([1.5, 0.5, 0.5])))
     before = other.camera.position.copy()
     group = bench.labelled(viser.GuiButtonGroupHandle, "Look from")
     group._impl.value = "top"
     for callback in group._impl.update_cb:
         callback(viser.GuiEvent(cast(Any, one), 1, group))
-    assert one.camera.position == pytest.approx([1.0, 0.0, 3.3], abs=0.01)
+    height = one.camera.position[2]
+    assert 0.5 / (height - 0.5) < math.tan(0.6) < 1.4 * 0.5 / (height - 0.5), (
+        "the box is seen, and fills the view"
+    )
+    assert one.camera.position == pytest.approx([1.0, 0.0, height], abs=0.01)
     assert one.camera.look_at == pytest.approx([1.0, 0.0, 0.0])
     assert np.array_equal(other.camera.position, before)
     box = bench.handle("box")
@@ -186,12 +193,12 @@ def test_presets_turn_one_browser_and_following_moves_all(
     views.update(bench.copy(), bench.items, [box])
     v.simxSetObjectPosition(bench.client, box, -1, [0.5, 0, 0.1], BLOCKING)
     views.update(bench.copy(), bench.items, [box])
-    assert one.camera.position == pytest.approx([1.5, 0.0, 3.3], abs=0.01)
+    assert one.camera.position == pytest.approx([1.5, 0.0, height], abs=0.01)
     assert other.camera.look_at == pytest.approx([1.5, 0.0, 0.0], abs=1e-6)
     bench.check("Follow", False)
     v.simxSetObjectPosition(bench.client, box, -1, [0, 0, 0.1], BLOCKING)
     views.update(bench.copy(), bench.items, [box])
-    assert one.camera.position == pytest.approx([1.5, 0.0, 3.3], abs=0.01)
+    assert one.camera.position == pytest.approx([1.5, 0.0, height], abs=0.01)
 
 
 def test_a_film_has_the_frames_of_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:

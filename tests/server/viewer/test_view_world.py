@@ -18,6 +18,7 @@ from trimesh.visual.material import PBRMaterial
 from simx_server.viewer.messages import Drawing, SceneItem
 from simx_server.viewer.page.bodies import Body, appearance, meshes_of
 from simx_server.viewer.page.drawings import Drawings
+from simx_server.viewer.page.lights import lit
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.selected import Selected
 from simx_server.viewer.page.tools.gizmo import Gizmo
@@ -50,6 +51,30 @@ SCENE = """
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(SCENE)
+
+
+def test_round_bodies_are_sent_with_normals_and_keep_their_edges() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><geom type='cylinder' size='0.1 0.2'/></worldbody></mujoco>"
+    )
+    (mesh,) = meshes_of(model, 0)
+    around = np.abs(mesh.vertex_normals[:, 2])
+    assert set(around.round(3)) == {0.0, 1.0}, "the side is round, its edge to the ends is sharp"
+    side = mesh.vertex_normals[around < 0.5]
+    assert side[:, :2] == pytest.approx(mesh.vertices[around < 0.5][:, :2] / 0.1, abs=1e-3)
+
+
+def test_the_light_is_that_of_the_cameras() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><visual><headlight ambient="0.4 0.4 0.4" diffuse="0 0 0"/></visual><worldbody>
+        <light type="directional" dir="0 0 -1" diffuse="0.5 0.5 0.5"/><light active="false"/>
+        </worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    found = lit(Copy(model, data))
+    assert found.ambient == pytest.approx(0.4)
+    assert found.directions == (((0.0, 0.0, -1.0), 0.5),)
 
 
 def test_bodies_have_the_colours_that_mujoco_draws_and_nothing_hidden(model: mujoco.MjModel) -> None:

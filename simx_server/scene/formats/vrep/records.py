@@ -272,6 +272,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Cls": "12f",
         "Var": "B",  # 4 opaque
         "Trf": "f",  # opacity
+        "Sh2": "i",  # shininess
         "Cnm": "s",
     },
     "surface": {

@@ -16,6 +16,7 @@ from simx_server.viewer.messages import ADD_ON, ONE_PASS, OWN_NAME, SPEED, Look,
 from simx_server.viewer.page.link import Hands
 
 from .elements import put
+from .scripts import scripts_as_html
 
 _SPEEDS: Mapping[str, float] = MappingProxyType(
     {"1/4": 0.25, "1/2": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "max": math.inf}
@@ -23,6 +24,9 @@ _SPEEDS: Mapping[str, float] = MappingProxyType(
 _LIT: Mapping[State, str] = MappingProxyType({"running": "Start", "paused": "Pause", "stopped": "Stop"})
 _LIT_STYLE = "background: var(--mantine-primary-color-filled); color: white; pointer-events: none;"
 _IDLE_STYLE = "opacity: 0.35; pointer-events: none;"
+_FAILURES = 3
+"""Scripts that are named above the tabs when an error has stopped them; the tab of dialogs has all."""
+
 _MESSAGES = 5
 """Lines of the status bar."""
 
@@ -39,6 +43,7 @@ class Run:
             "Run", tuple(_ACTIONS), hint="a stop brings back what was before the start"
         )
         self._speed = gui.add_button_group("Speed", tuple(_SPEEDS), hint="times real time")
+        self._failed = gui.add_html("", visible=False)
         self._messages = gui.add_html("")
         self._run.on_click(lambda event: hands.do(_ACTIONS[event.target.value]))
         # The choice is read at the click, not when it is executed: another click may come in between.
@@ -59,14 +64,17 @@ class Run:
         put(self._state, content=_line(f"{html.escape(look['scene'])} — {', '.join(words)}"))
         put(self._style, content=_style(*_buttons(running, speed, is_waiting=survey["is_waiting"])))
         self._advise(self._advice(survey) if running == "stopped" else "")
+        failed = [script for script in survey["scripts"] if script["problem"]]
+        put(self._failed, content=scripts_as_html(failed[:_FAILURES]), visible=bool(failed))
         lines = survey["interface"]["status_bar"][-_MESSAGES:]
         put(self._messages, content=_line("<br>".join(html.escape(line) for line in lines), small=True))
 
-    def away(self, reason: str) -> None:
-        """Show that the server cannot be reached."""
+    def away(self, reason: str, *, is_busy: bool) -> None:
+        """Show that the server does not answer: it is busy, or not there."""
         where = html.escape(self._address)
         put(self._style, content=_style(set(), {*_ACTIONS, *_SPEEDS}))
-        put(self._state, content=_line(f"<b>no server</b> at {where}; this page tries again every second"))
+        what = f"the server at {where} is <b>busy</b>" if is_busy else f"<b>no server</b> at {where}"
+        put(self._state, content=_line(f"{what}; this page tries again every second"))
         self._advise("")
         put(self._messages, content=_line(html.escape(reason), small=True))
 

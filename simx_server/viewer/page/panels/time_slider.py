@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import Any
 
 import msgpack
 import viser
 
 from simx_client import Client
-from simx_client.protocol.past import ADD_ON, GO_ON, GoneOn, PastCall, PastStep
+from simx_client.protocol.past import ADD_ON, GO_ON, KEPT, GoneOn, Kept, PastCall, PastStep
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Hands
@@ -53,7 +54,7 @@ class TimeSlider:
             min=0,
             max=1,
             step=1,
-            initial_value=1,
+            initial_value=0,
             disabled=True,
             hint="of this run: drag back to see the past",
         )
@@ -95,6 +96,8 @@ class TimeSlider:
         if self._step is None:
             return  # the user has left the past meanwhile
         self._past = past
+        self._step = past["step"]  # of a step that is not kept any more, the nearest one
+        put(self._slider, value=self._step)
         self._show_past(past)
         if self._seeks_call:
             self._seeks_call = False
@@ -106,17 +109,19 @@ class TimeSlider:
         self._step = self._past = None
         for element in (self._text, self._go_on, self._reads, self._calls):
             put(element, visible=False)
-        put(self._slider, value=self._slider.max)
+        put(self._slider, value=max(self._last, 0))
 
     def update(self, survey: Survey, look: Look) -> None:
-        """Update the range of the slider."""
+        """Update the range of the slider. A stop shows the present, which it has brought back."""
         kept = survey["past"]
+        if kept["now"][0] == "stopped" != self._now[0] and self._step is not None:
+            self.leave()
         self._now, self._time_step = kept["now"], survey["time_step"]
         self._first, self._last = kept["first"], kept["last"]
         if self._last < 0:
             if self._step is not None:
                 self.leave()
-            put(self._slider, min=0, max=1, value=1, disabled=True)
+            put(self._slider, min=0, max=1, value=0, disabled=True)
             return
         first, last = self._first, max(self._last, self._first + 1)
         is_present = self._step is None
@@ -125,7 +130,7 @@ class TimeSlider:
         put(self._slider, min=first)
         put(self._slider, max=last, disabled=False)
         if is_present and self._step is None:
-            put(self._slider, value=last)
+            put(self._slider, value=self._last)
         elif self._past is not None:
             self._show_past(self._past)
 
@@ -173,10 +178,13 @@ class TimeSlider:
             self._hands.do(lambda client: self._ask_for_run(client, step))
 
     def _ask_for_run(self, client: Client, step: int) -> None:
-        answer = client.call(GO_ON, ADD_ON, (step,), script_type=ADD_ON_TYPE)
-        gone: GoneOn = msgpack.unpackb(answer.buffer, strict_map_key=False)
+        client.simulation.pause()  # so that no further step slides out of the kept time
+        kept: Kept = _answer(client, KEPT)
+        first = max(step, kept["first"])
+        gone: GoneOn = _answer(client, GO_ON, first)
         self.leave()
-        text = f"It is paused at step {gone['step']}, {gone['time']:.2f} s. Press Start to go on."
+        text = f"Step {step} is not kept any more. " if first > step else ""
+        text += f"It is paused at step {gone['step']}, {gone['time']:.2f} s. Press Start to go on."
         if gone["restarted"]:
             names = ", ".join(gone["restarted"])
             text += f" These scripts have started again, without the values of their variables: {names}."
@@ -206,6 +214,12 @@ class TimeSlider:
         past = self._past
         if past is not None:
             put(self._calls, content=calls_as_html(past, with_reads=self._reads.value))
+
+
+def _answer(client: Client, function: str, *integers: int) -> Any:
+    """Call a function of the server's add-on and return its answer."""
+    answer = client.call(function, ADD_ON, integers, script_type=ADD_ON_TYPE)
+    return msgpack.unpackb(answer.buffer, strict_map_key=False)
 
 
 _DOES: Mapping[str, str] = MappingProxyType(

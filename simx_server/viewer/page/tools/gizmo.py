@@ -65,7 +65,7 @@ class Gizmo:
             self._remove()
             self._handle = handle
             self._controls = self._scene.add_transform_controls(
-                _PATH, scale=_SIZE * float(copy.model.stat.extent), depth_test=False
+                _PATH, scale=_SIZE * copy.extent, depth_test=False
             )
             self._controls.on_update(lambda event: self._dragged(handle, event.target))
         elif self._latest.is_held:

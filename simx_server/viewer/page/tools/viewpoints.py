@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 import viser
 
+from simx_server.sensors.vision.content import Content
 from simx_server.viewer.page.mirror import Copy
 from simx_server.viewer.page.selected import place_of
 
@@ -23,8 +24,8 @@ _DIRECTIONS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 )
 """From the middle to the camera, in the world's axes; x points to the front."""
 
-_DISTANCE = 1.65
-"""Distance of the camera as a share of the scene's extent."""
+_FILLED = 0.95
+"""Share of the picture that the content fills at most."""
 
 _MOVED = 1e-5
 """Metres below which the camera does not follow."""
@@ -35,7 +36,7 @@ class Viewpoints:
 
     def __init__(self, browser: viser.ViserServer) -> None:
         self._browser = browser
-        self._extent, self._centre = 2.0, np.zeros(3)
+        self._content = Content(np.full(3, -0.5), np.full(3, 0.5))
         self._followed: tuple[int, np.ndarray] | None = None
         """The object, and its last position."""
 
@@ -49,9 +50,10 @@ class Viewpoints:
         views.on_click(lambda event: self._look_from(event.client, event.target.value))
         browser.on_client_connect(lambda client: self._look_from(client, "oblique"))
 
-    def show(self, extent: float, centre: np.ndarray) -> None:
-        """Show another scene as a whole, in all browsers. `extent` in metres."""
-        self._extent, self._centre = extent, centre.copy()
+    def show(self, content: Content | None) -> None:
+        """Show the content of another scene in all browsers; None: the scene has nothing to see."""
+        if content is not None:
+            self._content = content
         for client in self._browser.get_clients().values():
             self._look_from(client, "oblique")
 
@@ -81,10 +83,12 @@ class Viewpoints:
     def _look_from(self, client: viser.ClientHandle | None, name: str) -> None:
         if client is None:
             return
-        direction = np.array(_DIRECTIONS[name])
+        forward = -np.array(_DIRECTIONS[name])
+        forward /= np.linalg.norm(forward)
+        up = float(np.tan(client.camera.fov / 2)) * _FILLED
+        # The picture may be higher than wide, as on a phone.
+        distance = self._content.distance(forward, (up * min(1.0, client.camera.aspect), up))
         with client.atomic():
             client.camera.up_direction = (0.0, 0.0, 1.0)
-            client.camera.position = (
-                self._centre + direction / np.linalg.norm(direction) * self._extent * _DISTANCE
-            )
-            client.camera.look_at = self._centre
+            client.camera.position = self._content.centre - distance * forward
+            client.camera.look_at = self._content.centre

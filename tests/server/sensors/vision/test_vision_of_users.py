@@ -62,6 +62,21 @@ def test_users_see_what_is_not_renderable_unless_its_layers_hide_it(
     assert colours(renderer, world, VIEW) == [red, nothing, nothing]
 
 
+@pytest.mark.gl
+def test_users_do_not_see_what_is_on_a_hidden_layer_and_vision_sensors_do(
+    world: World, make_renderer: Callable[[mujoco.MjModel], Renderer]
+) -> None:
+    red, green, nothing = [1, 0, 0], [0, 1, 0], [0, 0, 0]
+    left, layers = world.handle("left"), c.sim_objintparam_visibility_layer
+    world.call("simxSetObjectIntParameter", left, layers, 0x0100)
+    renderer = make_renderer(world.sim.model)
+    assert colours(renderer, world, VIEW) == [red, nothing, nothing]
+    assert colours(renderer, world, replace(VIEW, is_users=True)) == [nothing, green, nothing]
+    world.call("simxSetIntegerParameter", c.sim_intparam_visible_layers, 0x0100)
+    assert colours(renderer, world, replace(VIEW, is_users=True)) == [red, nothing, [0, 0, 1]]
+    assert colours(renderer, world, VIEW) == [red, nothing, nothing]
+
+
 def test_layers_show_and_hide_what_is_not_renderable(world: World) -> None:
     layers = c.sim_objintparam_visibility_layer
     geom = world.sim.model.body("right").geomadr[0]

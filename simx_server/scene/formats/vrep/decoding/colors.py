@@ -29,6 +29,7 @@ def material_of(chunks: Chunks | None) -> Material:
     if not flags & OPAQUE:
         (opacity,) = chunks.reals("Trf", 1.0)
         material.opacity = min(max(opacity, 0.0), 1.0)
+    (material.shininess,) = chunks.ints("Sh2", material.shininess)
     return material
 
 

@@ -77,6 +77,8 @@ class Material:
     emission: Color = (0.0, 0.0, 0.0)
     opacity: float = 1.0
     """1 for an opaque surface."""
+    shininess: int = 48
+    """0..128: the greater, the smaller the highlight."""
 
 
 @dataclass(kw_only=True)

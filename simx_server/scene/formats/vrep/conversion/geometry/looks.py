@@ -17,8 +17,8 @@ from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import D
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.objects import Color, Leaf, Material, VisionSensor
 
-_SHININESS = 48 / 128
-"""V-REP's shininess is 48 of 128 for all shapes."""
+_SHINIEST = 128
+"""Greatest shininess in OpenGL's numbers."""
 
 _LARGEST = 4096
 """Largest side of a texture in pixels."""
@@ -65,27 +65,36 @@ class Looks:
         )
         image = None if use is None else self.textures[use.texture]
         alpha = within(leaf.material.opacity, 1.0)
-        numbers = (round(value, 4) for value in (*rgb, alpha, emission, specular))
+        shininess = min(max(leaf.material.shininess, 0), _SHINIEST) / _SHINIEST if specular else 0.0
+        numbers = (round(value, 4) for value in (*rgb, alpha, emission, specular, shininess))
         key = (leaf.material.name, *numbers, image)  # scripts find colours by their names
         if key not in self.materials:
-            self.materials[key] = self._add(leaf.material.name, rgb, alpha, emission, specular, image)
+            sheen = specular, shininess
+            self.materials[key] = self._add(leaf.material.name, rgb, alpha, emission, sheen, image)
         if use is not None and not use.flags & INTERPOLATED:
             self.conversion.report.approximate(_SMOOTHED)
         return self.materials[key]
 
     def painted(self, name: str, pixels: NDArray[np.uint8], emission: float) -> str:
         """Return a material that shows an image, RGB, and nothing else."""
-        return self._add(name, (1.0, 1.0, 1.0), 1.0, emission, 0.0, self._image(pixels))
+        return self._add(name, (1.0, 1.0, 1.0), 1.0, emission, (0.0, 0.0), self._image(pixels))
 
     def _add(
-        self, name: str, rgb: Color, alpha: float, emission: float, specular: float, image: str | None
+        self,
+        name: str,
+        rgb: Color,
+        alpha: float,
+        emission: float,
+        sheen: tuple[float, float],
+        image: str | None,
     ) -> str:
+        """Add a material and return its name. `sheen`: specular part and shininess, each 0..1."""
         wanted = "".join(letter if letter.isalnum() else "_" for letter in name) or "color"
         unique = self.names.take(wanted)
         material: Any = self.conversion.spec.add_material(name=unique)
         material.rgba = [*rgb, alpha]
-        material.emission, material.specular = emission, specular
-        material.shininess = _SHININESS if specular else 0.0
+        material.emission = emission
+        material.specular, material.shininess = sheen
         if image is not None:
             material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = image
         return unique

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -45,6 +46,10 @@ def test_round_leaves_have_a_sheen_and_flat_ones_have_none() -> None:
     specular = model.mat_specular[model.geom_matid]
     assert specular == pytest.approx([0.4, 0.4, 0.0, 0.0])
     assert model.mat_shininess[model.geom_matid[0]] == pytest.approx(48 / 128)
+    model, _ = model_of(
+        Leaf(primitive=Primitive.SPHEROID, size=(1, 1, 1), material=replace(shiny, shininess=100))
+    )
+    assert model.mat_shininess == pytest.approx([100 / 128])
 
 
 @pytest.mark.parametrize(
