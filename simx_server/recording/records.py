@@ -5,13 +5,15 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, cast
 
-BEHAVIOUR = 3
+BEHAVIOUR = 4
 """Counts up when the same calls may lead to other states than before.
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
 sign, long loops of scripts serve other clients.
 3: motors are constraints as in V-REP's engines, deep overlaps part slowly, and what slides does not hop; files of V-REP
 have physics steps of 5 ms, wheels that roll on one point, and concave static shapes that collide as they are.
+4: each blocking call that changes something takes a step at the pace `repeat`, functions of `sim` return as many values
+as in CoppeliaSim, and closed fingers press with no more than their friction.
 """
 
 

@@ -2,7 +2,7 @@
 
 The pass ends all sliding of contacts: it divides by the mobility, by how much a friction force accelerates the two
 bodies along itself. Two parts of one mechanism may have none in a direction: closed fingers of a gripper cannot move
-past each other across their plane. What is left is rounding error, and the pass gives forces of 100,000 N. A step with
+past each other across their plane. Rounding errors are left there, and the pass gives forces of 100,000 N. A step with
 such a contact has friction without the pass: a little softer, and bounded.
 """
 

@@ -61,9 +61,8 @@ def put(world: ScriptWorld, state: list[float]) -> None:
 
 def meets(world: ScriptWorld, state: list[float]) -> bool:
     put(world, state)
-    return world.parts.meters.collisions.check(
-        world.parts.collections.named("robot"), world.sim.scene.resolve("post")
-    )
+    robot, post = world.parts.collections.named("robot"), world.sim.scene.resolve("post")
+    return bool(world.parts.meters.collisions.check(robot, post))
 
 
 def tip(world: ScriptWorld, state: list[float]) -> list[float]:
