@@ -79,9 +79,8 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "Blocking calls are answered between simulation steps.",
-        "They cost a round trip; V-REP took up to a step. Under `simx-run` and the stand-ins for `vrep.py`, only "
-        "different reads of one step do: a blocking call waits for the next step if it repeats one of the same step, "
-        "changes something after another one, or follows a change. `SIMX_PACE`: `free`, `repeat`, `every`.",
+        "They cost a round trip; V-REP took up to a step. Under `simx-run` and the stand-ins for `vrep.py`, a call "
+        "waits for the next step if it repeats a call or changes something. `SIMX_PACE`: `free`, `repeat`, `every`.",
         "tests/client/test_pace.py::test_a_gripper_that_is_polled_until_it_rests_is_closed",
         when="a loop of blocking calls",
     ),

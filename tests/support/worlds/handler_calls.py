@@ -39,6 +39,10 @@ class PaintingThread:
         """Whether somebody waits for a picture."""
         return bool(self._waiting)
 
+    def wait_until_prepared(self, seconds: float) -> bool:
+        """Nothing has to be prepared."""
+        return True
+
     def paint(self) -> None:
         waiting, self._waiting = self._waiting, []
         for view, future in waiting:
