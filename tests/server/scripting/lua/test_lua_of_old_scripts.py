@@ -100,6 +100,17 @@ def test_files_of_the_workspace_are_written_only(tmp_path: Path) -> None:
     assert (tmp_path / "sub" / "log.txt").read_bytes() == b"b"
 
 
+def test_a_file_is_written_by_its_number_too(tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_text(
+        "<mujoco><worldbody><body name='base'/></worldbody><custom><text name='simx:lua:base' data='"
+        "n = simx.openFile([[log.txt]]) simx.writeFile(n, [[a]]) simx.flushFile(n) "
+        "simx.writeFile(n, [[b]]) simx.closeFile(n)'/></custom></mujoco>",
+        encoding="utf-8",
+    )
+    World(file=tmp_path / "scene.xml", workspace=tmp_path).run(0)
+    assert (tmp_path / "log.txt").read_text(encoding="utf-8") == "ab"
+
+
 def test_files_outside_the_workspace_and_the_servers_own_are_not_written(tmp_path: Path) -> None:
     space = tmp_path / "space"
     space.mkdir()
