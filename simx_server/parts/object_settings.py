@@ -49,6 +49,9 @@ class ObjectSettings(Part):
         self._sim = sim
         self._known: dict[int, _Settings] = {}
         self._before_the_run: dict[int, _Settings] = {}
+        self._kept: dict[tuple[int, int], float] = {}
+        """Values of parameters without effect, by object and number."""
+        self._kept_before_the_run: dict[tuple[int, int], float] = {}
         self._placed: set[int] = set()
         """Handles of objects that were placed since the last physics."""
         self.visible_layers = _VISIBLE
@@ -64,16 +67,24 @@ class ObjectSettings(Part):
         self._end_run()
 
     def remember(self) -> object:
-        return dict(self._known), frozenset(self._placed)
+        return dict(self._known), frozenset(self._placed), dict(self._kept)
 
     def recall(self, memory: Any) -> None:
-        known, placed = memory
-        self._known, self._placed = dict(known), set(placed)
+        known, placed, kept = memory
+        self._known, self._placed, self._kept = dict(known), set(placed), dict(kept)
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Copy the settings of originals to their copies (handle of the original to that of the copy)."""
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
         self.apply_masks()
+
+    def kept(self, handle: int, number: int, default: float) -> float:
+        """Return the value of an object's parameter that has no effect here."""
+        return self._kept.get((handle, number), default)
+
+    def keep(self, handle: int, number: int, value: float) -> None:
+        """Store the value of an object's parameter that has no effect here."""
+        self._kept[handle, number] = value
 
     def layers(self, handle: int) -> int:
         """Return the visibility layers, 16 bits. Cameras show an object when one of them is among the visible layers.
@@ -198,15 +209,18 @@ class ObjectSettings(Part):
 
     def _forget(self) -> None:
         self._known = {}
+        self._kept = {}
         self.visible_layers = int(self._sim.scene.annotations.scene.get("layers", _VISIBLE))
 
     def _begin_run(self) -> None:
         self._before_the_run = dict(self._known)
+        self._kept_before_the_run = dict(self._kept)
         self.launch({*self._known, *self._annotated("shape", "first_velocity")})
 
     def _end_run(self) -> None:
         self._placed.clear()
         self._known = self._before_the_run
+        self._kept = self._kept_before_the_run
 
     def _of(self, handle: int) -> _Settings:
         known = self._known.get(handle)

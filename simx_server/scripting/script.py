@@ -128,6 +128,12 @@ class Script:
     joint_bases: bool = False
     """A pose relative to a joint is one in its fixed frame, as before CoppeliaSim 4.0.1; else in its moving frame."""
 
+    stops_at_errors: bool = True
+    """Whether an error of the API stops it from its start on; the scripts of old versions of V-REP went on."""
+
+    raises_errors: bool = True
+    """Whether an error of the API stops it now."""
+
     active_in_run: bool = True
     """Whether a customization script is called during a run."""
 

@@ -181,6 +181,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "threaded": switch,
         "enabled": switch,
         "joint_bases": switch,
+        "stops_at_errors": switch,
         "order": one_of("first", "normal", "last"),
         "traversal": one_of("reverse", "forward", "parent"),
     },
