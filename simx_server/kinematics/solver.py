@@ -89,7 +89,7 @@ class Calculation:
         """Return a calculation from a script's numbers; iterations and damping are brought into their ranges.
 
         Raises:
-            CommandError: there is no such method.
+            CommandError: the method is not known.
         """
         if method not in (0, 1, 2):
             raise CommandError(f"{method} is no method; those are 0 pseudo inverse, 1 damped, 2 transpose")

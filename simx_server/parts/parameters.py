@@ -137,7 +137,7 @@ _CONSTANT = {
     47: 0,
     53: 1,
 }
-"""What V-REP tells of itself where this server has nothing to tell: the values of a V-REP in which nothing happens."""
+"""Values that V-REP tells of itself while nothing happens in it; this server has nothing to tell there."""
 
 _PICTURE = {
     c.sim_arrayparam_fog: (0.5, 10.0, 0.4),

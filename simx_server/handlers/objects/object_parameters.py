@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 NOT_THERE = 0
-"""What V-REP's functions return for a parameter that an object does not have."""
+"""Result of V-REP's functions for a parameter that an object does not have."""
 
 
 def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: bool) -> Entry:

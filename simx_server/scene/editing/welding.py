@@ -70,7 +70,7 @@ def set_static(sim: LiveScene, handle: int, static: bool) -> None:
     This is V-REP's `shapeintparam_static`. Physics does not move the joints of a static link.
 
     Raises:
-        Unsupported: a part of the world shall be dynamic, or a link has joints that are no objects.
+        Unsupported: a part of the world shall be dynamic, or scripts do not know the joints of a link.
     """
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE, ObjectKind.DUMMY)
     if item.element != "body":

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from simx_server.parts.custom_data import APPLICATION, HIDDEN, REFERENCES
+from simx_server.parts.custom_data import APPLICATION, HIDDEN, REFERENCES, SCENE
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.packing import pack, unpack
 from simx_server.scripting.api.values.tables import pack_table, unpack_table
 
-_PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
+_PERSISTENT, _EXTENSION, _NUMBERED = HIDDEN + "persistent/", HIDDEN + "extension/", HIDDEN + "numbered/"
 """Prefixes of the names under which these are stored."""
 
 
@@ -35,6 +35,23 @@ class CustomDataFunctions(ApiPart):
     readCustomStringData = readCustomDataBlock
     writeCustomBufferData = writeCustomDataBlock
     readCustomBufferData = readCustomDataBlock
+
+    def addObjectCustomData(self, handle: int, number: int, data: bytes) -> int:
+        """Store data with an object under a number; '' removes it. V-REP 2's form."""
+        self._world.custom_data.write(self._self(handle), f"{_NUMBERED}{number}", data)
+        return 1
+
+    def getObjectCustomData(self, handle: int, number: int) -> bytes | None:
+        """Return the data that an object has under a number. V-REP 2's form."""
+        return self._world.custom_data.read(self._self(handle), f"{_NUMBERED}{number}")
+
+    def addSceneCustomData(self, number: int, data: bytes) -> int:
+        """Store data with the scene under a number; '' removes it. V-REP 2's form."""
+        return self.addObjectCustomData(SCENE, number, data)
+
+    def getSceneCustomData(self, number: int) -> bytes | None:
+        """Return the data that the scene has under a number. V-REP 2's form."""
+        return self.getObjectCustomData(SCENE, number)
 
     def writeCustomTableData(
         self, handle: int, name: str, table: list[Any] | dict[Any, Any] | None = None
@@ -77,7 +94,9 @@ class CustomDataFunctions(ApiPart):
     def getReferencedHandles(self, handle: int, tag: str = "") -> list[int]:
         """Return the referenced objects; -1 stands for removed ones."""
         packed = self._world.custom_data.read(self._self(handle), f"{REFERENCES}{tag}") or b""
-        return [each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0)]
+        return [
+            each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0) or []
+        ]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
         """Set V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""

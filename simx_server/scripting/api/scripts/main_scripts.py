@@ -49,6 +49,10 @@ class MainScriptFunctions(ApiPart):
         """Call a phase of all child scripts: the name since CoppeliaSim 4.7. Partly: as sim.handleChildScripts."""
         return self.handleChildScripts(call_type, *values)
 
+    def handleSensingChildScripts(self) -> int:
+        """Call the sensing of all child scripts. V-REP 2's form."""
+        return self.handleChildScripts(CALL_TYPES["syscb_sensing"])
+
     def handleChildScript(self, handle: int, *values: Any) -> int:
         """Call the actuation of an object's child script; return 1, or 0 without one."""
         self._check_main(0)

@@ -114,7 +114,7 @@ def _button_of(chunks: Chunks) -> Button:
     attributes, handle, width, height, x, y = chunks.whole(tag, place, end, "6i")
     label, place = chunks.text_at(tag, place + 24, end)
     down_label, place = chunks.text_at(tag, place, end)
-    # As bits, because a slider that was never moved may have a value that is no number.
+    # As bits, because the value of a slider that was never moved may be NaN.
     slider = struct.unpack(f"<{real}", struct.pack(f"<{bits}", *chunks.whole(tag, place, end, bits)))[0]
     return Button(
         handle=handle,
