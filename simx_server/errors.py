@@ -17,6 +17,23 @@ class CommandError(Exception):
     """The text is not needed: the caller suppressed it, or only has to wait. The return code is 8 all the same."""
 
 
+class Unsupported(CommandError):
+    """A call that V-REP accepted and that this server cannot carry out.
+
+    It is an error for a client. A script goes on: the text is logged once, and the call returns what it returned in
+    V-REP. The text should not contain values that change from call to call.
+    """
+
+    def __init__(self, text: str, answer: object = None) -> None:
+        """Describe the limit.
+
+        Args:
+            answer: what the function returns to a script; None stands for what functions of its kind return.
+        """
+        super().__init__(text)
+        self.answer = answer
+
+
 class UnknownHandle(CommandError):
     """A handle that belongs to no object of the loaded scene."""
 

@@ -285,9 +285,9 @@ class Joints(Machine):
             CommandError: the joint is not spherical.
         """
         self._spherical(handle)
-        if len(matrix) != 12 or not all(math.isfinite(v) for v in matrix):
+        if len(matrix) < 12 or not all(math.isfinite(v) for v in matrix):
             raise CommandError("a joint matrix is 12 finite numbers, row-major 3 x 4")
-        self.set_spherical_rotation(handle, quat_of_matrix(matrix))
+        self.set_spherical_rotation(handle, quat_of_matrix(matrix[:12]))
 
     def set_spherical_rotation(self, handle: int, quat_wxyz: Quaternion) -> None:
         """Set the rotation of a spherical joint, velocity zero.

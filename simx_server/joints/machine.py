@@ -272,6 +272,10 @@ class Machine:
             state.fixed = fixed
             self._apply(handle)
 
+    def is_fixed(self, handle: int) -> bool:
+        """Return whether physics leaves a joint where it is."""
+        return self._any(handle)[1].fixed
+
     def forget_run(self) -> None:
         """Reset measured forces and velocities and the controllers' memory: a run starts."""
         self._average_force = False

@@ -86,16 +86,14 @@ class Calculation:
 
     @classmethod
     def checked(cls, method: int, damping: float, iterations: int) -> Calculation:
-        """Return a calculation from a script's numbers.
+        """Return a calculation from a script's numbers; iterations and damping are brought into their ranges.
 
         Raises:
-            CommandError: a number is out of range.
+            CommandError: the method is not known.
         """
         if method not in (0, 1, 2):
             raise CommandError(f"{method} is no method; those are 0 pseudo inverse, 1 damped, 2 transpose")
-        if not 1 <= iterations <= MOST_ITERATIONS or damping < 0:
-            raise CommandError(f"iterations are 1 to {MOST_ITERATIONS}, damping is not below 0")
-        return cls(Method(method), damping, iterations)
+        return cls(Method(method), max(damping, 0.0), min(max(iterations, 1), MOST_ITERATIONS))
 
 
 @dataclass(frozen=True)
@@ -224,8 +222,8 @@ class Solver:
         wanted = arm.element.constraints
         tip = compose(pose_of_body(data, arm.body), arm.tip)
         mujoco.mj_jac(self._model, data, self._position, self._rotation, np.array(tip[0]), arm.body)
-        errors: list[Array] = []
-        rows: list[Array] = []
+        errors: list[Array] = [np.empty(0)]  # a tip without constraints goes wherever the others take it
+        rows: list[Array] = [np.empty((0, len(self._joints.dofs)))]
         if wanted & Constraint.POSITION:
             chosen = [i for i in range(3) if wanted & (1 << i)]
             axes = np.array(matrix(compose(pose_of_body(data, arm.base_body), arm.base)[1])).T[chosen]

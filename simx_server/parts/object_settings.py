@@ -47,11 +47,15 @@ class ObjectSettings(Part):
         self._sim = sim
         self._known: dict[int, _Settings] = {}
         self._before_the_run: dict[int, _Settings] = {}
+        self._kept: dict[tuple[int, int], float] = {}
+        """Values of parameters without effect, by object and number."""
+        self._kept_before_the_run: dict[tuple[int, int], float] = {}
         self._placed: set[int] = set()
         """Handles of objects that were placed since the last physics."""
 
     def scene_changed(self) -> None:
         self._known = {}
+        self._kept = {}
 
     def run_started(self) -> None:
         self._begin_run()
@@ -60,11 +64,11 @@ class ObjectSettings(Part):
         self._end_run()
 
     def remember(self) -> object:
-        return dict(self._known), frozenset(self._placed)
+        return dict(self._known), frozenset(self._placed), dict(self._kept)
 
     def recall(self, memory: Any) -> None:
-        known, placed = memory
-        self._known, self._placed = dict(known), set(placed)
+        known, placed, kept = memory
+        self._known, self._placed, self._kept = dict(known), set(placed), dict(kept)
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Copy the settings of originals to their copies (handle of the original to that of the copy)."""
@@ -83,6 +87,14 @@ class ObjectSettings(Part):
         scene.annotations = replace(scene.annotations, scene=notes)
         properties.apply(self._sim)
         self._sim.changed()
+
+    def kept(self, handle: int, number: int, default: float) -> float:
+        """Return the value of an object's parameter that has no effect here."""
+        return self._kept.get((handle, number), default)
+
+    def keep(self, handle: int, number: int, value: float) -> None:
+        """Store the value of an object's parameter that has no effect here."""
+        self._kept[handle, number] = value
 
     def layers(self, handle: int) -> int:
         """Return the visibility layers, 16 bits. Cameras show an object when one of them is among the visible layers.
@@ -207,11 +219,13 @@ class ObjectSettings(Part):
 
     def _begin_run(self) -> None:
         self._before_the_run = dict(self._known)
+        self._kept_before_the_run = dict(self._kept)
         self.launch({*self._known, *self._annotated("shape", "first_velocity")})
 
     def _end_run(self) -> None:
         self._placed.clear()
         self._known = self._before_the_run
+        self._kept = self._kept_before_the_run
 
     def _of(self, handle: int) -> _Settings:
         known = self._known.get(handle)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 
 _V = TypeVar("_V")
 
@@ -46,11 +46,11 @@ class Table(Generic[_V]):
 
 
 def only(value: _V, reason: str) -> Parameter[_V]:
-    """Return a parameter with one fixed value; setting another value is an error with this reason."""
+    """Return a parameter with one fixed value; setting another value is not possible, for this reason."""
 
     def put(wanted: _V) -> None:
         if wanted != value:
-            raise CommandError(f"it stays {value}: {reason}")
+            raise Unsupported(f"it stays {value}: {reason}")
 
     return Parameter(lambda: value, put)
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from simx_client.protocol import constants as c
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.files.library import shipped_models, shipped_scenes
 from simx_server.scene.formats.annotations import ENGINES
 from simx_server.world.part import Part
@@ -97,7 +97,20 @@ _ON = {
 }
 """Switches that are always on, with the reason."""
 
+_KEPT_SWITCHES = (
+    26, c.sim_boolparam_force_calcstruct_all_visible, c.sim_boolparam_force_calcstruct_all, 46, 47, 49, 53, 54
+)  # fmt: skip
+"""Switches of V-REP's window and of its drawing, off at first."""
+
 _KEPT = {
+    c.sim_intparam_motionplanning_seed: 0,
+    37: 0,  # iterations of an engine's solver
+    40: 300,
+    41: 300,
+    42: 300,  # how much is said in the console, in the status bar and in dialogs
+    43: 0,
+    44: 0,
+    51: 0,
     c.sim_intparam_infotext_style: 0,
     c.sim_intparam_settings: 0,
     c.sim_intparam_work_thread_count: 1,
@@ -108,9 +121,31 @@ _KEPT = {
     c.sim_intparam_dynamic_warning_disabled_mask: 0,
     c.sim_intparam_simulation_warning_disabled_mask: 0,
 }
-"""Settings of V-REP's window, its drawing threads and its warnings, with their start values. Programs set them; here
-they keep their value without any effect.
+"""Settings of V-REP's window, its drawing threads, messages and warnings, with their start values. Programs set them;
+here they keep their value without any effect.
 """
+
+_CONSTANT = {
+    c.sim_intparam_custom_cmd_start_id: 0,
+    c.sim_intparam_compilation_version: 1,  # the educational version
+    c.sim_intparam_flymode_camera_handle: -1,
+    c.sim_intparam_qt_version: 50900,
+    c.sim_intparam_event_flags_read: 0,
+    c.sim_intparam_event_flags_read_clear: 0,
+    38: 0,
+    46: 0,
+    47: 0,
+    53: 1,
+}
+"""Values that V-REP tells of itself while nothing happens in it; this server has nothing to tell there."""
+
+_PICTURE = {
+    c.sim_arrayparam_fog: (0.5, 10.0, 0.4),
+    c.sim_arrayparam_background_color1: (0.7, 0.75, 0.8),
+    c.sim_arrayparam_background_color2: (0.1, 0.1, 0.15),
+    c.sim_arrayparam_ambient_light: (0.6, 0.6, 0.6),
+}
+"""Settings of V-REP's views, three numbers each, which are kept without any effect."""
 
 _PAGES = 8
 """Number of pages of V-REP's window; 0 is the first."""
@@ -180,6 +215,7 @@ class Parameters(Part):
 
     def _booleans(self) -> dict[int, Parameter[bool]]:
         entries = {number: only(False, reason) for reason, numbers in _OFF.items() for number in numbers}
+        entries |= {number: kept(False) for number in _KEPT_SWITCHES}
         entries |= {number: only(True, reason) for reason, numbers in _ON.items() for number in numbers}
         entries |= {
             c.sim_boolparam_dynamics_handling_enabled: Parameter(
@@ -246,6 +282,7 @@ class Parameters(Part):
             c.sim_intparam_speedmodifier: Parameter(lambda: self._speed_index, self._set_speed_index),
             _SIM_INTPARAM_PROGRAM_FULL_VERSION: Parameter(lambda: PROGRAM_VERSION * 100),
             **{number: kept(value) for number, value in _KEPT.items()},
+            **{number: _constant(value) for number, value in _CONSTANT.items()},
         }
 
     def _floats(self) -> dict[int, Parameter[float]]:
@@ -255,11 +292,16 @@ class Parameters(Part):
                 lambda: self._sim.time_step, self._set_time_step
             ),
             _SIM_FLOATPARAM_DYNAMIC_STEP_SIZE: Parameter(lambda: float(self._sim.model.opt.timestep)),
+            c.sim_floatparam_stereo_distance: kept(0.0),
+            4: kept(1.0),  # of the mouse wheel
+            6: kept(0.02),
+            7: kept(0.1),  # sizes of triangles
             _SIM_FLOATPARAM_PHYSICS_TIME_STEP: Parameter(lambda: float(self._sim.model.opt.timestep)),
         }
 
     def _strings(self) -> dict[int, Parameter[str]]:
         return {
+            c.sim_stringparam_video_filename: kept(""),
             c.sim_stringparam_application_path: Parameter(lambda: str(Path(__file__).resolve().parents[1])),
             c.sim_stringparam_scene_path_and_name: Parameter(lambda: str(self._sim.scene.path or "")),
             _SIM_STRINGPARAM_SCENE_PATH: Parameter(
@@ -286,6 +328,7 @@ class Parameters(Part):
                 lambda: list(self._vision.background), self._set_background
             ),
             c.sim_arrayparam_random_euler: Parameter(self._random_euler),
+            **{number: kept(list(values)) for number, values in _PICTURE.items()},
         }
 
     def _is_real_time(self) -> bool:
@@ -302,7 +345,7 @@ class Parameters(Part):
 
     def _set_engine(self, value: int) -> None:
         if value not in (self._engine(), MUJOCO_ENGINE):
-            raise CommandError(f"it stays {self._engine()}: the dynamics engine here is MuJoCo")
+            raise Unsupported(f"it stays {self._engine()}: the dynamics engine here is MuJoCo")
 
     def _set_error_report_mode(self, value: int) -> None:
         known = c.sim_api_errormessage_report | c.sim_api_errormessage_output
@@ -328,9 +371,9 @@ class Parameters(Part):
         if not value:
             return
         if self._sim.is_running:
-            raise CommandError("the server ends only while the simulation is stopped; stop it first")
+            raise Unsupported("the server ends only while the simulation is stopped; stop it first")
         if self.end is None:
-            raise CommandError("this simulation has no server that could be ended")
+            raise Unsupported("this simulation has no server that could be ended")
         logger.info("a client asked the server to end")
         self.end()
 
@@ -370,3 +413,7 @@ class Parameters(Part):
         """Return Euler angles of a uniformly distributed random rotation: sin(beta) is uniform."""
         alpha, gamma = (self._random.uniform(-math.pi, math.pi) for _ in range(2))
         return [alpha, math.asin(self._random.uniform(-1.0, 1.0)), gamma]
+
+
+def _constant(value: int) -> Parameter[int]:
+    return Parameter(lambda: value)

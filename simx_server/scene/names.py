@@ -52,14 +52,16 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
 
     Old name: exactly `name`; one trailing `#` is dropped; `name@alt` and `name@silentError` mean `name`.
     `NAME_visual` and `NAME_respondable` mean the body `NAME` if they do not exist: a link of a URDF is one body here.
-    Path (starts with `/`, `.` or `:`): each component is an alias somewhere below the one before it. `[i]` picks the
-    i-th (from 0) of the children of one object, or of all if none has that many, `{i}` the i-th of all; `*` and `?` are
-    wildcards; `./` starts at `origin`, `../` at its parent, `/` at the top.
-    Raises UnknownName, whose text lists the nearest names.
+    Path (starts with `/`, `.` or `:`): each component is an alias, or an old name, somewhere below the one before it.
+    `[i]` picks the i-th (from 0) of the children of one object, or of all if none has that many, `{i}` the i-th of all;
+    `*` and `?` are wildcards; `./` starts at `origin`, `../` at its parent, `:/` at its model, `::/` at the model above
+    that, `/` at the top.
+    Raises UnknownName, whose text lists the nearest names, or paths if a path was given.
     """
     plain, _, suffix = text.partition("@")
     silent = suffix.lower() == "silenterror"
-    if plain.startswith(("/", ".", ":")):
+    is_path = plain.startswith(("/", ".", ":"))
+    if is_path:
         found = _resolve_path(scene, plain, origin)
     else:
         name = plain.removesuffix("#")
@@ -67,7 +69,8 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
         if found is None:
             found = _link_of(scene, name)
     if found is None:
-        raise UnknownName(text, nearest_names(scene, plain), silent=silent)
+        near = nearest_paths(scene, plain) if is_path else nearest_names(scene, plain)
+        raise UnknownName(text, near, silent=silent)
     return found
 
 
@@ -86,6 +89,12 @@ def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
     """Return up to `count` names of the scene that resemble the text, ignoring case, best first."""
     wanted = text.strip("/.:").rsplit("/", 1)[-1]
     return nearest(wanted, [item.name for item in scene.objects.values()], count)
+
+
+def nearest_paths(scene: Scene, text: str) -> list[str]:
+    """Return paths of the scene that resemble one, best first."""
+    names = {item.name: handle for handle, item in scene.objects.items()}
+    return paths_of(scene, [names[name] for name in nearest_names(scene, text)])
 
 
 def path_of(scene: Scene, handle: int) -> str:
@@ -151,11 +160,11 @@ def path_parts(scene: Scene, parent: int) -> dict[int, str]:
 def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
     places = [-1 if text.startswith("/") else origin]
     found_any = False
-    for part in text.lstrip(":").split("/"):
+    for part in text.split("/"):
         if part in ("", "."):
             continue
-        if part == "..":
-            places = [scene.objects[place].parent if place != -1 else -1 for place in places]
+        if part in _UPWARDS:
+            places = [_UPWARDS[part](scene, places[0])]
             found_any = places[0] != -1
             continue
         match = _INDEX.match(part)
@@ -175,6 +184,25 @@ def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
     if not found_any:
         return origin if origin in scene.objects and text in (".", "./") else None
     return places[0]
+
+
+def _parent(scene: Scene, handle: int) -> int:
+    return -1 if handle == -1 else scene.objects[handle].parent
+
+
+def _model(scene: Scene, handle: int) -> int:
+    """Return the nearest model base from an object upwards, itself included; -1 for none."""
+    while handle != -1 and not scene.is_model_base(handle):
+        handle = _parent(scene, handle)
+    return handle
+
+
+def _model_above(scene: Scene, handle: int) -> int:
+    return _model(scene, _parent(scene, _model(scene, handle)))
+
+
+_UPWARDS = {"..": _parent, ":": _model, "::": _model_above}
+"""Parts of a path that lead from an object to one above it, or for ``:`` to itself."""
 
 
 def _below(scene: Scene, base: int) -> Iterator[int]:
@@ -201,4 +229,4 @@ def _among_siblings(scene: Scene, places: Collection[int], alias: str, index: in
 
 def _fits(scene: Scene, handle: int, pattern: str) -> bool:
     item = scene.objects[handle]
-    return item.name == pattern or fnmatch.fnmatchcase(item.alias, pattern)
+    return item.name == pattern.removesuffix("#") or fnmatch.fnmatchcase(item.alias, pattern)

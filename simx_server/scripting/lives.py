@@ -111,6 +111,7 @@ class Lives:
         script.problem = ""
         script.switching.level = 0
         script.switching.is_last = False
+        script.raises_errors = script.stops_at_errors
         try:
             source = script.code(self._sim, allows_code=self.allows_code)
             spaces = self._open_spaces(script)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
 
-from ..errors import CommandError
+from ..errors import CommandError, Unsupported
 from . import api
 from .interpreter import OLD_SPACES, Constant, Plain, Waiting, no_such_plugin
 from .signature import Signature
@@ -49,10 +49,17 @@ _OLD_PLUGIN = re.compile(r"ext([A-Z][A-Za-z0-9]*)_\w")
 """Start of V-REP 3's name of a plug-in's function: ``simExtOctomap_prune`` is ``sim.extOctomap_prune`` here."""
 
 
+DONE, FAILED = 1, -1
+"""Codes of V-REP's functions."""
+
+_SETTER = re.compile(r"\w+\.(?:set|reset|handle|remove|add)")
+
+
 class Namespaces:
     """The namespaces of one script."""
 
     def __init__(self, world: World, script: Script) -> None:
+        self._script = script
         self._say_once = world.scripts.say_once
         self._spaces = {space: kind(world, script) for space, kind in api.NAMESPACES.items()}
         self._found: dict[str, tuple[Callable[..., Any], Signature]] = {}
@@ -79,8 +86,39 @@ class Namespaces:
                 return self._without(space, name, values)
             found = self._found[full_name] = getattr(self._spaces[space], name), signature
         function, signature = found
-        result = function(*signature.bind(values))
-        return _waiting(result) if isinstance(result, GeneratorType) else _as_tuple(result)
+        try:
+            result = function(*signature.bind(values))
+        except CommandError as problem:
+            return self._going_on(full_name, signature, problem)
+        if isinstance(result, GeneratorType):
+            return self._waiting(full_name, signature, result)
+        return _as_tuple(result)
+
+    def _waiting(self, full_name: str, signature: Signature, steps: Any) -> Waiting:
+        taken: Generator[None, None, Any] = steps
+        try:
+            result = yield from taken
+        except CommandError as problem:
+            return self._going_on(full_name, signature, problem)
+        return _as_tuple(result)
+
+    def _going_on(self, full_name: str, signature: Signature, problem: CommandError) -> tuple[Any, ...]:
+        """Return what a call gave in V-REP that has failed here, and tell of it once.
+
+        Raises:
+            CommandError: the call is an error in V-REP too, and errors stop the script.
+        """
+        if isinstance(problem, Unsupported):
+            answer: Any = problem.answer
+            if answer is None and signature.gives_number:
+                answer = DONE if _SETTER.match(full_name) else FAILED
+            self._say_once(f"{full_name}: {problem}")
+        elif self._script.raises_errors:
+            raise problem
+        else:
+            answer = FAILED if signature.gives_number else None
+            self._say_once(f"{full_name}: {problem}", about=f"{full_name} in script {self._script.handle}")
+        return _as_tuple(answer)
 
     def _without(self, space: str, name: str, values: list[Any]) -> tuple[Any, ...]:
         """Read a constant of a name that does not exist, which is nil in V-REP. Raises CommandError: a function."""
@@ -99,12 +137,6 @@ def _missing_plugin(name: str) -> str:
     if found is None or f"Ext{found[1]}_" in OLD_SPACES or f"sim{found[1]}" in api.NAMESPACES:
         return ""
     return f"sim{found[1]}"
-
-
-def _waiting(steps: Any) -> Waiting:
-    taken: Generator[None, None, Any] = steps
-    result = yield from taken
-    return _as_tuple(result)
 
 
 def _as_tuple(result: Plain) -> tuple[Any, ...]:

@@ -132,6 +132,11 @@ class Script:
 
     full_results: bool = False
     """Functions of proximity sensors return all values also where nothing is detected, as since CoppeliaSim 4.3."""
+    stops_at_errors: bool = True
+    """Whether an error of the API stops it from its start on; the scripts of old versions of V-REP went on."""
+
+    raises_errors: bool = True
+    """Whether an error of the API stops it now."""
 
     active_in_run: bool = True
     """Whether a customization script is called during a run."""

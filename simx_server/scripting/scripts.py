@@ -339,10 +339,14 @@ class Scripts(Part):
             if script is not sender:
                 self._lives.call(script, "sysCall_msg", message, sender.handle)
 
-    def say_once(self, text: str) -> None:
-        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before."""
-        if text not in self.told:
-            self.told.add(text)
+    def say_once(self, text: str, *, about: str = "") -> None:
+        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before.
+
+        Args:
+            about: what the line is about, where it contains values that change; there is one line about each.
+        """
+        if (about or text) not in self.told:
+            self.told.add(about or text)
             self._status_bar.add(text)
 
     # --- the scene -------------------------------------------------------------------------------
@@ -423,6 +427,7 @@ class Scripts(Part):
             starts_enabled=bool(note.get("enabled", True)),
             joint_bases=bool(note.get("joint_bases", False)),
             full_results=bool(note.get("full_results", language == PYTHON)),
+            stops_at_errors=bool(note.get("stops_at_errors", True)),
             order=Order[str(note.get("order", "normal")).upper()],
             traversal=Traversal[str(note.get("traversal", "reverse")).upper()],
         )

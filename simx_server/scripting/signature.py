@@ -84,6 +84,8 @@ def to_bytes(value: Any) -> bytes:
             raise TypeError("a string of characters that Unicode has") from None
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) < _NO_TEXT:
         return str(value).encode()  # as in Lua
+    if isinstance(value, float):
+        return f"{value:.14g}".encode()  # as in V-REP's Lua
     raise TypeError("a string")
 
 
@@ -174,6 +176,10 @@ def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
     return _SCALARS[origin or annotation], annotation is Any
 
 
+_NUMBERS = (int, float, type(None))
+"""Results of functions that gave a number in V-REP; those without a result gave a code."""
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     name: str
@@ -191,6 +197,9 @@ class Signature:
     rest: Parameter | None = None
     """Parameter for all values after the others."""
 
+    gives_number: bool = False
+    """Whether the result is one number."""
+
     @classmethod
     def of(cls, function: Callable[..., Any]) -> Signature:
         hints = typing.get_type_hints(function)
@@ -203,7 +212,7 @@ class Signature:
                 rest = described
             else:
                 parameters.append(described)
-        return cls(tuple(parameters), rest)
+        return cls(tuple(parameters), rest, hints.get("return") in _NUMBERS)
 
     def bind(self, values: Sequence[Any]) -> list[Any]:
         """Return typed arguments for the passed values; more values than parameters are ignored, as in V-REP.

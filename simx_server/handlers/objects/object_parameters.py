@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.handlers.registry import handler
 
-from .parameter_tables import REFUSED, Entry, entries_of
+from .parameter_tables import Entry, entries_of
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
     from simx_server.world.world import World
+
+
+NOT_THERE = 0
+"""Result of V-REP's functions for a parameter that an object does not have."""
 
 
 def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: bool) -> Entry:
@@ -24,22 +28,21 @@ def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: 
         and (entry.set if setting else entry.get) is not None
     ):
         return entry
-    if number in REFUSED and entry is None:
-        raise CommandError(f"parameter {number} of '{item.name}': {REFUSED[number]}")
     verb = "set" if setting else "read"
     if entry is not None and entry.is_integer != integer:
         other = "Int" if entry.is_integer else "Float"
-        raise CommandError(
-            f"parameter {number} ({entry.name}) is no {_kind(integer)}; use the {other} command"
+        raise Unsupported(
+            f"parameter {number} ({entry.name}) is no {_kind(integer)}; use the {other} command", NOT_THERE
         )
     listed = ", ".join(
         f"{n} {e.name}"
         for n, e in sorted(known.items())
         if e.is_integer == integer and (e.set if setting else e.get) is not None
     )
-    raise CommandError(
+    raise Unsupported(
         f"parameter {number} of '{item.name}', a {item.kind.text}, cannot be {verb}; {_kind(integer)} parameters that "
-        f"can: {listed or 'none'}"
+        f"can: {listed or 'none'}",
+        NOT_THERE,
     )
 
 

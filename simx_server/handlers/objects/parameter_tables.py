@@ -1,21 +1,21 @@
 """Tables of the numbered object parameters: common ones, and those of each kind of object.
 
 Each entry defines for a number how to read and set it, and whether it is an integer or a float: as in V-REP the two
-kinds have separate commands. A table contains only numbers whose value is true; numbers without a counterpart in
-MuJoCo are refused.
+kinds have separate commands. A number without a counterpart in MuJoCo keeps its value.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import mujoco
 
 from simx_client.protocol import constants as c
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.joints.parameters import READ as JOINT_READ
 from simx_server.joints.parameters import WRITE as JOINT_WRITE
 from simx_server.parts.paths.paths import Follower
@@ -23,7 +23,7 @@ from simx_server.scene.collection import ALL
 from simx_server.scene.editing import editing
 from simx_server.scene.objects import ObjectKind
 
-from . import bounding_box
+from . import bounding_box, parameters_without_effect
 from . import shape_properties as shapes
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _only(value: float, why: str) -> tuple[Getter, Setter]:
 
     def put(_world: World, _handle: int, wanted: float) -> None:
         if wanted != value:
-            raise CommandError(f"{why}; it stays {value:g}")
+            raise Unsupported(f"{why}; it stays {value:g}")
 
     return lambda world, handle: value, put
 
@@ -139,7 +139,7 @@ def render_mode(world: World, handle: int) -> float:
 def set_render_mode(world: World, handle: int, mode: float) -> None:
     """Set the render mode of a vision sensor. Raises UnknownHandle, WrongKind, CommandError: another mode."""
     if mode not in (_COLOURS, _HANDLES):
-        raise CommandError(
+        raise Unsupported(
             f"render mode {mode:g} is not available; give {_COLOURS} for colours, or {_HANDLES} for pixels that are "
             "the handles of what is seen (there are no auxiliary channels, and no other renderers)"
         )
@@ -357,16 +357,23 @@ _BY_KIND: Mapping[ObjectKind, dict[int, Entry]] = MappingProxyType(
     }
 )
 
-REFUSED: Mapping[int, str] = MappingProxyType(
-    {
-        c.sim_objintparam_child_role: "assembly is not available",
-        c.sim_objintparam_parent_role: "assembly is not available",
-        c.sim_objintparam_manipulation_permissions: "there is no mouse to drag objects with",
-    }
-)
-"""V-REP's numbers that have no meaning here, and the reason."""
+
+def _kept(number: int, name: str, default: float) -> Entry:
+    """Return a parameter without effect."""
+
+    def get(world: World, handle: int) -> float:
+        return world.object_settings.kept(handle, number, default)
+
+    def put(world: World, handle: int, value: float) -> None:
+        world.scripts.say_once(f"{name} ({number}) has no effect here; objects only keep its value")
+        world.object_settings.keep(handle, number, value)
+
+    return Entry(name, "intparam" in name, get, put)
 
 
-def entries_of(kind: ObjectKind) -> dict[int, Entry]:
+@cache
+def entries_of(kind: ObjectKind) -> Mapping[int, Entry]:
     """Return all parameters of a kind of object, by number."""
-    return _COMMON | _BY_KIND.get(kind, {})
+    without_effect = {**parameters_without_effect.COMMON, **parameters_without_effect.BY_KIND.get(kind, {})}
+    kept = {number: _kept(number, name, default) for number, (name, default) in without_effect.items()}
+    return MappingProxyType(kept | _COMMON | _BY_KIND.get(kind, {}))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.scene.editing import welding
 from simx_server.scene.editing.model_changes import undone_on_failure
 from simx_server.scene.objects import ObjectKind, SceneObject
@@ -28,6 +28,9 @@ def is_static(sim: Simulation, handle: int) -> bool:
         return True
     if welding.holding_joint(sim, item) is not None:
         return not welding.is_held_link(sim, item)
+    if welding.is_link(sim, item.id):
+        joints = welding.joints_of_link(sim, item)
+        return bool(joints) and all(map(sim.joints.is_fixed, joints))
     return sim.model.body_jntnum[item.id] == 0 and item.element_name not in sim.scene.welded_bodies
 
 
@@ -64,7 +67,9 @@ def is_compound(sim: Simulation, handle: int) -> bool:
 
 
 def get_mass(sim: Simulation, handle: int) -> float:
-    """Return the mass in kilograms."""
+    """Return the mass in kilograms; a part of the world has none."""
+    if sim.scene.get_kind(handle, ObjectKind.SHAPE).element != "body":
+        return 0.0
     return float(sim.model.body_mass[_body(sim, handle)])
 
 
@@ -72,12 +77,12 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
     """Set the mass in kilograms; the inertia changes in proportion.
 
     Raises:
-        CommandError: the mass is not above 0, or the shape's body does not have its own mass.
+        Unsupported: the mass is not above 0, or the shape's body does not have its own mass.
     """
     body = _body(sim, handle)
     model = sim.model
     if mass < _LEAST_MASS or model.body_mass[body] <= 0.0:
-        raise CommandError(f"a mass must be above 0 kg and its shape must have one already; got {mass}")
+        raise Unsupported("a mass must be above 0 kg, and its shape must have one already")
     with undone_on_failure(sim):
         model.body_inertia[body] *= mass / model.body_mass[body]
         model.body_mass[body] = mass
@@ -89,7 +94,7 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
 def _body(sim: Simulation, handle: int) -> int:
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
     if item.element != "body":
-        raise CommandError(f"'{item.name}' is a part of the world, which has no mass")
+        raise Unsupported(f"'{item.name}' is a part of the world, which has no mass")
     return item.body
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import TYPE_CHECKING, Any
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
@@ -139,12 +139,12 @@ class Consoles(Part):
         """Return the console, or None when it is closed already.
 
         Raises:
-            CommandError: this handle never belonged to a console.
+            Unsupported: this handle never belonged to a console.
         """
         console = self._consoles.get(handle)
         if console is None and not 0 < handle < self._next_handle:
             listed = ", ".join(f"{each.handle} ('{each.title}')" for each in self._consoles.values())
-            raise CommandError(f"no console with handle {handle}; open are: {listed or 'none'}")
+            raise Unsupported(f"no console with handle {handle}; open are: {listed or 'none'}", 0)
         return console
 
     def print(self, handle: int, text: str | None) -> None:

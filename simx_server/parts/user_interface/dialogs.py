@@ -14,7 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol import constants as c
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
 from simx_server.world.part import Part
 
@@ -123,7 +123,7 @@ class Dialogs(Part):
             CommandError: the simulation is stopped, the type is unknown, or too many dialogs were not ended.
         """
         if not self._sim.is_running:
-            raise CommandError("a dialog can be shown only during a simulation; start it first")
+            raise Unsupported("a dialog can be shown only during a simulation; start it first")
         style = dialog_type & ~c.sim_dlgstyle_dont_center
         if style not in _STYLES:
             known = ", ".join(f"{number} ({name})" for number, (name, _) in _STYLES.items())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.transplant import move_body
 from simx_server.scene.geometry.placing import body_pose, free_joint, is_carried
@@ -67,13 +67,23 @@ def is_held_link(sim: LiveScene, item: SceneObject) -> bool:
 def set_static(sim: LiveScene, handle: int, static: bool) -> None:
     """Make a free body static (it stays with its parent, or where it is) or a jointless body free.
 
-    This is V-REP's `shapeintparam_static`. Raises CommandError for links of a mechanism.
+    This is V-REP's `shapeintparam_static`. Physics does not move the joints of a static link.
+
+    Raises:
+        Unsupported: a part of the world shall be dynamic, or scripts do not know the joints of a link.
     """
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE, ObjectKind.DUMMY)
-    if item.element != "body" or is_link(sim, item.id):
-        raise CommandError(
-            f"'{item.name}' is a part of a mechanism or of the world; only single bodies can be static"
-        )
+    if item.element != "body":
+        if not static:
+            raise Unsupported(f"'{item.name}' is a part of the world; make it a body to let it move")
+        return
+    if is_link(sim, item.id):
+        joints = joints_of_link(sim, item)
+        if not joints:
+            raise Unsupported(f"'{item.name}' is a part of a mechanism without joints that scripts know")
+        for joint in joints:
+            sim.joints.fix(joint, static)
+        return
     parent, joint = item.parent, holding_joint(sim, item)
     if joint is not None:
         _set_link_static(sim, item, joint, static)
@@ -110,6 +120,13 @@ def body_name(sim: LiveScene, body: int) -> str:
 
 def is_link(sim: LiveScene, body: int) -> bool:
     return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
+
+
+def joints_of_link(sim: LiveScene, item: SceneObject) -> list[int]:
+    """Return the handles of the joints in a body."""
+    return [
+        each.handle for each in sim.scene.objects.values() if each.element == "joint" and each.body == item.id
+    ]
 
 
 def _weld(

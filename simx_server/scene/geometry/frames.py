@@ -194,6 +194,6 @@ def _current(sim: LiveScene, handle: int, relative_to: int) -> tuple[SceneObject
 
 def _checked(values: Sequence[float], count: int, what: str) -> list[float]:
     numbers = [float(v) for v in values]
-    if len(numbers) != count or not all(math.isfinite(v) for v in numbers):
+    if len(numbers) < count or not all(map(math.isfinite, numbers[:count])):
         raise CommandError(f"{what} is {count} finite numbers, not {list(values)}")
-    return numbers
+    return numbers[:count]  # what is left over is ignored, as in V-REP

@@ -75,6 +75,7 @@ from .stand_ins.devices import SimChai3d, SimMtb
 from .stand_ins.messaging import SimB0, SimZmq
 from .stand_ins.ros import OldRosFunctions, SimRos
 from .stand_ins.ros_bridge import RosBridgeFunctions
+from .stand_ins.window import WindowFunctions
 from .user_interface.old_uis import CustomUIFunctions
 from .user_interface.sim_ui_namespace import SimUi
 from .user_interface.views import ViewFunctions
@@ -118,6 +119,7 @@ class SimApi(
     TablePropertyFunctions,
     SelectionFunctions,
     ViewFunctions,
+    WindowFunctions,
     VisionFunctions,
     ImageFileFunctions,
     ShapeFunctions,

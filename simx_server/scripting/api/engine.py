@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import NoReturn
 
 from simx_server.parts import physics_engine_parameters
 
-from ...errors import CommandError
+from ...errors import Unsupported
 from .base import ApiPart
+from .constant_tables.engines import ENGINES
+
+OTHER_ENGINES = frozenset(ENGINES.values())
 
 
 class EngineFunctions(ApiPart):
@@ -21,40 +23,36 @@ class EngineFunctions(ApiPart):
     def getEngineFloatParam(self, number: int, handle: int = -1) -> float:
         """Return a floating-point parameter.
 
-        Partly: only friction and step size of the other engines are available.
+        Partly: the other engines' parameters, but for friction and step size, are only kept.
         """
-        entry = physics_engine_parameters.find(number, is_integer=False)
-        return entry.get(self._sim, self._self(handle))
+        return self._get(number, handle, is_integer=False)
 
     def setEngineFloatParam(self, number: int, handle: int, value: float) -> int:
         """Set a floating-point parameter until the simulation stops; return 1. Of two touching shapes, the greater
         friction counts.
 
-        Partly: only friction of the other engines is available.
+        Partly: the other engines' parameters, but for friction, have no effect.
         """
-        self._set(physics_engine_parameters.find(number, is_integer=False), handle, value)
-        return 1
+        return self._set(number, handle, value, is_integer=False)
 
     def getEngineInt32Param(self, number: int, handle: int = -1) -> int:
-        """Return an integer parameter. Partly: those of the other engines are not available."""
-        entry = physics_engine_parameters.find(number, is_integer=True)
-        return int(entry.get(self._sim, self._self(handle)))
+        """Return an integer parameter. Partly: those of the other engines are only kept."""
+        return int(self._get(number, handle, is_integer=True))
 
     def setEngineInt32Param(self, number: int, handle: int, value: int) -> int:
         """Set an integer parameter until the simulation stops; return 1.
 
-        Partly: those of the other engines are not available.
+        Partly: those of the other engines have no effect.
         """
-        self._set(physics_engine_parameters.find(number, is_integer=True), handle, value)
-        return 1
+        return self._set(number, handle, value, is_integer=True)
 
-    def getEngineBoolParam(self, number: int, _handle: int = -1) -> NoReturn:
-        """Raise an error. Not here: MuJoCo has none of these switches."""
-        raise _no_switch(number)
+    def getEngineBoolParam(self, number: int, handle: int = -1) -> bool:
+        """Return a switch as it was set. Stand-in: MuJoCo has none of the other engines' switches."""
+        return bool(self._get(number, handle, is_integer=True))
 
-    def setEngineBoolParam(self, number: int, _handle: int, _value: bool) -> NoReturn:
-        """Raise an error. Not here: MuJoCo has none of these switches."""
-        raise _no_switch(number)
+    def setEngineBoolParam(self, number: int, handle: int, value: bool) -> int:
+        """Keep a switch; return 1. Stand-in: MuJoCo has none of the other engines' switches."""
+        return self._set(number, handle, value, is_integer=True)
 
     # Names of V-REP 3.
 
@@ -65,16 +63,27 @@ class EngineFunctions(ApiPart):
     getEngineBoolParameter = getEngineBoolParam
     setEngineBoolParameter = setEngineBoolParam
 
-    def _set(self, entry: physics_engine_parameters.EngineParameter, handle: int, value: float) -> None:
-        if entry.set is None:
-            raise CommandError(
-                f"{entry.name} can only be read; it follows from the scene's timestep and pass"
+    def _get(self, number: int, handle: int, *, is_integer: bool) -> float:
+        own = self._self(handle)
+        if self._is_of_others(number):
+            return self._world.object_settings.kept(own, number, 0.0)
+        return physics_engine_parameters.find(number, is_integer=is_integer).get(self._sim, own)
+
+    def _set(self, number: int, handle: int, value: float, *, is_integer: bool) -> int:
+        own = self._self(handle)
+        if self._is_of_others(number):
+            self._say_once(
+                f"engine parameter {number} has no effect here: the engine is MuJoCo; its value is only kept"
             )
-        entry.set(self._sim, self._self(handle), value)
+            self._world.object_settings.keep(own, number, value)
+            return 1
+        entry = physics_engine_parameters.find(number, is_integer=is_integer)
+        if entry.set is None:
+            raise Unsupported(f"{entry.name} can only be read; it follows from the scene's timestep and pass")
+        entry.set(self._sim, own, value)
+        return 1
 
-
-def _no_switch(number: int) -> CommandError:
-    return CommandError(
-        f"engine parameter {number} is not there: the engine is MuJoCo, which has none of the switches of Bullet, ODE, "
-        "Vortex and Newton; leave it out"
-    )
+    @staticmethod
+    def _is_of_others(number: int) -> bool:
+        """Return whether a parameter of V-REP's engines has no counterpart in MuJoCo."""
+        return number in OTHER_ENGINES and number not in physics_engine_parameters.PARAMETERS

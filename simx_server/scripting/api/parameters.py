@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from simx_client.protocol import constants as c
 from simx_server.parts.custom_data import APPLICATION, NAMED
 
 from ...errors import CommandError
 from ...handlers import parameters
 from .base import ApiPart
+
+_ERRORS = c.sim_api_errormessage_report | c.sim_api_errormessage_output
+"""Bits of the error report mode; with one of them an error of ``sim`` stops the script."""
 
 
 class ParameterFunctions(ApiPart):
@@ -38,9 +42,20 @@ class ParameterFunctions(ApiPart):
         return 1
 
     def getInt32Param(self, number: int) -> int:
+        """Return an integer parameter. sim.intparam_error_report_mode is the script's own: 0 when errors of ``sim`` do
+        not stop it.
+        """
+        if number == c.sim_intparam_error_report_mode:
+            return int(self._script.raises_errors)
         return parameters.get_integer_parameter(self._world, number)
 
     def setInt32Param(self, number: int, value: int) -> int:
+        """Set an integer parameter. With sim.intparam_error_report_mode 0, calls of this script that fail return -1 or
+        nil instead of stopping it, until its end.
+        """
+        if number == c.sim_intparam_error_report_mode:
+            self._script.raises_errors = bool(value & _ERRORS)
+            return 1
         parameters.set_integer_parameter(self._world, number, value)
         return 1
 
@@ -63,9 +78,9 @@ class ParameterFunctions(ApiPart):
 
     def setArrayParam(self, number: int, values: list[float]) -> int:
         """Set a parameter of three numbers."""
-        if len(values) != 3:
+        if len(values) < 3:
             raise CommandError(f"an array parameter is 3 numbers, not {len(values)}")
-        parameters.set_array_parameter(self._world, number, values)
+        parameters.set_array_parameter(self._world, number, values[:3])
         return 1
 
     def getNamedStringParam(self, name: str) -> bytes | None:

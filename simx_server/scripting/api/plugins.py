@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 import simx_server
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 
 from .base import ApiPart
 
@@ -90,7 +90,7 @@ class PluginFunctions(ApiPart):
             case 3 | 4:
                 return 0
             case _:
-                raise CommandError(f"{what} is no information on a plug-in; those are 0 to 4")
+                raise Unsupported(f"{what} is no information on a plug-in; those are 0 to 4")
 
     getPluginInfo = getModuleInfo
 
@@ -117,7 +117,7 @@ class PluginFunctions(ApiPart):
         if isinstance(name, int) and 0 <= name < len(PLUGINS):
             return
         if not isinstance(name, str) or not self.isPluginLoaded(name):
-            raise CommandError(f"there is no plug-in {name!r}; plug-ins here are {', '.join(PLUGINS)}")
+            raise Unsupported(f"there is no plug-in {name!r}; plug-ins here are {', '.join(PLUGINS)}")
 
 
 def _version() -> int:

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
-
-from simx_server.errors import CommandError
-
 from .base import ApiPart
 
 _FAILED = -1
@@ -30,22 +26,27 @@ class ProcessFunctions(ApiPart):
         self._say_once(f"scripts reach no serial ports on this server, such as '{port[:200]}'")
         return _FAILED
 
-    def serialClose(self, _port: int) -> NoReturn:
-        """Raise an error. Not here: no serial port is open."""
-        raise _no_port()
+    def serialClose(self, _port: int) -> int:
+        """Return -1. Stand-in: no serial port is open."""
+        return self._without_port()
 
-    def serialSend(self, _port: int, _data: bytes) -> NoReturn:
-        """Raise an error. Not here: no serial port is open."""
-        raise _no_port()
+    def serialSend(self, _port: int, _data: bytes) -> int:
+        """Return -1. Stand-in: no serial port is open."""
+        return self._without_port()
 
-    def serialRead(self, _port: int, _length: int, _blocking: bool = False) -> NoReturn:
-        """Raise an error. Not here: no serial port is open."""
-        raise _no_port()
+    def serialRead(self, _port: int, _length: int, _blocking: bool = False) -> None:
+        """Return nil. Stand-in: no serial port is open."""
+        self._without_port()
 
-    def serialCheck(self, _port: int) -> NoReturn:
-        """Raise an error. Not here: no serial port is open."""
-        raise _no_port()
+    def serialCheck(self, _port: int) -> int:
+        """Return -1. Stand-in: no serial port is open."""
+        return self._without_port()
 
+    serialPortOpen = serialOpen
+    serialPortClose = serialClose
+    serialPortSend = serialSend
+    serialPortRead = serialRead
 
-def _no_port() -> CommandError:
-    return CommandError("no serial port is open: sim.serialOpen returns -1 on this server")
+    def _without_port(self) -> int:
+        self._say_once("no serial port is open: sim.serialOpen returns -1 on this server")
+        return _FAILED

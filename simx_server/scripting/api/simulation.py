@@ -5,12 +5,11 @@ from __future__ import annotations
 import random
 import shlex
 import time
-from typing import NoReturn
 
 from simx_client.protocol import constants as c
 from simx_client.protocol.files import is_vrep_name
 
-from ...errors import CommandError
+from ...errors import Unsupported
 from ...handlers import script_files
 from ...handlers.simulation import simulation_state
 from .base import ApiPart
@@ -77,17 +76,17 @@ class SimulationFunctions(ApiPart):
     def closeScene(self) -> int:
         """Replace the scene with V-REP's default one; only while stopped, as soon as all scripts are done; return 1."""
         if self._sim.is_running:
-            raise CommandError("a scene can be closed only while the simulation is stopped; stop it first")
+            raise Unsupported("a scene can be closed only while the simulation is stopped; stop it first")
         self._sim.soon(self._sim.close)
         return 1
 
-    def saveScene(self, _file: str) -> NoReturn:
-        """Raise an error. Not here: people write scenes as files."""
-        raise CommandError(f"scenes are not saved here: {self._how_to_edit('scene')}")
+    def saveScene(self, _file: str = "") -> int:
+        """Return -1, V-REP's result when a file cannot be written. Not here: people write scenes as files."""
+        raise Unsupported(f"scenes are not saved here: {self._how_to_edit('scene')}")
 
-    def saveModel(self, _base: int, _file: str | None = None) -> NoReturn:
-        """Raise an error. Not here: people write models as files."""
-        raise CommandError(f"models are not saved here: {self._how_to_edit('model')}")
+    def saveModel(self, _base: int, _file: str | None = None) -> int:
+        """Return -1, V-REP's result when a file cannot be written. Not here: people write models as files."""
+        raise Unsupported(f"models are not saved here: {self._how_to_edit('model')}")
 
     def _how_to_edit(self, what: str) -> str:
         path = self._sim.scene.path

@@ -216,10 +216,19 @@ def test_what_can_have_one_value_only_says_so(
         world.call(f"simxSetObject{kind}Parameter", handle, number, value + 1)
 
 
-@pytest.mark.parametrize("number", [29, 30, 31])
-def test_what_v_rep_knows_and_means_nothing_here_says_why(world: World, number: int) -> None:
-    with pytest.raises(CommandError, match=f"parameter {number} of 'ball': "):
-        read_int(world, "ball", number)
+def test_what_has_no_effect_keeps_its_value_until_the_stop_and_is_told_once(world: World) -> None:
+    """Such as the manipulation with the mouse, and the place of a texture."""
+    ball = world.handle("ball")
+    world.sim.start()
+    for value in (1.5, 2.5):
+        world.call("simxSetObjectIntParameter", ball, 31, 3)
+        world.call("simxSetObjectFloatParameter", ball, 3007, value)
+    assert read_int(world, "ball", 31) == 3
+    assert world.call("simxGetObjectFloatParameter", ball, 3007) == 2.5
+    told = [text for text in world.parts.status_bar.messages if "has no effect" in text]
+    assert ["3007" in text for text in told] == [False, True]
+    world.sim.stop()
+    assert world.call("simxGetObjectFloatParameter", ball, 3007) == 0.0
 
 
 def test_unknown_numbers_list_the_known_ones_of_the_kind(world: World) -> None:

@@ -457,10 +457,8 @@ return result, simIK.getObjectPose(env, toIk[tip]), {simIK.getIkGroupCalculation
 def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> None:
     world.fails("simIK.createGroup(5)", "no environment 5")
     world.fails(ENVIRONMENT + "simIK.handleGroup(env, 9)", "no group 9")
-    world.fails(ENVIRONMENT + "simIK.setElementConstraints(env, group, element, 99)", "constraints")
     world.fails(ENVIRONMENT + "simIK.eraseEnvironment(env) simIK.handleGroup(env, group)", "no environment")
     world.fails("simIK.createDebugOverlay(0, 0)", "not provided")
-    world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 1, 0.1, 1e9)", "iterations are 1 to")
     world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 7, 0.1, 10)", "no method")
     world.fails(ENVIRONMENT + "simIK.setObjectPose(env, target, {0, 0, 'up', 0, 0, 0, 1})", "a pose is")
     world.fails(ENVIRONMENT + "simIK.setObjectMatrix(env, target, -1, 5)", "a matrix is")

@@ -172,9 +172,7 @@ return code, simIK.getObjectPose(env, base, cube)
         ("simIK.createJoint(env, simIK.jointtype_spherical)", "is no type of joint that can be made"),
         ("simIK.setObjectParent(env, base, tip)", "'base' cannot lie below itself"),
         ("simIK.setObjectParent(env, base, 12345)", "12345"),
-        ("simIK.setObjectParent(env, sim.getObject('/cube'), base)", "keeps its parent"),
         ("simIK.setElementBase(env, group, element, target)", "'goal' is not above"),
-        ("simIK.setElementBase(env, group, element, second, base)", "base of the constraints"),
         ("simIK.addElement(env, group, base)", "has no target"),
         (
             "simIK.setTargetDummy(env, base, target) simIK.addElement(env, group, base)",
@@ -183,13 +181,25 @@ return code, simIK.getObjectPose(env, base, cube)
         ("simIK.eraseObject(env, target)", "needs 'goal'"),
         ("simIK.setGroupFlags(env, group, 16)", "flags are"),
         ("simIK.setJointPosition(env, tip, 1)", "is a dummy, not a joint"),
-        ("simIK.setJointWeight(env, first, -1)", "not below 0"),
-        ("simIK.setJointMaxStepSize(env, first, 0)", "above 0"),
-        ("simIK.setJointLimitMargin(env, first, -1)", "not below 0"),
     ],
 )
 def test_mistakes_say_what_is_wrong(world: ScriptWorld, source: str, text: str) -> None:
     world.fails(TWO_LINKS + source, text)
+
+
+def test_values_out_of_range_are_brought_into_it_as_in_coppeliasim(world: ScriptWorld) -> None:
+    world.lua(TWO_LINKS + "simIK.setJointWeight(env, first, -1) simIK.setJointLimitMargin(env, first, -1)")
+    assert world.lua(
+        TWO_LINKS + "simIK.setJointMaxStepSize(env, first, 0) return simIK.handleGroup(env, group)"
+    )
+    world.lua(TWO_LINKS + "simIK.setObjectParent(env, sim.getObject('/cube'), base)")
+    assert "keeps its parent" in world.parts.status_bar.messages[-1]
+
+
+def test_an_element_is_given_by_its_tip(world: ScriptWorld) -> None:
+    source = "simIK.setElementConstraints(env, group, tip | simIK.handleflag_tipdummy, 0) "
+    source += "return simIK.getElementConstraints(env, group, element), simIK.handleGroup(env, group)"
+    assert world.lua(TWO_LINKS + source)[:2] == [0, 1]  # without constraints there is nothing to miss
 
 
 def test_weights_and_step_sizes_change_the_way(world: ScriptWorld) -> None:

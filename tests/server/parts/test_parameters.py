@@ -7,6 +7,7 @@ import logging
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from handler_calls import World
@@ -245,19 +246,22 @@ def test_strings_tell_scene_and_folders(world: World, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "number"),
+    ("kind", "number", "value"),
     [
-        *(("Integer", number) for number in (3, 4, 6, 35)),
-        ("Floating", 2),
-        ("String", 1),
-        *(("Array", number) for number in (1, 3, 4, 5)),
+        ("Integer", 35, 7),
+        ("Floating", 2, 0.5),
+        *(("Array", number, [0.25, 0.5, 0.75]) for number in (1, 3, 4, 5)),
     ],
 )
-def test_parameters_of_vreps_own_drawing_and_machinery_are_refused(
-    world: World, kind: str, number: int
+def test_settings_of_vreps_own_drawing_and_machinery_are_kept(
+    world: World, kind: str, number: int, value: Any
 ) -> None:
-    with pytest.raises(CommandError, match=f"parameter {number} cannot be read; those that can: "):
-        world.call(f"simxGet{kind}Parameter", number)
+    world.call(f"simxSet{kind}Parameter", number, value)
+    assert world.call(f"simxGet{kind}Parameter", number) == value
+
+
+def test_what_vrep_tells_of_itself_has_the_values_of_one_in_which_nothing_happens(world: World) -> None:
+    assert [world.call("simxGetIntegerParameter", number) for number in (3, 4, 6, 17)] == [0, 1, -1, 0]
 
 
 def test_random_numbers_are_the_same_in_every_server(world: World) -> None:
@@ -357,7 +361,7 @@ def test_unknown_parameters_are_told_and_end_nothing(
 ) -> None:
     client = real.client()
     with caplog.at_level(logging.WARNING, "simx_client"):
-        assert v.simxSetIntegerParameter(client, v.sim_intparam_motionplanning_seed, 1, BLOCKING) == 8
+        assert v.simxSetIntegerParameter(client, 4711, 1, BLOCKING) == 8
         assert v.simxGetBooleanParameter(client, 4711, BLOCKING) == (8, False)
     assert any(
         "boolean parameter 4711 cannot be read; those that can: 0, 1" in text for text in caplog.messages

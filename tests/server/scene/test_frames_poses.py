@@ -219,7 +219,7 @@ def test_mocap_body_is_moved_through_the_state() -> None:
     assert at(sim, "ghost") == [1, 2, 3]
 
 
-@pytest.mark.parametrize("value", [[1, 2], [1, 2, math.nan], [1, 2, 3, 4]])
+@pytest.mark.parametrize("value", [[1, 2], [1, 2, math.nan]])
 def test_wrong_numbers_are_refused_and_change_nothing(value: list[float]) -> None:
     world = arm()
     sim = world.simulation

@@ -13,7 +13,7 @@ from simx_server.files.library import find_scene, list_scenes
 from simx_server.scene.formats.loader import SceneError, load_scene, load_text
 from simx_server.scene.names import path_of
 from simx_server.scene.object_listing import list_objects
-from simx_server.scene.objects import ObjectKind, Scene
+from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene
 
 
 def outline(scene: Scene, handle: int = -1) -> dict[str, dict]:
@@ -164,6 +164,37 @@ def test_relative_paths_start_at_the_given_object() -> None:
     with pytest.raises(UnknownName):
         scene.resolve("./cube", upper)
     assert path_of(scene, upper) == "/base/shoulder/upper"
+
+
+def test_a_colon_is_the_model_of_the_given_object_and_two_the_model_above() -> None:
+    """In a path, where `.` is the object itself."""
+    scene = world_of("""<mujoco><worldbody><body name="robot"><geom size="1"/>
+        <body name="arm"><geom size="1"/><body name="gripper"><geom size="1"/><site name="pad"/></body></body>
+        <site name="tag#0"/></body></worldbody></mujoco>""").simulation.scene
+    robot, arm_, gripper, pad = (scene.resolve(name) for name in ("robot", "arm", "gripper", "pad"))
+    for handle in scene.objects:
+        scene.set_model_property(handle, 0 if handle in (robot, gripper) else NOT_A_MODEL)
+    paths = {
+        ":": gripper,
+        ":/": gripper,
+        ":/pad": pad,
+        "::": robot,
+        "::/arm": arm_,
+        "::/tag#0": scene.resolve("tag#0"),
+    }
+    assert {path: scene.resolve(path, pad) for path in paths} == paths
+    assert scene.resolve(":", robot) == robot
+    assert scene.resolve("/arm#/pad#") == pad
+    with pytest.raises(UnknownName):
+        scene.resolve(":::", pad)
+    with pytest.raises(UnknownName):
+        scene.resolve("::", robot)
+
+
+def test_a_wrong_path_suggests_paths() -> None:
+    scene = arm().simulation.scene
+    with pytest.raises(UnknownName, match=r"no object named '/Sholder'; did you mean '/base/shoulder'\?"):
+        scene.resolve("/Sholder")
 
 
 def test_wrong_name_suggests_the_nearest() -> None:

@@ -129,9 +129,12 @@ class RestOfFile:
 
     def old_ui(
         self, name: str, buttons: Sequence[Mapping[str, Any]], *, owner: int = -1, size: tuple[int, int] = (6, 4),
-        attributes: int = 0x17,
+        attributes: int = 0x17, is_double: bool = False,
     ) -> int:  # fmt: skip
         """Add an old user interface of buttons with id, at, size, attributes, label, down, slider (0 to 1000).
+
+        Args:
+            is_double: as written since CoppeliaSim 4.5.
 
         Returns its handle.
         """
@@ -148,9 +151,9 @@ class RestOfFile:
                 *each.get("at", (0, 0)),
             )
             data = struct.pack("<6i", *fields) + text(each.get("label", "")) + text(each.get("down", ""))
-            slider = struct.pack("<f", each.get("slider", 0) / 500 - 1)
+            slider = struct.pack("<d" if is_double else "<f", each.get("slider", 0) / 500 - 1)
             colors = self._numbers("Bnc", "9f", *(0.7,) * 3, *(0.5,) * 3, *(0.0,) * 3)
-            records += listed("Btn", chunk("Bva", data + slider), colors)
+            records += listed("Btn", chunk("_va" if is_double else "Bva", data + slider), colors)
         self.records.append(listed("BBK", records))
         return number
 

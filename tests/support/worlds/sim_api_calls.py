@@ -123,6 +123,12 @@ class ScriptWorld(World):
         with pytest.raises(CommandError, match=match):
             self.lua(source)
 
+    def goes_on(self, call: str, text: str, result: Any = None) -> None:
+        """The call must give this result, and the status bar must say what it cannot do, once."""
+        for _ in range(2):
+            assert (self.lua(f"return {call}") or [None])[0] == result
+        assert sum(text in message for message in self.parts.status_bar.messages) == 1
+
     def passes(self, count: int = 1) -> None:
         """Let the simulation go on."""
         for _ in range(count):

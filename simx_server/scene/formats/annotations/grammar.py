@@ -184,6 +184,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "enabled": switch,
         "joint_bases": switch,
         "full_results": switch,
+        "stops_at_errors": switch,
         "order": one_of("first", "normal", "last"),
         "traversal": one_of("reverse", "forward", "parent"),
     },

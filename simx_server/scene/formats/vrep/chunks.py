@@ -52,11 +52,13 @@ class Body:
             self.notes.append(sentence if len(self.notes) < MOST_NOTES else "and others")
 
     @contextmanager
-    def tolerant(self, what: str) -> Generator[None]:
-        """Make a note of a missing record within the block instead of an error; `what` tells what is done then."""
+    def tolerant(self, what: str, faults: type[SceneError] = MissingRecord) -> Generator[None]:
+        """Make a note of a missing record, or of other faults, within the block instead of an error; `what` tells
+        what is done then.
+        """
         try:
             yield
-        except MissingRecord as error:
+        except faults as error:
             self.note(f"{what}: {str(error).removesuffix(DAMAGED)}")
 
     def error(self, place: int, what: str) -> SceneError:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.vrep.chunks import MARKERS, Body, Chunks, heads, sections
+from simx_server.scene.formats.vrep.chunks import MARKERS, Body, Chunks, MissingRecord, heads, sections
 from simx_server.scene.formats.vrep.container import unpack
 from simx_server.scene.formats.vrep.decoding import joints, paths, sensors, settings
 from simx_server.scene.formats.vrep.decoding.clouds import fill_cloud
@@ -127,7 +127,7 @@ def _read(data: bytes, name: str) -> VrepFile:
             _read_object(file, reading, body, place)
         elif tag in REST:
             (chunks,) = sections(body, [REST[tag][0]], start, end, owner=tag)
-            with body.tolerant("left out"):
+            with body.tolerant("left out", SceneError if tag == USER_INTERFACE else MissingRecord):
                 REST[tag][1](file, chunks)
         elif tag not in (*FIRST, *WITHOUT_MEANING):
             skipped[tag] += 1
@@ -215,6 +215,9 @@ def _read_model(file: VrepFile, chunks: Chunks) -> None:
         file.bounds = chunks.reals("Mo2")[7:10]
 
 
+USER_INTERFACE = "BBK"
+"""Tag of an old user interface: a scene simulates as well without one."""
+
 REST: dict[str, tuple[str, Callable[[VrepFile, Chunks], object]]] = {
     "LST": ("script", _read_script),
     "SIM": ("SIM", lambda file, chunks: settings.fill_simulation(file.settings, chunks)),
@@ -226,7 +229,7 @@ REST: dict[str, tuple[str, Callable[[VrepFile, Chunks], object]]] = {
     "IKO": ("IKO", lambda file, chunks: file.ik_groups.append(ik_group_of(chunks))),
     "PPL": ("PPL", lambda file, chunks: file.path_plannings.append(path_planning_of(chunks))),
     "MPL": ("MPL", lambda file, chunks: file.motion_plannings.append(motion_planning_of(chunks))),
-    "BBK": ("BBK", lambda file, chunks: file.uis.append(old_ui_of(chunks))),
+    USER_INTERFACE: ("BBK", lambda file, chunks: file.uis.append(old_ui_of(chunks))),
     "CDA": ("CDA", lambda file, chunks: file.custom_data.update(custom_data(chunks))),
     "CDS": ("CDS", lambda file, chunks: file.custom_data.update(custom_data(chunks))),
     "MTC": ("MTC", _read_thumbnail),

@@ -366,7 +366,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Aoi": "i",
         "Btn": "list button",
     },
-    "button": {"Bva": "raw", "Bnc": "9f"},
+    "button": {"Bva": "raw", "_va": "raw", "Bnc": "9f"},
     "CDA": {"Cdt": "raw"},
     "CDS": {"Dat": "raw"},
     "MTC": {"Tm2": "raw"},

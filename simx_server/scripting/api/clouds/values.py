@@ -26,9 +26,7 @@ _MOST_SAMPLES = 4_000_000
 
 def places_of(world: World, handle: int, options: int, numbers: Sequence[float]) -> Array:
     """Return points (n, 3) in the frame of a cloud or octree from a script's numbers. Raises CommandError."""
-    if len(numbers) % 3:
-        raise CommandError(f"points are x, y, z of each; got {len(numbers)} numbers")
-    places = np.array(numbers, np.float64).reshape(-1, 3)
+    places = np.array(numbers[: len(numbers) // 3 * 3], np.float64).reshape(-1, 3)
     if not options & LOCAL:
         places = world.clouds.local(handle, places)
     if len(places) and not np.abs(places).max() <= FARTHEST:

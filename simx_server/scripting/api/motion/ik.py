@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 _JACOBIAN, _MANIPULABILITY = 0, 1
 
+_LEAST = 1e-6
+"""Least precision and weight of an element."""
+
 
 class IkFunctions(ApiPart):
     """Functions for IK groups, by the handles that sim.getIkGroupHandle returns."""
@@ -279,12 +282,16 @@ def joint_order(usable: tuple[int, ...], joints: list[int]) -> list[int]:
 
 
 def as_constraints(number: int) -> Constraint:
-    if not 0 < number <= Constraint.POSE:
-        raise CommandError(f"{number} is no sum of constraints x 1, y 2, z 4, alpha_beta 8, gamma 16")
-    return Constraint(number)
+    """Return the sum of constraints x 1, y 2, z 4, alpha_beta 8, gamma 16; 0 for none. Other bits do not count."""
+    return Constraint(number & Constraint.POSE)
 
 
 def as_pair(values: list[float], what: str) -> tuple[float, float]:
-    if len(values) != 2 or min(values) <= 0:
-        raise CommandError(f"a {what} is two numbers above 0, of position and orientation")
-    return values[0], values[1]
+    """Return the numbers of position and orientation; those that are too small count as the least one.
+
+    Raises:
+        CommandError: there are fewer than two.
+    """
+    if len(values) < 2:
+        raise CommandError(f"a {what} is two numbers, of position and orientation")
+    return max(values[0], _LEAST), max(values[1], _LEAST)

@@ -31,6 +31,10 @@ _UNDAMPED = 3
 """The undamped pseudo inverse; the plain pseudo inverse serves for it, as it has no damping either."""
 
 
+TIP_DUMMY = 0x400000
+"""Added to the handle of a tip that stands for its element."""
+
+
 class IkEnvironmentFunctions(ApiPart):
     """Functions for environments, groups and elements. Environments live as long as the script."""
 
@@ -67,6 +71,7 @@ class IkEnvironmentFunctions(ApiPart):
             "group_restoreonbadangtol": int(GroupFlag.RESTORE_ON_BAD_ANGULAR),
             "group_stoponlimithit": 16,
             "group_avoidlimits": int(GroupFlag.AVOID_LIMITS),
+            "handleflag_tipdummy": TIP_DUMMY,
             "objecttype_joint": 1,
             "objecttype_dummy": 4,
             "handle_all": _ALL,
@@ -263,16 +268,23 @@ class IkEnvironmentFunctions(ApiPart):
             ) from None
 
     def _element(self, environment: int, group: int, element: int) -> Element:
+        return self._group(environment, group).elements[self._number(environment, group, element)]
+
+    def _number(self, environment: int, group: int, element: int) -> int:
+        """Return the number of an element that is given by it, or by its tip with simIK.handleflag_tipdummy."""
         elements = self._group(environment, group).elements
+        if element > 0 and element & TIP_DUMMY:
+            tip = element & ~TIP_DUMMY
+            element = next((number for number, each in elements.items() if each.tip == tip), element)
         if element not in elements:
             raise CommandError(
                 f"no element {element}; those of this group: {', '.join(map(str, elements)) or 'none'}"
             )
-        return elements[element]
+        return element
 
     def _change(self, environment: int, group: int, element: int, **what: Any) -> None:
         changed = replace(self._element(environment, group, element), **what)
-        self._group(environment, group).elements[element] = changed
+        self._group(environment, group).elements[self._number(environment, group, element)] = changed
 
 
 def as_calculation(method: int, damping: float, iterations: int) -> Calculation:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.kinematics import Element
 from simx_server.kinematics.chain import largest_step
 from simx_server.kinematics.own_objects import OwnJoint
@@ -13,6 +13,9 @@ from simx_server.scene.objects import ObjectKind
 from .sim_ik import IkEnvironmentFunctions
 
 _WORLD = -1
+
+_LEAST_STEP = 1e-6
+"""Least step of a joint in one iteration, rad or m."""
 _JOINT, _DUMMY = 1, 4
 
 
@@ -52,7 +55,7 @@ class IkObjectFunctions(IkEnvironmentFunctions):
         """
         own = self._environment(environment).own
         if handle not in own:
-            raise CommandError(
+            raise Unsupported(
                 f"'{self._sim.scene.get(handle).name}' is an object of the scene and keeps its parent"
             )
         own.set_parent(handle, parent, keep_in_place=keep_in_place)
@@ -116,13 +119,15 @@ class IkObjectFunctions(IkEnvironmentFunctions):
     ) -> None:
         """Set the base of an element: the joints above it do not move; -1: the world.
 
-        Partly: the constraints apply along the axes of the base, so that another base for them is an error.
+        Partly: the constraints apply along the axes of the base; another base for them is ignored.
         """
         if constraints_base not in (_WORLD, base):
-            raise CommandError("the base of the constraints is the base of the element; give that or none")
+            self._say_once(
+                "simIK: the base of an element's constraints is the element's own base; another is ignored"
+            )
         changed = replace(self._element(environment, group, element), base=base)
         self._environment(environment).check(changed)
-        self._group(environment, group).elements[element] = changed
+        self._change(environment, group, element, base=base)
 
     setIkElementBase = setElementBase
 
@@ -149,9 +154,7 @@ class IkObjectFunctions(IkEnvironmentFunctions):
     def setJointWeight(self, environment: int, joint: int, weight: float) -> None:
         """Set how readily a joint moves beside the others, which have 1."""
         self._environment(environment).joint_position(joint)
-        if weight < 0:
-            raise CommandError("a weight is not below 0")
-        self._environment(environment).weights[joint] = weight
+        self._environment(environment).weights[joint] = max(weight, 0.0)
 
     def getJointWeight(self, environment: int, joint: int) -> float:
         """Return the weight of simIK.setJointWeight, else that of the scene's joint."""
@@ -163,9 +166,7 @@ class IkObjectFunctions(IkEnvironmentFunctions):
     def setJointMaxStepSize(self, environment: int, joint: int, size: float) -> None:
         """Set how far one iteration moves a joint at most, rad or m, in groups without simIK.group_ignoremaxsteps."""
         self._environment(environment).joint_position(joint)
-        if size <= 0:
-            raise CommandError("a step size is above 0")
-        self._environment(environment).steps[joint] = size
+        self._environment(environment).steps[joint] = max(size, _LEAST_STEP)
 
     def getJointMaxStepSize(self, environment: int, joint: int) -> float:
         """Return the size of simIK.setJointMaxStepSize, else 10 degrees or 0.1 m."""
@@ -175,9 +176,7 @@ class IkObjectFunctions(IkEnvironmentFunctions):
     def setJointLimitMargin(self, environment: int, joint: int, margin: float) -> None:
         """Set how far a joint stays away from its limits, rad or m, in groups with simIK.group_avoidlimits."""
         self._environment(environment).joint_position(joint)
-        if margin < 0:
-            raise CommandError("a margin is not below 0")
-        self._environment(environment).margins[joint] = margin
+        self._environment(environment).margins[joint] = max(margin, 0.0)
 
     def getJointLimitMargin(self, environment: int, joint: int) -> float:
         """Return the margin of simIK.setJointLimitMargin, else 0."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.kinematics.search import asked_range, find_configs, straight_path
 from simx_server.scene.geometry.frames import (
     euler_from_quat,
@@ -77,7 +77,7 @@ class SimIk(IkObjectFunctions):
     def setJointMode(self, environment: int, joint: int, mode: int) -> None:
         """Set simIK.jointmode_ik or simIK.jointmode_passive: a passive joint does not move."""
         if mode not in (_PASSIVE, _IK):
-            raise CommandError(f"{mode} is no mode here; give simIK.jointmode_ik or simIK.jointmode_passive")
+            raise Unsupported(f"{mode} is no mode here; give simIK.jointmode_ik or simIK.jointmode_passive")
         passive = self._environment(environment).passive
         passive.discard(joint) if mode == _IK else passive.add(joint)
 
@@ -116,12 +116,12 @@ class SimIk(IkObjectFunctions):
         self, environment: int, handle: int, relative_to: int, position: list[float], turn: list[float]
     ) -> None:
         """Set the pose of a target; `turn`: three Euler angles or a quaternion {x, y, z, w}."""
-        if len(position) != 3 or len(turn) not in (3, 4):
+        if len(position) < 3 or len(turn) < 3:
             raise CommandError(
                 "give a position of 3 numbers, and 3 Euler angles or 4 numbers of a quaternion"
             )
-        quat = quat_from_euler(turn) if len(turn) == 3 else wxyz_from_xyzw(turn)
-        x, y, z = position
+        quat = quat_from_euler(turn) if len(turn) == 3 else wxyz_from_xyzw(turn[:4])
+        x, y, z = position[:3]
         self._place(environment, handle, relative_to, ((x, y, z), quat))
 
     def getJacobian(self, environment: int, group: int) -> tuple[list[float], list[int]]:

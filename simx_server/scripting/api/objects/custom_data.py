@@ -100,7 +100,9 @@ class CustomDataFunctions(ApiPart):
     def getReferencedHandles(self, handle: int, tag: str = "") -> list[int]:
         """Return the referenced objects; -1 stands for removed ones."""
         packed = self._world.custom_data.read(self._self(handle), f"{REFERENCES}{tag}") or b""
-        return [each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0)]
+        return [
+            each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0) or []
+        ]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
         """Set V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""

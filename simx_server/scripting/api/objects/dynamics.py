@@ -137,6 +137,6 @@ def _split(pose: Pose) -> tuple[Array, Array]:
 
 
 def _square(moments: list[float]) -> Array:
-    if len(moments) != 9:
+    if len(moments) < 9:
         raise CommandError(f"an inertia matrix is 9 numbers, not {len(moments)}")
-    return np.array(moments).reshape(3, 3)
+    return np.array(moments[:9]).reshape(3, 3)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from types import MappingProxyType
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.handlers.objects import object_flags
 from simx_server.handlers.objects import object_parameters as parameters
-from simx_server.handlers.objects.parameter_tables import entries_of
-from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 
 
@@ -32,20 +31,18 @@ class ObjectParameterFunctions(ApiPart):
     )
 
     def getObjectInt32Param(self, handle: int, parameter: int) -> int | None:
-        own = self._self(handle)
-        if self._is_of_another_kind(own, parameter):
-            return None
-        return parameters.get_object_int_parameter(self._world, own, parameter)
+        with suppress(Unsupported):
+            return parameters.get_object_int_parameter(self._world, self._self(handle), parameter)
+        return None
 
     def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> int:
         parameters.set_object_int_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
     def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
-        own = self._self(handle)
-        if self._is_of_another_kind(own, parameter):
-            return None
-        return parameters.get_object_float_parameter(self._world, own, parameter)
+        with suppress(Unsupported):
+            return parameters.get_object_float_parameter(self._world, self._self(handle), parameter)
+        return None
 
     def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> int:
         parameters.set_object_float_parameter(self._world, self._self(handle), parameter, value)
@@ -59,13 +56,14 @@ class ObjectParameterFunctions(ApiPart):
     def setObjectBoolParam(self, handle: int, parameter: int, value: bool) -> int:
         return self.setObjectInt32Param(handle, parameter, int(value))
 
-    def getObjectStringParam(self, handle: int, parameter: int) -> str:
-        """Raise an error. Not here: objects have no string parameters."""
-        raise self._no_text(handle, parameter)
+    def getObjectStringParam(self, handle: int, _parameter: int) -> None:
+        """Return nil. Stand-in: objects have no string parameters."""
+        self._no_text(handle)
 
-    def setObjectStringParam(self, handle: int, parameter: int, _value: bytes) -> None:
-        """Raise an error. Not here: objects have no string parameters."""
-        raise self._no_text(handle, parameter)
+    def setObjectStringParam(self, handle: int, _parameter: int, _value: bytes) -> int:
+        """Return 0. Stand-in: objects have no string parameters."""
+        self._no_text(handle)
+        return parameters.NOT_THERE
 
     def getObjectInt32Parameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
         value = self.getObjectInt32Param(handle, parameter)
@@ -88,9 +86,7 @@ class ObjectParameterFunctions(ApiPart):
 
     getObjectStringParameter = getObjectStringParam
 
-    def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
-        """Raise an error. Not here: objects have no string parameters."""
-        self.setObjectStringParam(handle, parameter, value)
+    setObjectStringParameter = setObjectStringParam
 
     def getObjectSpecialProperty(self, handle: int) -> int:
         """Return bits sim.objectspecialproperty_*: whether the object itself is collidable, measurable, detectable
@@ -116,13 +112,9 @@ class ObjectParameterFunctions(ApiPart):
         object_flags.set_flags(self._world, self._self(handle), bits)
         return 1
 
-    def _is_of_another_kind(self, handle: int, parameter: int) -> bool:
-        kind = self._sim.scene.get(handle).kind
-        return parameter not in entries_of(kind) and any(parameter in entries_of(each) for each in ObjectKind)
-
-    def _no_text(self, handle: int, parameter: int) -> CommandError:
-        name = self._sim.scene.get(self._self(handle)).name
-        return CommandError(
-            f"string parameter {parameter} of '{name}': objects have no parameters here that are text; names are read "
-            "with sim.getObjectName, text of your own with sim.readCustomDataBlock"
+    def _no_text(self, handle: int) -> None:
+        self._sim.scene.get(self._self(handle))
+        self._say_once(
+            "objects have no parameters here that are text; names are read with sim.getObjectName, text of your own "
+            "with sim.readCustomDataBlock"
         )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, NoReturn
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.handlers.objects import shape_properties
 from simx_server.handlers.script_files import read_mesh
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
@@ -82,9 +83,7 @@ class ShapeFunctions(ApiPart):
 
         Partly: shading and drawing options are ignored.
         """
-        if len(vertices) % 3 or len(indices) % 3:
-            raise CommandError("vertices are x, y, z of each point, indices three for each triangle")
-        points, faces = np.array(vertices, float).reshape(-1, 3), np.array(indices, int).reshape(-1, 3)
+        points, faces = _threes(vertices, float), _threes(indices, int)
         return creating.create_mesh(self._world, points, faces, "Shape", Body())
 
     def generateTextShape(
@@ -102,20 +101,22 @@ class ShapeFunctions(ApiPart):
         is an error.
         """
         if alphabet:
-            raise CommandError("letters are those of the server's font; leave out the model of an alphabet")
+            raise Unsupported("letters are those of the server's font; leave out the model of an alphabet")
         if not 0 < height <= _HIGHEST_TEXT or len(text) > _LONGEST_TEXT:
             raise CommandError(
                 f"a text has up to {_LONGEST_TEXT} characters, and its height is above 0, up to {_HIGHEST_TEXT} m"
             )
         shown = [1.0, 1.0, 1.0] if color is None else color
-        if len(shown) != 3:
+        if len(shown) < 3:
             raise CommandError(f"a colour is {{red, green, blue}}, not {len(shown)} numbers")
         points, faces = text_mesh(text, height, centred=centered)
         if not len(points):
             raise CommandError("the text has no character that can be seen")
         handle = creating.create_mesh(self._world, points, faces, "Text", Body())
         relocating.relocate(self._world, handle, IDENTITY)
-        self._world.shape_colors.set(handle, AMBIENT_DIFFUSE, [min(max(part, 0.0), 1.0) for part in shown])
+        self._world.shape_colors.set(
+            handle, AMBIENT_DIFFUSE, [min(max(part, 0.0), 1.0) for part in shown[:3]]
+        )
         return handle
 
     def createShape(
@@ -205,9 +206,9 @@ class ShapeFunctions(ApiPart):
         """Create a sensor at the origin. Partly: size and colours are ignored."""
         return creating_parts.create_force_sensor(self._world, options, counts, limits)
 
-    def setShapeMaterial(self, _shape: int, _material: int) -> NoReturn:
-        """Raise an error. Not here: the scene file defines friction and similar properties of each geom."""
-        raise CommandError(
+    def setShapeMaterial(self, _shape: int, _material: int) -> int:
+        """Return 1. Stand-in: the scene file defines friction and similar properties of each geom."""
+        raise Unsupported(
             "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
         )
 
@@ -258,9 +259,7 @@ class ShapeFunctions(ApiPart):
 
         Points in a plane or a line are an error, as in V-REP.
         """
-        if len(vertices) % 3:
-            raise CommandError("vertices are x, y, z of each point")
-        points, faces = hull(np.array(vertices, np.float64).reshape(-1, 3))
+        points, faces = hull(_threes(vertices, float))
         return points.ravel().tolist(), faces.ravel().tolist()
 
     def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
@@ -307,3 +306,9 @@ class ShapeFunctions(ApiPart):
         (mesh,) = read_mesh(self._world, path).scene.spec.meshes
         points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
         return points, np.array(mesh.userface, int).reshape(-1, 3)
+
+
+def _threes(numbers: list[float] | list[int], kind: type[float] | type[int]) -> NDArray[Any]:
+    """Return numbers in rows of three; what is left over is ignored, as in V-REP."""
+    whole: Sequence[float] = numbers[: len(numbers) // 3 * 3]
+    return np.array(whole, dtype=kind).reshape(-1, 3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.interpreter import Constant
 from simx_server.scripting.script import Order
@@ -71,7 +71,7 @@ class ScriptAttributeFunctions(ApiPart):
         sim.customizationscriptattribute_activeduringsimulation whether a customization script is called during a run.
 
         A script that is disabled while it does not run does not start until it is enabled; one that runs is enabled
-        again by its end, and its init is still called. Partly: the other attributes can only be set to their values.
+        again by its end, and its init is still called. Partly: the other attributes have no effect.
         """
         if self.getScriptAttribute(script, attribute) == value:
             return 1
@@ -83,12 +83,14 @@ class ScriptAttributeFunctions(ApiPart):
                 found.order = Order(value)
             case 4:
                 self._world.scripts.enable(found, bool(value))
-            case 5 | 6:
-                pass  # scenes are not saved, and the server has no debugger: these have nothing to act on
+            case 3 | 5 | 6:
+                # The order of calls is that of the tree, scenes are not saved, and the server has no debugger.
+                raise Unsupported(f"attribute {attribute} of scripts has nothing to act on here", 1)
             case _:
-                raise CommandError(
+                raise Unsupported(
                     f"attribute {attribute} of a script cannot be set to {value}; those that can are 0 active in a "
-                    "run, 1 order (0, 1 or 2), 4 enabled"
+                    "run, 1 order (0, 1 or 2), 4 enabled",
+                    -1,
                 )
         return 1
 
@@ -110,21 +112,24 @@ class ScriptAttributeFunctions(ApiPart):
             return found.language
         if parameter in (_NAME, _DESCRIPTION):
             return self._world.scripts.describe(found)
-        raise CommandError(
+        raise Unsupported(
             f"string parameter {parameter} of scripts is not known; those are sim.scriptstringparam_text, _lang, _name "
             "and _description"
         )
 
 
-def _unknown(attribute: int) -> CommandError:
-    return CommandError(
+def _unknown(attribute: int) -> Unsupported:
+    return Unsupported(
         f"attribute {attribute} of scripts is not known; those are 0 active in a run, 1 order, 2 count, 4 enabled, "
-        "7 type, 8 handle"
+        "7 type, 8 handle",
+        -1,
     )
 
 
 def _integer(parameter: int) -> int:
     """Return the attribute of an integer parameter."""
     if parameter not in _INTEGERS:
-        raise CommandError(f"parameter {parameter} of scripts is not known; those are sim.scriptintparam_*")
+        raise Unsupported(
+            f"parameter {parameter} of scripts is not known; those are sim.scriptintparam_*", -1
+        )
     return _INTEGERS[parameter]

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.bodies import CALL_TYPES
 from simx_server.scripting.interpreter import Constant
 from simx_server.scripting.script import ScriptKind
 
 _ACTUATION = CALL_TYPES["syscb_actuation"]
+FAILED = -1
 _CALLED = {_ACTUATION: "sysCall_actuation", CALL_TYPES["syscb_sensing"]: "sysCall_sensing"}
 
 
@@ -40,14 +41,7 @@ class MainScriptFunctions(ApiPart):
 
         Partly: init and cleanup are called automatically, and count as 0.
         """
-        if self._script.kind != ScriptKind.MAIN:
-            raise CommandError(
-                "only a main script handles the child scripts; they are called without one too"
-            )
-        if call_type not in CALL_TYPES.values():
-            raise CommandError(
-                f"{call_type} is no phase; those are sim.syscb_init, actuation, sensing, cleanup and so on"
-            )
+        self._check_main(FAILED)
         function = _CALLED.get(call_type)
         return 0 if function is None else self._world.scripts.handle_children(function, *values)
 
@@ -55,12 +49,21 @@ class MainScriptFunctions(ApiPart):
         """Call a phase of all child scripts: the name since CoppeliaSim 4.7. Partly: as sim.handleChildScripts."""
         return self.handleChildScripts(call_type, *values)
 
+    def handleSensingChildScripts(self) -> int:
+        """Call the sensing of all child scripts. V-REP 2's form."""
+        return self.handleChildScripts(CALL_TYPES["syscb_sensing"])
+
     def handleChildScript(self, handle: int, *values: Any) -> int:
         """Call the actuation of an object's child script; return 1, or 0 without one."""
-        if self._script.kind != ScriptKind.MAIN:
-            raise CommandError("only a main script handles child scripts; they are called without one too")
+        self._check_main(0)
         owner = self._sim.scene.get(self._self(handle)).handle
         return self._world.scripts.handle_child(owner, "sysCall_actuation", *values)
+
+    def _check_main(self, answer: int) -> None:
+        if self._script.kind != ScriptKind.MAIN:
+            raise Unsupported(
+                "only a main script handles the child scripts; they are called without one too", answer
+            )
 
     def delegateChildScriptExecution(self) -> int:
         """Return 0: the scripts of the objects below were called before this one, as in V-REP's default order."""

@@ -162,6 +162,29 @@ class CustomUIFunctions(ApiPart):
         custom_uis.remove_ui(self._world, ui)
         return 1
 
+    # Names of V-REP 2.
+
+    create2DElement = createUI
+    create2DElementButton = createUIButton
+    remove2DElement = removeUI
+    get2DElementHandle = getUIHandle
+    get2DElementProperty = getUIProperty
+    set2DElementProperty = setUIProperty
+    get2DElementPosition = getUIPosition
+    set2DElementPosition = setUIPosition
+    get2DElementSlider = getUISlider
+    set2DElementSlider = setUISlider
+    get2DElementEventButton = getUIEventButton
+    get2DElementButtonProperty = getUIButtonProperty
+    set2DElementButtonProperty = setUIButtonProperty
+    get2DElementButtonSize = getUIButtonSize
+    get2DElementButtonLabel = getUIButtonLabel
+    set2DElementButtonLabel = setUIButtonLabel
+    set2DElementButtonColor = setUIButtonColor
+    create2DElementButtonArray = createUIButtonArray
+    set2DElementButtonArrayColor = setUIButtonArrayColor
+    delete2DElementButtonArray = deleteUIButtonArray
+
 
 def _pair(numbers: list[int], what: str, least: int = 1) -> tuple[int, int]:
     if len(numbers) < 2 or not all(least <= number <= _LARGEST for number in numbers[:2]):

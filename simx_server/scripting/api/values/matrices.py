@@ -23,10 +23,10 @@ def as_pose(values: Sequence[float]) -> Pose:
     Raises:
         CommandError: there are more or fewer numbers.
     """
-    if len(values) != _POSE:
+    if len(values) < _POSE:
         raise CommandError(f"a pose is 7 numbers, x y z and a quaternion x y z w, not {len(values)}")
     x, y, z = vector(values[:3], "a position")
-    return (x, y, z), frames.wxyz_from_xyzw(values[3:])
+    return (x, y, z), frames.wxyz_from_xyzw(values[3:_POSE])
 
 
 def as_numbers(pose: Pose) -> list[float]:
@@ -40,16 +40,16 @@ def vector(values: Sequence[float], what: str = "a vector") -> poses.Vector:
     Raises:
         CommandError: there are more or fewer numbers.
     """
-    if len(values) != 3:
+    if len(values) < 3:
         raise CommandError(f"{what} is 3 numbers, not {len(values)}")
     return float(values[0]), float(values[1]), float(values[2])
 
 
 def _either(values: Sequence[float]) -> tuple[Pose, bool]:
     """Return the pose of a matrix or a pose, and whether it was a matrix."""
-    if len(values) == _MATRIX:
+    if len(values) >= _MATRIX:
         return frames.pose_from_matrix12(values), True
-    if len(values) == _POSE:
+    if len(values) >= _POSE:
         return as_pose(values), False
     raise CommandError(f"a matrix has 12 numbers and a pose 7, but this has {len(values)}")
 
@@ -129,10 +129,12 @@ class MatrixFunctions(ApiPart):
     def multiplyVector(self, frame: list[float], points: list[float]) -> list[float]:
         """Apply a matrix or pose to one point, or to several in one table."""
         pose, _ = _either(frame)
-        if len(points) % 3:
-            raise CommandError(f"points are 3 numbers each, not {len(points)} together")
+        if len(points) < 3:
+            raise CommandError(f"a point is 3 numbers, not {len(points)}")
         found: list[float] = []
-        for start in range(0, len(points), 3):
+        for start in range(
+            0, len(points) - 2, 3
+        ):  # what is left over is ignored, such as the 1 of {x, y, z, 1}
             found += poses.add(pose[0], poses.rotate(pose[1], points[start : start + 3]))
         return found
 

@@ -23,7 +23,7 @@ def pack(letter: str, values: list[float], start: int, count: int) -> bytes:
     """Return numbers as bytes; integers wrap as in C and lose their fraction, floats that are too large become
     infinite.
     """
-    chosen = _span(values, start, count, "the table")
+    chosen = _span(values, start, count)
     if letter in _INTEGERS:
         bits, signed = _INTEGERS[letter]
         low = (1 << bits - 1) if signed else 0
@@ -34,13 +34,18 @@ def pack(letter: str, values: list[float], start: int, count: int) -> bytes:
     return struct.pack(f"<{len(chosen)}{letter}", *chosen)
 
 
-def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[Any]:
-    """Return bytes as numbers, from `skip` bytes after the start; bytes of an incomplete last number are ignored."""
+def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[Any] | None:
+    """Return bytes as numbers, from `skip` bytes after the start; bytes of an incomplete last number are ignored.
+
+    None if no number has the index `start`.
+    """
     size = struct.calcsize(letter)
-    if not 0 <= skip <= len(data):
-        raise CommandError(f"the byte offset must be 0 to {len(data)}, the length of the data, not {skip}")
-    present = range((len(data) - skip) // size)
-    chosen = _span(present, start, count, "the data")
+    present = range(max(len(data) - skip, 0) // size)
+    if start < 0 or skip < 0 or start > len(present):
+        return None
+    chosen = _span(present, start, count)
+    if not chosen:
+        return []
     if len(chosen) > MAX_NUMBERS:
         raise CommandError(
             f"{len(chosen)} numbers are too many for one table, which holds {MAX_NUMBERS}: unpack in parts "
@@ -49,12 +54,10 @@ def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[
     return list(struct.unpack_from(f"<{len(chosen)}{letter}", data, skip + size * start))
 
 
-def _span(values: Any, start: int, count: int, what: str) -> Any:
-    if start < 0 or count < 0 or start + count > len(values):
-        raise CommandError(
-            f"{what} has {len(values)} items, which {count or 'all'} of them from index {start} do not fit"
-        )
-    return values[start : start + count] if count else values[start:]
+def _span(values: Any, start: int, count: int) -> Any:
+    """Return `count` items from an index on, or as many as there are; 0: all."""
+    start = max(start, 0)
+    return values[start : start + count] if count > 0 else values[start:]
 
 
 def _float32(value: float) -> bytes:
@@ -85,22 +88,34 @@ class PackingFunctions(ApiPart):
     def packDoubleTable(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
         return pack("d", numbers, start, count)
 
-    def unpackInt32Table(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
+    def unpackInt32Table(
+        self, data: bytes, start: int = 0, count: int = 0, skip: int = 0
+    ) -> list[int] | None:
         return unpack("i", data, start, count, skip)
 
-    def unpackUInt32Table(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
+    def unpackUInt32Table(
+        self, data: bytes, start: int = 0, count: int = 0, skip: int = 0
+    ) -> list[int] | None:
         return unpack("I", data, start, count, skip)
 
-    def unpackUInt16Table(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
+    def unpackUInt16Table(
+        self, data: bytes, start: int = 0, count: int = 0, skip: int = 0
+    ) -> list[int] | None:
         return unpack("H", data, start, count, skip)
 
-    def unpackUInt8Table(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
+    def unpackUInt8Table(
+        self, data: bytes, start: int = 0, count: int = 0, skip: int = 0
+    ) -> list[int] | None:
         return unpack("B", data, start, count, skip)
 
-    def unpackFloatTable(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[float]:
+    def unpackFloatTable(
+        self, data: bytes, start: int = 0, count: int = 0, skip: int = 0
+    ) -> list[float] | None:
         return unpack("f", data, start, count, skip)
 
-    def unpackDoubleTable(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[float]:
+    def unpackDoubleTable(
+        self, data: bytes, start: int = 0, count: int = 0, skip: int = 0
+    ) -> list[float] | None:
         return unpack("d", data, start, count, skip)
 
     # The names before V-REP 3.3.
@@ -114,7 +129,7 @@ class PackingFunctions(ApiPart):
     unpackInts = unpackInt32Table
     unpackUInts = unpackUInt32Table
 
-    def unpackBytes(self, data: bytes, start: int = 0, count: int = 0) -> list[int]:
+    def unpackBytes(self, data: bytes, start: int = 0, count: int = 0) -> list[int] | None:
         return self.unpackUInt8Table(data, start, count)
 
     unpackWords = unpackUInt16Table

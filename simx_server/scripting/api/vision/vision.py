@@ -223,6 +223,18 @@ class VisionFunctions(ApiPart):
         settings = self._world.vision.settings(handle)
         return depth * np.float32(settings.far - settings.near) + np.float32(settings.near)
 
+    # Names of V-REP 2.
+
+    handleRenderingSensor = handleVisionSensor
+    readRenderingSensor = readVisionSensor
+    resetRenderingSensor = resetVisionSensor
+    checkRenderingSensor = checkVisionSensor
+    checkRenderingSensorEx = checkVisionSensorEx
+    getRenderingSensorResolution = getVisionSensorResolution
+    getRenderingSensorImage = getVisionSensorImage
+    setRenderingSensorImage = setVisionSensorImage
+    getRenderingSensorDepthBuffer = getVisionSensorDepthBuffer
+
 
 def _with_packets(result: int, packets: list[list[float]]) -> tuple[int | list[float] | None, ...]:
     """Return the results of a reading, at least three, since programs in Python name two packets."""

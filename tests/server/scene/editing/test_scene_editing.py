@@ -9,6 +9,7 @@ import pytest
 from scenes_for_tests import arm, run, world_of
 
 from simx_server.errors import CommandError, UnknownHandle, UnknownName
+from simx_server.handlers.objects.shape_properties import is_static
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import frames
 from simx_server.world.simulation import Simulation
@@ -242,8 +243,6 @@ def test_shape_made_static_rides_on_its_parent_and_falls_again_when_made_dynamic
     assert float(sim.model.body("cube").mass[0]) == mass
     run(world, 20)
     assert at(sim, "cube")[2] == pytest.approx(0.05, abs=2e-3)
-    with pytest.raises(CommandError, match="part of a mechanism"):
-        editing.set_static(sim, sim.scene.resolve("upper"), True)
     sim.stop()
     assert at(sim, "cube") == pytest.approx([1.3, 0, 0.5])
 
@@ -255,3 +254,25 @@ def test_parent_whose_body_hangs_on_the_object_is_refused() -> None:
     editing.set_parent(sim, sim.scene.resolve("tip"), -1, True)
     with pytest.raises(CommandError, match="cannot get"):
         attach(sim, "lower", "lower")
+
+
+def test_a_link_that_becomes_static_stays_where_it_is_and_swings_when_it_is_dynamic_again() -> None:
+    """Physics leaves the joints of a static link where they are, as in V-REP."""
+    world = world_of(
+        "<mujoco><worldbody><body name='link'><joint name='axis' axis='0 1 0'/>"
+        "<geom type='box' size='.1 .02 .02' pos='.1 0 0'/></body></worldbody></mujoco>"
+    )
+    sim = world.simulation
+    link, axis = sim.scene.resolve("link"), sim.scene.resolve("axis")
+    sim.start()
+    editing.set_static(sim, link, True)
+    run(world, 4)
+    assert sim.joints.position(axis) == 0.0
+    assert is_static(sim, link)
+    editing.set_static(sim, link, False)
+    assert not is_static(sim, link)
+    run(world, 4)
+    assert abs(sim.joints.position(axis)) > 0.1
+    editing.set_static(sim, link, True)
+    sim.stop()
+    assert not is_static(sim, link)

@@ -129,11 +129,14 @@ def old_ui_of(chunks: Chunks) -> OldUI:
 
 
 def _button_of(chunks: Chunks) -> Button:
-    place, end = chunks.places.get("Bva", (0, 0))
-    attributes, handle, width, height, x, y = chunks.whole("Bva", place, end, "6i")
-    label, place = chunks.text_at("Bva", place + 24, end)
-    down_label, place = chunks.text_at("Bva", place, end)
-    slider = struct.unpack("<f", struct.pack("<i", *chunks.whole("Bva", place, end, "i")))[0]
+    is_double = "_va" in chunks.places  # since CoppeliaSim 4.5
+    tag, bits, real = ("_va", "q", "d") if is_double else ("Bva", "i", "f")
+    place, end = chunks.places.get(tag, (0, 0))
+    attributes, handle, width, height, x, y = chunks.whole(tag, place, end, "6i")
+    label, place = chunks.text_at(tag, place + 24, end)
+    down_label, place = chunks.text_at(tag, place, end)
+    # As bits, because the value of a slider that was never moved may be NaN.
+    slider = struct.unpack(f"<{real}", struct.pack(f"<{bits}", *chunks.whole(tag, place, end, bits)))[0]
     return Button(
         handle=handle,
         position=(x, y),

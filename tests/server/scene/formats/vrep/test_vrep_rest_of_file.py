@@ -197,12 +197,26 @@ def test_an_old_user_interface_has_its_buttons(ser: int) -> None:
         {"id": 3, "label": "Go", "down": "Stop", "at": (1, 2), "size": (4, 1), "attributes": 0x2058},
         {"id": 4, "attributes": 0x2052, "slider": 250},
     ]
-    handle = writer.old_ui("panel", buttons, owner=owner, size=(8, 5))
+    handle = writer.old_ui("panel", buttons, owner=owner, size=(8, 5), is_double=ser >= 25)
     (panel,) = read(writer).uis
     assert (panel.handle, panel.name, panel.object, panel.size) == (handle, "panel", owner, (8, 5))
     go, slider = panel.buttons
     assert (go.handle, go.label, go.down_label, go.position, go.size) == (3, "Go", "Stop", (1, 2), (4, 1))
     assert (go.attributes, slider.slider) == (0x2058, 250)
+
+
+def test_a_user_interface_that_cannot_be_read_costs_a_note_and_not_the_scene() -> None:
+    writer = VrepWriter(21)
+    writer.dummy("owner")
+    broken = listed("Btn", chunk("Bva", struct.pack("<3i", 0x2010, 1, 4)))
+    writer.records.append(
+        listed("BBK", chunk("Bkh", struct.pack("<i", 7)) + chunk("Bkn", struct.pack("<i", 1) + b"x") + broken)
+    )
+    writer.old_ui("panel", [{"id": 3}])
+    file = read(writer)
+    assert [ui.name for ui in file.uis] == ["panel"]
+    assert [item.name for item in file.objects.values()] == ["owner"]
+    assert any(note.startswith("left out: ") and "Bva" in note for note in file.notes)
 
 
 @VERSIONS

@@ -196,7 +196,6 @@ def test_seven_zeros_move_a_frame_into_the_middle(world: ScriptWorld) -> None:
         ("generateTextShape(' ')", "no character that can be seen"),
         ("generateTextShape('a', {1, 1, 1}, 0)", "height is above 0"),
         ("generateTextShape('a', {1, 1})", "a colour is"),
-        ("generateTextShape('a', {1, 1, 1}, 0.1, false, 'alphabet.ttm')", "leave out the model"),
     ],
 )
 def test_what_no_frame_can_be_is_refused(world: ScriptWorld, call: str, problem: str) -> None:

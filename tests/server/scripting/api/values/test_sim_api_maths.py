@@ -91,7 +91,8 @@ def test_vectors_are_moved_one_or_many(world: ScriptWorld) -> None:
     assert world.value("sim.multiplyVector(sim.buildPose({1,2,3}, {0,0,math.pi/2}), {1,0,0, 0,1,0})") == near(
         [1, 3, 3, 0, 2, 3]
     )
-    world.fails("sim.multiplyVector(sim.buildIdentityMatrix(), {1,2})", "3 numbers each")
+    assert world.value("sim.multiplyVector(sim.buildIdentityMatrix(), {1, 2, 3, 1})") == near([1, 2, 3])
+    world.fails("sim.multiplyVector(sim.buildIdentityMatrix(), {1,2})", "a point is 3 numbers, not 2")
     world.fails("sim.multiplyVector({1,2,3}, {1,2,3})", "12 numbers and a pose 7, but this has 3")
 
 

@@ -26,6 +26,9 @@ _MOVING_FRAMES = (4, 0, 1)
 _FULL_RESULTS = (4, 3, 0)
 """First version in which functions of proximity sensors return all their values also where nothing is detected."""
 
+_ERRORS_RAISED = (3, 4, 0)
+"""First version that is known to stop a script at an error of the API; V-REP 3.1.2 only printed the error."""
+
 _ORDERS = ("first", "normal", "last")
 _TRAVERSALS = ("reverse", "forward", "parent")
 
@@ -93,13 +96,18 @@ def _add(conversion: Conversion, script: Script, name: str) -> None:
     kind = "customization:" if script.type == CUSTOMIZATION else ""
     text = with_call_back(_kind(conversion, script), script.text.replace("\0", ""))
     conversion.spec.add_text(name=f"{PREFIX}{script.language}:{kind}{name}", data=text)
-    if script.type != MAIN:
+    goes_on = conversion.file.program < _ERRORS_RAISED
+    if script.type == MAIN:
+        if goes_on:
+            conversion.annotate("script", name, stops_at_errors=False)
+    else:
         options = {"threaded": True} if script.is_threaded else {}
         options |= {"enabled": False} if script.is_disabled else {}
         options |= {"order": _ORDERS[script.order]} if script.order != 1 else {}
         options |= {"traversal": _TRAVERSALS[script.traversal]} if script.traversal else {}
         options |= {"joint_bases": True} if conversion.file.program < _MOVING_FRAMES else {}
         options |= {"full_results": True} if conversion.file.program >= _FULL_RESULTS else {}
+        options |= {"stops_at_errors": False} if goes_on else {}
         if options:
             conversion.annotate("script", f"{kind}{name}", **options)
     shown = "main script" if script.type == MAIN else f"{_words(script)} of '{name}'"

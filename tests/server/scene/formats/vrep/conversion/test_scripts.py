@@ -175,3 +175,15 @@ def test_an_old_call_back_without_a_joint_decides_about_contacts(owner: int) -> 
 def test_bytes_that_no_text_can_hold_do_not_cut_a_script() -> None:
     found, _ = annotated(script(text="a = 1\0\nb = 2"))
     assert found.objects["base"]["script"]["text"] == "a = 1\nb = 2"
+
+
+def test_scripts_of_old_versions_go_on_after_an_error_of_the_api() -> None:
+    """V-REP 3.1.2 printed such errors, V-REP 3.4.0 stopped the script."""
+    texts = script(), script(type=MAIN, owner=-1, text="a = 2"), script(type=CUSTOMIZATION)
+    for program, stops in (((3, 1, 2), False), ((3, 4, 0), True)):
+        spec, _ = convert(file_with(*texts, program=program))
+        found = read_annotations(mujoco.MjSpec.from_string(spec.to_xml()))
+        assert found.main_script is not None
+        notes = found.objects["base"]
+        for note in (notes["script"], notes["customization script"], found.main_script):
+            assert note.get("stops_at_errors", True) is stops
