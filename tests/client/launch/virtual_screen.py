@@ -24,6 +24,7 @@ def virtual_screen(folder: Path) -> Iterator[PersonAt]:
     """Somebody before it; the test is skipped where it cannot be had. `folder` holds its memory."""
     read, write = os.pipe()
     command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "800x600x24", "-nolisten", "tcp"]
+    command += ["-noreset"]  # when its last client goes, it begins anew, and is not there for a moment
     command += ["-fbdir", str(folder)]
     with subprocess.Popen(command, pass_fds=[write], stderr=subprocess.PIPE, text=True) as screen:
         os.close(write)

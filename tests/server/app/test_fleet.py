@@ -95,7 +95,9 @@ def spawned(log: Path, *arguments: object) -> Iterator[subprocess.Popen[str]]:
 def fleet(log: Path, *arguments: object) -> Iterator[FleetProcess]:
     """A fleet on free ports, once it is ready."""
     with spawned(log, *arguments, "--port", 0) as process:
-        servers = json.loads(read_line(process))["servers"]
+        line = read_line(process)
+        assert line, log.read_text()
+        servers = json.loads(line)["servers"]
         yield FleetProcess(process, servers, log)
 
 
