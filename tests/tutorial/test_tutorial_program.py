@@ -138,7 +138,7 @@ def _drive(keys: Keyboard, watcher: int, folder: Path) -> None:
 
 
 def _is_at_whole_degrees(angle: float, least: int) -> bool:
-    """Whether a joint rests where key presses have sent it; a key counts again when the program was slow to see it up."""
+    """Whether a joint rests where key presses have sent it; a key that a slow program sees late counts again."""
     degrees = math.degrees(angle)
     return round(degrees) >= least and abs(degrees - round(degrees)) < 0.05
 
