@@ -69,8 +69,8 @@ class Commands:
         ):
             geom = _add(scene, mujoco.mjtGeom.mjGEOM_MESH, eye, commands - self.drawing.baseMesh)
             geom.rgba[3] = 0.5
-            if distance < 0:
-                geom.modelrbound = -distance
+            if distance < 0:  # MuJoCo subtracts the size
+                geom.size[:] = -distance
             else:
                 geom.pos[0] += distance
 
