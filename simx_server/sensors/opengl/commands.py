@@ -2,7 +2,8 @@
 
 MuJoCo sets OpenGL's state itself each time it draws: the background is black, highlights are computed for an eye at
 the camera, and what is transparent is drawn twice, from front to back and from back to front, without depth. V-REP
-computed highlights for an eye far away, and drew what is transparent once, from back to front, with depth.
+computed highlights, which have colours, for an eye far away, and drew what is transparent once, from back to front,
+with depth.
 
 MuJoCo draws a mesh by calling a display list, whose number the geom has. A geom with the number of another list runs
 the commands in that list when its turn comes, and draws nothing.
@@ -10,12 +11,14 @@ the commands in that list when its turn comes, and draws nothing.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 from collections.abc import Callable
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 _FAR = 1e15
 """Distance beyond everything; MuJoCo takes 1e10 for planes that are seen from behind."""
@@ -27,6 +30,18 @@ Color = tuple[float, float, float]
 
 COUNT = 5
 """Geoms that are added to a scene."""
+
+_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+_SOLIDS = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): 0,
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): 0,
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): 3,
+    int(mujoco.mjtGeom.mjGEOM_BOX): 6,
+}
+"""Kinds of geoms that MuJoCo draws as one of its built-in lists, and the number of the list."""
+
+_ROLES = int(mujoco.mjtTextureRole.mjNTEXROLE)
+_RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 _NO_ROTATION = np.eye(3).ravel()
 
@@ -41,6 +56,8 @@ class Commands:
         self.drawing, self._numbers = drawing, list[int]()
         self._start = self._list_of(lambda: None)
         self._background: Color | None = None
+        self._tinted: dict[int, tuple[tuple[Any, ...], int]] = {}
+        """What the list of a geom draws, by MuJoCo's id of the geom."""
         self._hide = self._list_of(lambda: gl.glColorMask(False, False, False, False))
         self._show = self._list_of(lambda: gl.glColorMask(True, True, True, True))
         self._with_depth = self._list_of(lambda: gl.glDepthMask(True))
@@ -73,6 +90,36 @@ class Commands:
                 geom.size[:] = -distance
             else:
                 geom.pos[0] += distance
+
+    def tint(self, geom: Any, color: NDArray[np.float64]) -> None:
+        """Give a geom of a scene highlights of a colour, RGB 0..1; those of planes and capsules stay white."""
+        kind = int(geom.type)
+        if kind == _MESH and geom.dataid >= 0:
+            drawn, size = self.drawing.baseMesh + geom.dataid, None
+        elif kind in _SOLIDS and not self._has_texture(geom):
+            drawn, size = self.drawing.baseBuiltin + _SOLIDS[kind], tuple(geom.size.tolist())
+        else:
+            return
+        red, green, blue = color.tolist()
+        wanted = (drawn, size, red, green, blue)
+        made, number = self._tinted.get(geom.objid, (None, None))
+        if made != wanted:
+            gl = self._gl
+            part = (ctypes.c_float * 4)(red, green, blue, 1.0)
+
+            def draw() -> None:
+                gl.glMaterialfv(gl.GL_FRONT_AND_BACK, gl.GL_SPECULAR, part)
+                if size is not None:
+                    gl.glScalef(*size)
+                gl.glCallList(drawn)
+
+            number = self._list_of(draw, number)
+            self._tinted[geom.objid] = wanted, number
+        assert number is not None
+        geom.type, geom.dataid = _MESH, number - self.drawing.baseMesh
+
+    def _has_texture(self, geom: Any) -> bool:
+        return geom.matid >= 0 and self.drawing.mat_texid[_ROLES * geom.matid + _RGB] >= 0
 
     def end(self) -> None:
         """Show colours again, after a scene has been drawn."""

@@ -25,6 +25,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.geometry.highlights import highlights_of
 from simx_server.sensors.opengl.backend import make_gl_context
 from simx_server.sensors.opengl.commands import COUNT, Commands
 from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
@@ -103,6 +104,7 @@ class OpenGLRenderer:
     def _take(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._round = round_geoms(model)
+        self._highlights = highlights_of(model)
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16 + COUNT)
         self._scene.flags[:] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
@@ -175,6 +177,7 @@ class OpenGLRenderer:
         if view.codes is not None:
             self._write_codes(view.codes)
         if not flat:
+            self._tint(commands)
             commands.add(self._scene, view.background)
         rect = mujoco.MjrRect(0, 0, view.width, height)
         mujoco.mjr_render(rect, self._scene, commands.drawing)
@@ -265,6 +268,17 @@ class OpenGLRenderer:
             )
             if beside or unseen:
                 geom.type = _NOTHING
+
+    def _tint(self, commands: Commands) -> None:
+        """Give the geoms whose material says so highlights of a colour."""
+        if not self._highlights:
+            return
+        matid = self._model.geom_matid
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            if geom.objtype == _GEOM and geom.type != _NOTHING:
+                color = self._highlights.get(int(matid[geom.objid]))
+                if color is not None:
+                    commands.tint(geom, color)
 
     def _write_codes(self, codes: tuple[int, ...]) -> None:
         for geom in self._scene.geoms[: self._scene.ngeom]:

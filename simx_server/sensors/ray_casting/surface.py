@@ -14,6 +14,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.geometry.highlights import highlights_of
+
 Points = NDArray[np.float64]
 """(n, 3) in the world frame: metres or unit vectors."""
 Ids = NDArray[np.int32]
@@ -36,6 +38,7 @@ class Surfaces:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
+        self._tinted = highlights_of(model)
         self._scene = mujoco.MjvScene(model, maxgeom=1)
         for eye in self._scene.camera:
             # Only so that mjv_makeLights accepts the scene; the headlight is aimed later.
@@ -71,7 +74,7 @@ class Surfaces:
         if len(shines):
             exponents = 128.0 * shininess[geom_ids[shines]]
             highlights = _highlights(lights, points[shines], normals[shines], forward, exponents)
-            colours[shines] += specular[geom_ids[shines], np.newaxis] * highlights
+            colours[shines] += self._highlight_colours(specular)[geom_ids[shines]] * highlights
         np.minimum(colours, 1.0, out=colours)
         self._apply_textures(data, geom_ids, points, colours)
         return colours
@@ -84,6 +87,13 @@ class Surfaces:
         finish = np.column_stack((finish, _WITHOUT_MATERIAL)).astype(np.float32)
         specular, shininess, emission = finish[:, model.geom_matid]
         return specular, shininess, emission
+
+    def _highlight_colours(self, specular: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return (ngeom, 3): the colours of highlights, whose strengths are `specular`."""
+        colours = np.repeat(specular[:, np.newaxis], 3, axis=1)
+        for material, color in self._tinted.items():
+            colours[self._model.geom_matid == material] = color
+        return colours
 
     def _apply_textures(
         self, data: mujoco.MjData, geom_ids: Ids, points: Points, colours: NDArray[np.float32]
