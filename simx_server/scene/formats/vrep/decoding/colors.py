@@ -31,10 +31,7 @@ def material_of(chunks: Chunks | None) -> Material:
     if not flags & OPAQUE:
         (opacity,) = chunks.reals("Trf", 1.0)
         material.opacity = min(max(opacity, 0.0), 1.0)
-    if chunks.has("Sh2"):
-        (material.shininess,) = chunks.ints("Sh2", material.shininess)
-    elif chunks.has("Shi"):
-        material.shininess = max(chunks.ints("Shi", material.shininess)[0], material.shininess)
+    (material.shininess,) = chunks.ints("Sh2", material.shininess)
     return material
 
 
