@@ -13,6 +13,7 @@ import viser
 from mjviser.conversions import get_geom_texture_id, group_geoms_by_visual_compat, merge_geoms
 from PIL import Image
 
+from simx_server.sensors.vision.visibility import OPAQUE_ALPHA
 from simx_server.viewer.page.smoothing import smoothed
 
 _SELECTED = (255, 140, 0)
@@ -42,7 +43,7 @@ _CONVERTED = frozenset(
 
 
 def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
-    """Yield the visible meshes of a body, in the body's frame; geoms without a texture are one mesh."""
+    """Yield the visible meshes of a body, in the body's frame; opaque geoms without a texture are one mesh."""
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     seen = [geom for geom in range(first, first + count) if _is_seen(model, geom)]
     papered = {geom: texture for geom in seen if (texture := _paper(model, geom)) >= 0}
@@ -52,9 +53,24 @@ def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
     with _own_colors(model, plain):
         for group in group_geoms_by_visual_compat(model, plain):
             # Merged textures would be parts of one image, and could not be repeated.
-            is_textured = get_geom_texture_id(model, group[0]) >= 0
-            for part in [[geom] for geom in group] if is_textured else [group]:
-                yield smoothed(_in_linear_colors(merge_geoms(model, part)))
+            if get_geom_texture_id(model, group[0]) >= 0:
+                for geom in group:
+                    yield _in_linear_colors(smoothed(merge_geoms(model, [geom])))
+                continue
+            if opaque := [geom for geom in group if _rgba(model, geom)[3] >= OPAQUE_ALPHA]:
+                yield smoothed(merge_geoms(model, opaque))
+            for geom in group:
+                if geom not in opaque:
+                    yield _see_through(smoothed(merge_geoms(model, [geom])), _rgba(model, geom))
+
+
+def _see_through(mesh: trimesh.Trimesh, rgba: np.ndarray) -> trimesh.Trimesh:
+    """Return the mesh with a material that lets see through: colours of its points do not."""
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorFactor=np.asarray(rgba, float), metallicFactor=0.0, roughnessFactor=1.0
+    )
+    mesh.visual = trimesh.visual.TextureVisuals(material=material)
+    return _in_linear_colors(mesh)
 
 
 def _in_linear_colors(mesh: trimesh.Trimesh) -> trimesh.Trimesh:

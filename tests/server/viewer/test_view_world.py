@@ -208,6 +208,19 @@ def test_a_textured_mesh_of_many_parts_gets_normals_and_keeps_its_texture() -> N
     assert found.visual.uv == pytest.approx(found.vertices[:, :2] / 60)
 
 
+def test_what_is_see_through_has_a_material_that_blends() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><geom size="1" rgba="1 0 0 1"/><geom size="1" rgba="0 0.5 1 0.4"/>
+        <geom size="1" rgba="0 1 0 1"/></worldbody></mujoco>"""
+    )
+    opaque, clear = meshes_of(model, 0)
+    assert isinstance(opaque.visual, ColorVisuals)
+    assert isinstance(clear.visual, TextureVisuals)
+    material = cast(PBRMaterial, clear.visual.material)
+    assert material.alphaMode == "BLEND"
+    assert np.array(material.baseColorFactor) / 255 == pytest.approx([0, 0.5**2.2, 1, 0.4], abs=0.01)
+
+
 def test_faces_that_meet_at_a_small_angle_share_a_normal_and_reversed_ones_do_not() -> None:
     points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0.2], [-1, 0, 0.2]], float)
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 1, 2], [0, 3, 1]])  # a roof, and the same from below
