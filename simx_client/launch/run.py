@@ -121,9 +121,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         source = Path(path).read_bytes()
     except OSError as error:
         meant = file_like(options.script, (".py",)) or ";"
-        return _refuse(
-            f"cannot open {options.script}: {error.strerror}{meant} name the script's .py file", USAGE
-        )
+        told = f"cannot open {options.script}: {error.strerror}{meant} name the script's .py file"
+        if not os.path.splitext(options.script)[1]:
+            told += f", or, if it is a scene: simx-run --server {options.script} SCRIPT"
+        return _refuse(told, USAGE)
     try:
         converted = convert_if_python2(source, path)
         if options.print_converted:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import trimesh
 import trimesh.visual
@@ -63,8 +65,9 @@ def _corner_normals(
     one, other = _pairs(places)
     near = np.einsum("ij,ij->i", units[one], units[other]) > _SHARP
     one, other = one[near], other[near]
-    sums = [np.bincount(one, weighted[other, axis], len(places)) for axis in range(3)]
-    found = _unit(np.stack(sums, axis=1))
+    sums = np.zeros((len(places), 3))
+    np.add.at(sums, one, weighted[other])
+    found = _unit(sums)
     return np.where(found.any(axis=1, keepdims=True), found, units)
 
 
@@ -84,12 +87,14 @@ def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(lengths > 0, vectors / np.where(lengths > 0, lengths, 1.0), 0.0)
 
 
-def _visual(mesh: trimesh.Trimesh, kept: NDArray[np.int64]) -> object:
+def _visual(
+    mesh: trimesh.Trimesh, kept: NDArray[np.int64]
+) -> trimesh.visual.ColorVisuals | trimesh.visual.TextureVisuals:
     """Return the looks of a mesh whose points are these points of another, and whose faces are the same."""
-    visual = mesh.visual
-    if isinstance(visual, trimesh.visual.TextureVisuals):
-        uv = None if visual.uv is None else np.asarray(visual.uv)[kept]
+    visual: Any = mesh.visual  # trimesh declares little of it
+    if visual.kind == "texture":
+        uv = None if visual.uv is None else visual.uv[kept]
         return trimesh.visual.TextureVisuals(uv=uv, material=visual.material)
     if visual.kind == "vertex":
-        return trimesh.visual.ColorVisuals(vertex_colors=np.asarray(visual.vertex_colors)[kept])
-    return trimesh.visual.ColorVisuals(face_colors=np.asarray(visual.face_colors))
+        return trimesh.visual.ColorVisuals(vertex_colors=visual.vertex_colors[kept])
+    return trimesh.visual.ColorVisuals(face_colors=visual.face_colors)

@@ -200,8 +200,8 @@ def test_a_textured_mesh_of_many_parts_gets_normals_and_keeps_its_texture() -> N
     points = np.concatenate([corners + np.array((3 * n, 0, 0)) for n in range(20)])
     faces = np.arange(len(points)).reshape(-1, 3)  # no two share a point
     uv = points[:, :2] / 60
-    paper = trimesh.visual.TextureVisuals(uv=uv, image=Image.new("RGB", (64, 64), "red"))
-    found = smoothed(trimesh.Trimesh(points, faces, visual=paper, process=False))
+    paper: Any = TextureVisuals(uv=uv, image=Image.new("RGB", (64, 64), "red"))
+    found: Any = smoothed(trimesh.Trimesh(points, faces, visual=paper, process=False))
     assert len(found.vertices) == 20 * 36
     assert np.abs(found.vertex_normals).max(axis=1) == pytest.approx(1.0), "all edges of a box are sharp"
     assert found.visual.material is paper.material
