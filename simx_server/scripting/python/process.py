@@ -5,7 +5,9 @@ The server trusts no data of the process: an invalid message ends the process wi
 **Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not
 shorten, and twice that in wall time, for scripts that wait instead of computing, or let the server compute: so a
 blocking client, which waits 5 s, still gets the reason. Two times are added back: the wall time of server functions
-with separate limits, and the time in which the process was ready and the system ran other programs. Python cannot be interrupted reliably (``except:`` catches an exception, native code ignores it), so a late process is killed; just before, a signal requests its present position.
+with separate limits, and the time in which the process was ready and the system ran other programs. Python cannot be
+interrupted reliably (``except:`` catches an exception, native code ignores it), so a late process is killed; just
+before, a signal requests its present position.
 
 Between requests the process has nothing to compute: a process that reports completion and continues is killed. The
 kernel enforces a limit of processor seconds too, raised with each request, for the time between requests and in case
