@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from sim_api_calls import ScriptWorld, world
 
+from simx_server.scene.geometry.highlights import highlights_of
+
 __all__ = ["world"]
 
 NAMES = ("robot", "mark", "hinge", "arm", "tip", "eye", "cube", "wall", "ray")
