@@ -57,7 +57,7 @@ class Commands:
         self._start = self._list_of(lambda: None)
         self._background: Color | None = None
         self._tinted: dict[int, tuple[tuple[Any, ...], int]] = {}
-        """What the list of a geom draws, by MuJoCo's id of the geom."""
+        """The commands of the list of a geom draws, by MuJoCo's id of the geom."""
         self._hide = self._list_of(lambda: gl.glColorMask(False, False, False, False))
         self._show = self._list_of(lambda: gl.glColorMask(True, True, True, True))
         self._with_depth = self._list_of(lambda: gl.glDepthMask(True))
@@ -76,7 +76,7 @@ class Commands:
         below = eye - (0.0, 0.0, 1.0)
         first = _add(scene, mujoco.mjtGeom.mjGEOM_PLANE, below, self._start - self.drawing.basePlane - 1)
         first.reflectance = 1.0
-        # What is transparent is drawn from near to far, which shows nothing here, and then from far to near.
+        # Transparent geoms are drawn from near to far, without effect here, and then from far to near.
         before, behind = _BEFORE_PLANES
         for distance, commands in (
             (-_FAR, self._hide),

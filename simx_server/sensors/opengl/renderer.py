@@ -263,9 +263,7 @@ class OpenGLRenderer:
         for geom in self._scene.geoms[: self._scene.ngeom]:
             beside = not near[geom.objid] if geom.objtype == _GEOM else view.only is not None
             unseen = flat and _is_back(geom, eye)
-            geom.reflectance = (
-                0.0  # there are no reflections, and one reflecting geom is drawn before all others
-            )
+            geom.reflectance = 0.0  # MuJoCo draws one reflecting geom before all others
             if beside or unseen:
                 geom.type = _NOTHING
 
