@@ -57,7 +57,7 @@ class Commands:
         self._start = self._list_of(lambda: None)
         self._background: Color | None = None
         self._tinted: dict[int, tuple[tuple[Any, ...], int]] = {}
-        """The commands of the list of a geom draws, by MuJoCo's id of the geom."""
+        """The content and number of each geom's list, by MuJoCo's id of the geom."""
         self._hide = self._list_of(lambda: gl.glColorMask(False, False, False, False))
         self._show = self._list_of(lambda: gl.glColorMask(True, True, True, True))
         self._with_depth = self._list_of(lambda: gl.glDepthMask(True))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -75,9 +76,10 @@ def _see_through(mesh: trimesh.Trimesh, rgba: np.ndarray) -> trimesh.Trimesh:
 
 def _in_linear_colors(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """Return the mesh; the colour by which its texture is multiplied is now in glTF's linear numbers."""
-    material = getattr(mesh.visual, "material", None)
-    if isinstance(material, trimesh.visual.material.PBRMaterial) and material.baseColorFactor is not None:
-        rgba = np.asarray(material.baseColorFactor, float) / 255
+    material: Any = getattr(mesh.visual, "material", None)  # trimesh declares little of it
+    factor = getattr(material, "baseColorFactor", None)
+    if factor is not None:
+        rgba = np.asarray(factor, float) / 255
         material.baseColorFactor = [*rgba[:3] ** _GAMMA, rgba[3]]
         if rgba[3] < 1:
             material.alphaMode = "BLEND"
