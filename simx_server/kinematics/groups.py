@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -230,7 +231,12 @@ class IkGroups(Part):
         return self._handle(self.get(handle))
 
     def solver(
-        self, group: Group, more: Collection[int] = (), *, without: Collection[int] = ()
+        self,
+        group: Group,
+        more: Collection[int] = (),
+        *,
+        without: Collection[int] = (),
+        weights: Mapping[int, float] = MappingProxyType({}),
     ) -> tuple[Joints, Solver]:
         """Return joints with a single value and solver of a group; the scratch state is that of the scene.
 
@@ -238,14 +244,21 @@ class IkGroups(Part):
             group: the group.
             more: joints that take part whatever their mode is.
             without: joints that take no part.
+            weights: how readily joints move, as a factor of their usual weight.
 
         Raises:
             CommandError: no joint takes part.
         """
-        return self._solver(group, more, without)
+        return self._solver(group, more, without, weights)
 
     def _solver(
-        self, group: Group, more: Collection[int] = (), without: Collection[int] = (), *, balls: bool = False
+        self,
+        group: Group,
+        more: Collection[int] = (),
+        without: Collection[int] = (),
+        weights: Mapping[int, float] = MappingProxyType({}),
+        *,
+        balls: bool = False,
     ) -> tuple[Joints, Solver]:
         is_usual = is_in_ik_mode(self._sim)
 
@@ -257,6 +270,8 @@ class IkGroups(Part):
             raise CommandError(f"the group '{group.name}' has no element whose tip has a target")
         joints, arms = make_arms(self._sim, elements, takes_part, balls=balls)
         joints = _as_asked(group, joints)
+        for number, handle in enumerate(joints.handles):
+            joints.weights[number] *= weights.get(handle, 1.0)
         self.scratch.load()
         return joints, Solver(self.scratch, joints, arms)
 

@@ -19,8 +19,8 @@ from simx_server.kinematics.chain import Joints
 from simx_server.kinematics.scratch import Array
 from simx_server.kinematics.search import find_configs, sampling_range, straight_path
 from simx_server.kinematics.validity import as_pairs, of_joints
-from simx_server.scene.link_constraints import IK
 from simx_server.scene.geometry.placing import object_pose
+from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 
