@@ -82,14 +82,13 @@ class Placed(NamedTuple):
 
 
 class Bounds:
-    """Lower bounds of the distances between boxes of two geoms in their poses."""
+    """Lower bounds of the distances between boxes of two geoms in their poses; call `look_along` first."""
 
     def __init__(self, first: Placed, second: Placed) -> None:
         self._first, self._second = first, second
         self._turn = first.turn.T @ second.turn
         self._place = (second.place - first.place) @ first.turn
         self._spread = np.abs(self._turn)
-        self.look_along(second.middle - first.middle)
 
     def look_along(self, direction: Array) -> None:
         """Use also planes across a direction (3,) of the world, from the first geom to the second.

@@ -62,9 +62,7 @@ def least_gap(first: Placed, second: Placed, limit: float, guess: Pair | None = 
         limit: metres from which on a distance does not matter.
         guess: triangles that were nearest in a similar pose. The result does not depend on it, only the time does.
     """
-    search = _Search(first, second, limit)
-    if guess is not None:
-        search.know(guess)
+    search = _Search(first, second, limit, guess)
     height = max(len(first.tree.levels), len(second.tree.levels)) - 1
     top = (np.arange(len(each.tree.level(height).centres)) for each in (first, second))
     mine, theirs = (each.ravel() for each in np.meshgrid(*top, indexing="ij"))
@@ -75,17 +73,17 @@ def least_gap(first: Placed, second: Placed, limit: float, guess: Pair | None = 
 class _Search:
     """One search for the minimum distance."""
 
-    def __init__(self, first: Placed, second: Placed, limit: float) -> None:
+    def __init__(self, first: Placed, second: Placed, limit: float, guess: Pair | None) -> None:
+        """Leave out all that is farther than the limit, and than the guessed triangles, which are examined again."""
         self._first, self._second = first, second
         self._bounds = Bounds(first, second)
+        direction = second.middle - first.middle
+        if guess is not None:
+            gap = _pairs(first.corners(np.array(guess[:1])), second.corners(np.array(guess[1:])))
+            limit = min(limit, _beyond(gap.distance))
+            direction = gap.second - gap.first if gap.distance > 0.0 else direction
+        self._bounds.look_along(direction)
         self.best = Found(Gap(limit, _NOWHERE, _NOWHERE))
-
-    def know(self, pair: Pair) -> None:
-        """Leave out all that is farther than two triangles, which are examined once more."""
-        gap = _pairs(self._first.corners(np.array(pair[:1])), self._second.corners(np.array(pair[1:])))
-        if _beyond(gap.distance) < self.best.gap.distance:
-            self.best = Found(Gap(_beyond(gap.distance), _NOWHERE, _NOWHERE))
-            self._bounds.look_along(gap.second - gap.first)
 
     def examine(self, level: int, mine: Indices, theirs: Indices) -> None:
         """Examine boxes of a level pair by pair, the nearest first, and what is below them."""
