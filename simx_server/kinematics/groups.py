@@ -139,7 +139,7 @@ class IkGroups(Part):
         return handle if handle not in self._removed else self._unknown(handle)
 
     def __contains__(self, handle: int) -> bool:
-        return handle in self._all()
+        return handle in self.all()
 
     def names(self) -> list[str]:
         """Return the names of the groups that the scene registers and no script has removed."""
@@ -195,14 +195,14 @@ class IkGroups(Part):
         Raises:
             CommandError: the handle is unknown; the text lists the groups.
         """
-        group = self._all().get(handle)
+        group = self.all().get(handle)
         return group if group is not None else self._unknown(handle)
 
     def _unknown(self, handle: int) -> NoReturn:
-        known = ", ".join(f"{h} '{group.name}'" for h, group in self._all().items()) or "none"
+        known = ", ".join(f"{h} '{group.name}'" for h, group in self.all().items()) or "none"
         raise CommandError(f"no inverse kinematics group with handle {handle}; those of this scene: {known}")
 
-    def _all(self) -> dict[int, Group]:
+    def all(self) -> dict[int, Group]:
         """Return all present groups by handle."""
         return {handle: group for handle, group in self._every().items() if handle not in self._removed}
 
@@ -324,7 +324,7 @@ class IkGroups(Part):
         return True
 
     def _groups(self) -> list[Group]:
-        return list(self._all().values())
+        return list(self.all().values())
 
     def _read(self, name: str, note: Annotation) -> Group:
         return Group(

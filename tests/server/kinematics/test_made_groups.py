@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import struct
 from pathlib import Path
+from typing import Any
 
 import pytest
 from sim_api_calls import ScriptWorld
@@ -116,3 +118,50 @@ def test_single_coordinates_count_along_another_object_s_axes(world: ScriptWorld
 def test_a_wrong_group_or_too_few_numbers_are_errors(world: ScriptWorld) -> None:
     world.fails("simRemoveIkGroup(7)", "no inverse kinematics group with handle 7")
     world.fails("simCreateIkElement(simCreateIkGroup(0), 0, {1, 2})", "an element has four numbers")
+
+
+def test_the_kinematics_of_a_scene_are_written_for_the_external_library(
+    world: ScriptWorld, tmp_path: Path
+) -> None:
+    world.lua(
+        BEGIN + "link() simCreateIkElement(group(32), 0, {tip, -1, -1, 3}) return simExportIk('arm.ik')"
+    )
+    data = (tmp_path / "arm.ik").read_bytes()
+    place = 0
+
+    def take(form: str) -> tuple[Any, ...]:
+        nonlocal place
+        values = struct.unpack_from(f"<{form}", data, place)
+        place += struct.calcsize(f"<{form}")
+        return values
+
+    def text() -> str:
+        nonlocal place
+        start, place = place, data.index(0, place) + 1
+        return data[start : place - 1].decode()
+
+    version, count = take("2i")
+    objects: dict[str, tuple[Any, ...]] = {}
+    for _ in range(count):
+        ((kind,), pose, (handle, parent), name) = take("i"), take("7f"), take("2i"), text()
+        objects[name] = (handle, parent, pose, take("i5fB5f2i2f" if kind == 1 else "2i"))
+    assert (version, count) == (0, len(world.sim.scene.objects))
+    elbow, tip, goal = (objects[name] for name in ("elbow", "tip", "goal"))
+    assert elbow[1] == objects["upper"][0]
+    assert elbow[2] == pytest.approx((1, 0, 0, 0, 0.5, 0, 0), abs=1e-6)
+    assert elbow[3][:7] == (10, 0.0, 1.0, 0.0, 0.0, 0.0, 0)
+    expected = (math.radians(-40), math.radians(190), 0.5, math.radians(10), 1.0)
+    assert elbow[3][7:12] == pytest.approx(expected, abs=1e-6)
+    assert elbow[3][12:] == (2, -1, 1.0, 0.0)
+    assert (tip[3], goal[3]) == ((goal[0], 5), (tip[0], 5))
+    assert (take("i"), take("i"), text()) == (
+        (1,),
+        (world.value("simGetIkGroupHandle('IK_Group')"),),
+        "IK_Group",
+    )
+    assert take("2i4f2i") == pytest.approx((100, 0, 1.0, 0.0, 0.0, 0.1, 1, -1))
+    assert take("2Bi") == (1 + 8 + 16 + 64, 0, 1)
+    element = take("4i2fi2fB")
+    assert element[:4] == (0, tip[0], -1, -1)
+    assert element[4:] == pytest.approx((math.radians(0.1), 0.0005, 3, 1.0, 1.0, 1))
+    assert place == len(data)

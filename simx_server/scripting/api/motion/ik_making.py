@@ -1,4 +1,4 @@
-"""Groups of inverse kinematics that scripts of V-REP 3 make, and remove."""
+"""Groups of inverse kinematics that scripts of V-REP 3 make, remove, and write to a file."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from simx_server.errors import CommandError
 from simx_server.kinematics import Calculation, Element, Group
+from simx_server.kinematics.exporting import exported
 from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
@@ -90,6 +91,17 @@ class IkMakingFunctions(ApiPart):
     def removeIkGroup(self, group: int) -> int:
         """Remove a group, also one of the scene; return 1."""
         self._world.ik_groups.remove(group)
+        return 1
+
+    def exportIk(self, path: str) -> int:
+        """Write the scene's kinematics as a file of the workspace for V-REP's external kinematics; return 1."""
+        world = self._world
+        data = exported(self._sim, world.ik_groups, world.dummy_links)
+        file = world.written_files.open(path, append=False)
+        try:
+            world.written_files.write(file, data)
+        finally:
+            world.written_files.close(file)
         return 1
 
     def _linked(self, tip: int) -> int:
