@@ -95,7 +95,7 @@ class Box:
         self.waits: tuple[int, bool] | None = None
         """Number of an item, and whether it has to wait for scripts."""
 
-        self.stop = (0, 0)
+        self.stop: tuple[int, int] = (0, 0)
         """Numbers of the newest item that was examined for a stop, and of the newest that has one."""
 
     @property

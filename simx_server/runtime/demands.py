@@ -1,4 +1,4 @@
-"""What a waiting message demands of a script or a search that runs: that it waits for the end, or makes it end."""
+"""Read the demands of waiting messages on a script or a search that runs: to wait for its end, or to make it end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a message of the ZeroMQ remote API demands of a script that runs; see `runtime.demands`."""
+"""Read the demands of a message of the ZeroMQ remote API on a script that runs; see `runtime.demands`."""
 
 from __future__ import annotations
 

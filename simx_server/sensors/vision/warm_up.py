@@ -1,6 +1,6 @@
 """Prepare images in advance: before the server is ready, and when a scene with vision sensors is loaded or gets its
 first one. One of many servers, and an embedded simulation, prepare them when a program gets the handle of a vision
-sensor, so that those that nobody looks at stay small.
+sensor, so that those without such programs stay small.
 
 The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
 came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no

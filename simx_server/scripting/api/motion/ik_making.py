@@ -19,7 +19,7 @@ _LIMITS_STEPS, _IS_EXPLICIT = 16, 32
 
 
 class IkMakingFunctions(ApiPart):
-    """Functions that make and remove IK groups. What a script makes or removes in a run is undone at the stop."""
+    """Functions that make and remove IK groups. The stop undoes all that a script made or removed in the run."""
 
     def createIkGroup(
         self, options: int, integers: list[int] | None = None, numbers: list[float] | None = None
