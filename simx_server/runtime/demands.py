@@ -1,13 +1,16 @@
-"""Read the demands of waiting messages on a script or a search that runs: to wait for its end, or to make it end."""
+"""Read waiting messages: their demands on a script or a search that runs, and the calls that a client waits for.
+
+A message waits for the end of what runs, or makes it end, or can be executed meanwhile.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from simx_client.protocol.codec import CodecError, decode_batch
+from simx_client.protocol.codec import CodecError, decode_batch, encode
 from simx_client.protocol.commands import ANSWERED, Command
-from simx_client.protocol.messages import Call
+from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
 
 STOP = "simxStopSimulation"
 
@@ -45,3 +48,27 @@ def interfere(calls: Iterable[Call]) -> bool:
 def known_commands(calls: Iterable[Call]) -> list[Command]:
     """Return the commands of these calls, without those that the table does not have."""
     return [command for call in calls if (command := ANSWERED.get(call.command)) is not None]
+
+
+def divide(payload: bytes) -> tuple[bytes | None, bytes | None]:
+    """Return the calls of a batch that its client waits for, and the others, each encoded; None if there are none.
+
+    An unreadable batch counts as one without awaited calls.
+    """
+    try:
+        batch = decode_batch(payload)
+    except CodecError:
+        return None, payload
+    awaited = [call for call in batch.calls if _is_awaited(call)]
+    if not awaited:
+        return None, payload
+    others = [call for call in batch.calls if not _is_awaited(call)]
+    return _with(batch, awaited), _with(batch, others) if others else None
+
+
+def _is_awaited(call: Call) -> bool:
+    return call.operation == Operation.EXECUTE and call.delay_ms < NOT_AWAITED_MS
+
+
+def _with(batch: Batch, calls: list[Call]) -> bytes:
+    return encode(Batch(batch.message_id, batch.client_time, calls))

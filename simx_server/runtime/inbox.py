@@ -26,9 +26,8 @@ from simx_client.protocol.codec import MAX_MESSAGE
 from simx_client.protocol.keys import VIEWER
 from simx_server.limits import Limits
 
-from .awaited import divide
 from .box import Arrival, Box, Event, Item
-from .demands import STOP_MARK, Demands, demands_of_batch
+from .demands import STOP_MARK, Demands, demands_of_batch, divide
 from .sockets import Sockets
 
 CREDIT = 0.001
