@@ -20,6 +20,7 @@ from bench.motion.lines import follow
 from bench.motion.opened import running
 from bench.motion.rest import jitter
 from bench.motion.samples import samples
+from bench.motion.tower import build_tower
 from bench.motion.walkers import BASES, rest, walk
 from simx_server.files.library import list_scenes
 
@@ -203,7 +204,7 @@ def _arms() -> list[str]:
 def _others(stock: Path | None) -> list[str]:
     flight, line = hover(), follow()
     return [
-        "## Flying, following a line, balancing\n",
+        "## Flying, following a line, balancing, stacking\n",
         _table(
             ("robot", "what it does", "found", "of real time"),
             [
@@ -220,7 +221,7 @@ def _others(stock: Path | None) -> list[str]:
                     f"at most {1000 * line.farthest:.0f} mm from the line, {math.degrees(line.way):.0f}° of the round",
                     f"{100 * line.share:.1f} %",
                 ],
-                *([_ball_robot(stock)] if stock is not None else []),
+                *([_ball_robot(stock), _tower(stock)] if stock is not None else []),
             ],
         ),
     ]
@@ -233,6 +234,17 @@ def _ball_robot(stock: Path) -> list[str]:
         f"balances {STAND:g} s on its ball, follows its target for {ASIDE:g} m at {SPEED:g} m/s, {FOLLOW:g} s in all",
         f"tilts by {math.degrees(found.standing):.2f}° and {math.degrees(found.tilt):.2f}°; rests "
         f"{1000 * found.error:.2f} mm from its target",
+        f"{100 * found.share:.1f} %",
+    ]
+
+
+def _tower(stock: Path) -> list[str]:
+    found = build_tower(stock.parent / "scenes" / "ur5WithRg2Grasping.ttt")
+    return [
+        "ur5WithRg2Grasping, V-REP's",
+        "takes six cuboids from a belt, lays two by two crosswise on one another",
+        f"{', '.join(map(str, found.layers))} in its layers, tilted by at most {math.degrees(found.tilt):.2f}°; "
+        f"its script ends it after {found.seconds:.1f} s",
         f"{100 * found.share:.1f} %",
     ]
 

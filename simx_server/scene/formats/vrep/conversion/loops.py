@@ -22,7 +22,7 @@ _GAP = 1e-3
 def turn_bare_joints(file: VrepFile) -> VrepFile:
     """Return the file with joints turned that carry only a linked dummy, if they stand more than 90 degrees wrong.
 
-    V-REP's engines turn them within a few steps, since there is no mass on them. MuJoCo's constraint, which is
+    V-REP's engines turn them within a few steps, since they have no mass on them. MuJoCo's constraint, which is
     measured by the sine of half of the angle, gets weaker from there on, and ends at 180 degrees.
     """
     objects, poses = dict(file.objects), world_poses(file)
