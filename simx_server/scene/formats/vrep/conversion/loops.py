@@ -30,6 +30,8 @@ def turn_bare_joints(file: VrepFile) -> VrepFile:
         joint, partner = _bare_joint(file, item), file.objects.get(getattr(item, "linked", -1))
         if joint is None or not isinstance(partner, Dummy) or not joint.is_cyclic:
             continue
+        if objects.get(partner.parent) is not file.objects.get(partner.parent):
+            continue  # the hinge at the other end has been turned
         frame, own, other = (poses[each.handle][1] for each in (joint, item, partner))
         w, _, _, z = multiply(conjugate(frame), multiply(multiply(other, conjugate(own)), frame))
         angle = math.remainder(2.0 * math.atan2(z, w), 2.0 * math.pi)
@@ -43,8 +45,9 @@ def _bare_joint(file: VrepFile, item: object) -> Joint | None:
     if not isinstance(item, Dummy) or item.link_type != PHYSICS:
         return None
     joint = file.objects.get(item.parent)
-    is_bare = isinstance(joint, Joint) and joint.type == JointType.REVOLUTE and not joint.motor
-    return joint if is_bare and len(children_of(file)[joint.handle]) == 1 else None
+    if not isinstance(joint, Joint) or joint.type != JointType.REVOLUTE or joint.motor:
+        return None
+    return joint if len(children_of(file)[joint.handle]) == 1 else None
 
 
 def add_loops(conversion: Conversion, structure: Structure) -> None:
