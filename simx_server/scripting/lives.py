@@ -190,7 +190,7 @@ class Lives:
         if not script.active_in_run and self._sim.is_running:
             return False
         if script.home not in self._sim.scene.objects:
-            self.fail(script, "its object was removed")
+            self._end(script, "its object was removed")
             return False
         return not self._sim.scene.overridden(script.home) & SCRIPTS_INACTIVE
 
@@ -233,13 +233,17 @@ class Lives:
             self.drop(script)
             self._changed()
 
-    def fail(self, script: Script, problem: str) -> None:
-        """Stop one script until the next start."""
+    def _end(self, script: Script, reason: str) -> None:
+        """End a script until the next start."""
         self.drop(script)
-        script.problem = problem
+        script.problem = reason
+        self._changed()
+
+    def fail(self, script: Script, problem: str) -> None:
+        """End a script that has failed, and tell of it."""
+        self._end(script, problem)
         logger.error("the %s is stopped: %s", self.describe(script), as_log_line(problem))
         self._tell(f"{self.describe(script)} is stopped: {problem}")
-        self._changed()
 
     def announce(self, script: Script) -> None:
         """Print a warning now if a script that starts later will not be allowed to run."""

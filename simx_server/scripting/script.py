@@ -165,6 +165,11 @@ class Script:
         return self.owner if self.place == -1 else self.place
 
     @property
+    def is_of_run(self) -> bool:
+        """Return whether it lives for one run; a customization script outlives it."""
+        return self.kind in (ScriptKind.MAIN, ScriptKind.CHILD)
+
+    @property
     def signal_owner(self) -> object:
         """Return the key under which its signals are stored."""
         return ("script", self.handle)

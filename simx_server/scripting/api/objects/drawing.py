@@ -14,12 +14,18 @@ from simx_server.scripting.interpreter import Constant
 _ADD_MULTIPLE, _SET_MULTIPLE = 0x1000000, 0x400000
 """sim.handleflag_addmultiple and sim.handleflag_setmultiple."""
 
+_PERSISTENT = 0x100000
+"""sim.drawing_persistent."""
+
 _BLACK: Color = (0.0, 0.0, 0.0)
 _WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class DrawingFunctions(ApiPart):
-    """Functions for drawings: metres in the world frame, colours 0..1. All drawings end with the run."""
+    """Functions for drawings: metres in the world frame, colours 0..1.
+
+    Drawings of child and main scripts end with the run, unless they have the flag sim.drawing_persistent.
+    """
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_addmultiple": _ADD_MULTIPLE,
@@ -31,6 +37,7 @@ class DrawingFunctions(ApiPart):
         "drawing_cubepts": 12,
         "drawing_spherepts": 7,
         "drawing_local": 0x800000,
+        "drawing_persistent": _PERSISTENT,
     }
 
     def addDrawingObject(
@@ -59,6 +66,7 @@ class DrawingFunctions(ApiPart):
             _color(color, _WHITE),
             _color(specular, _BLACK),
             _color(emission, _BLACK),
+            outlives_run=not self._script.is_of_run or bool(kind & _PERSISTENT),
         )
 
     def addDrawingObjectItem(self, handle: int, item: list[float] | None) -> int:
