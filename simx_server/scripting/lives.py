@@ -132,14 +132,21 @@ class Lives:
                 source = with_call_backs(
                     source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
                 )
-            self.within(lambda interpreter: interpreter.run(source), script.interpreter)
+            if script.threaded and isinstance(script.interpreter, LuaInterpreter):
+                script.interpreter.start_text(source, THREAD_FUNCTIONS)
+                script.has_thread = bool(
+                    self.within(lambda interpreter: interpreter.resume(), script.interpreter)
+                )
+            else:
+                self.within(lambda interpreter: interpreter.run(source), script.interpreter)
             if script.is_removed:
                 return
             for function in filter(script.interpreter.has, NEVER_CALLED):
                 self._status_bar.add(
                     f"{function} of the {self.describe(script)} is never called: {NEVER_CALLED[function]}"
                 )
-            if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
+            thread = next(filter(script.interpreter.has, THREAD_FUNCTIONS), None)
+            if thread and not script.has_thread:
                 script.interpreter.start_thread(thread)
                 script.has_thread = True
         except ScriptError as problem:

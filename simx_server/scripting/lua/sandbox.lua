@@ -369,6 +369,25 @@ end
 
 face.apply = apply
 
+-- V-REP ran the whole text of a threaded script in its thread, so it may wait anywhere. `mains`: its functions that
+-- follow in the thread, at the next resumption.
+function face.start_text(source, name, mains)
+    main_text = source
+    local chunk, problem = compile(source, name, world)
+    if not chunk then return false, problem end
+    thread = watching.create(function()
+        chunk()
+        for main in gmatch(mains, "%S+") do
+            local action = find_action(main)
+            if action then
+                yield()
+                return action()
+            end
+        end
+    end)
+    return true
+end
+
 function face.start_thread(name)
     local action = find_action(name)
     if not action then return false, "has no function '" .. name .. "'" end
