@@ -1,9 +1,9 @@
 """Conversion of the values that a script passes into the typed arguments of a ``sim`` function.
 
 The annotations of the Python method are the complete description: ``int``, ``float``, ``bool``, ``str``, ``bytes``,
-``list`` of these (``list[X | None]``: with nil inside), ``Any`` plain value, ``dict`` for a table with names, ``X | Y`` for the first that fits, and ``X |
-None`` for an optional value or nil. Numbers behave as they do in Lua 5.1, which has one type of number: 3.0 is
-accepted as an integer, and a fraction is dropped.
+``list`` of these (``list[X | None]``: with nil inside), ``Any`` plain value, ``dict`` for a table with names, ``X | Y``
+for the first that fits, and ``X | None`` for an optional value or nil. Numbers behave as they do in Lua 5.1, which has
+one type of number: 3.0 is accepted as an integer, and a fraction is dropped.
 """
 
 from __future__ import annotations

@@ -247,6 +247,7 @@ setmetatable(world, {
 function world.require(name)
     if type(name) == "string" and #name > 1000 then error("require: the name of a module is too long", 2) end
     name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)        -- a version, as in "sim-1"
+    name = gsub(name, "^[/\\]lua[/\\]", "")                               -- V-REP's folder of modules
     if loaded[name] == nil then
         local source = finish(module(name))
         local chunk, problem = compile(source, "@" .. name .. ".lua", world)

@@ -61,7 +61,14 @@ _MODULES = {
     "files can only be read": ("fcntl",),
 }  # fmt: skip
 
-_OWN_MODULES = ("python_calls", "python_confine", "python_guard", "python_link", "python_stubs", "python_wire")
+_OWN_MODULES = (
+    "python_calls",
+    "python_confine",
+    "python_guard",
+    "python_link",
+    "python_stubs",
+    "python_wire",
+)
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 

@@ -46,7 +46,9 @@ def test_a_script_of_a_graph_records_with_the_module_of_graphs() -> None:
         }
     )
     world.run(4)
-    ((stream,),) = (graph.streams.values() for graph in map(world.parts.graphs.get, world.parts.graphs.handles()))
+    ((stream,),) = (
+        graph.streams.values() for graph in map(world.parts.graphs.get, world.parts.graphs.handles())
+    )
     assert [time for time, _ in stream.samples] == pytest.approx([0.05, 0.1])
 
 

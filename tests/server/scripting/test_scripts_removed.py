@@ -83,7 +83,9 @@ def test_a_main_script_can_be_removed_too() -> None:
 
 def test_a_script_that_removes_its_object_ends_without_an_error(caplog: pytest.LogCaptureFixture) -> None:
     world = scripted(
-        {CUSTOMIZATION: "function sysCall_init() sim.removeObject(sim.getObjectHandle('base')) print('gone') end"}
+        {
+            CUSTOMIZATION: "function sysCall_init() sim.removeObject(sim.getObjectHandle('base')) print('gone') end"
+        }
     )
     world.parts.scripts.idle()
     world.run(1)

@@ -408,7 +408,9 @@ class VrepWriter(RestOfFile):
             if tag:
                 records += chunk("Cr2", text(tag) + count + struct.pack(f"<{len(handles)}i", *handles))
             else:
-                records += chunk("Crh", count + b"".join(struct.pack("<3i", 109, each, 0) for each in handles))
+                records += chunk(
+                    "Crh", count + b"".join(struct.pack("<3i", 109, each, 0) for each in handles)
+                )
         return records + _parameters("Lsp", parameters)
 
     def _surface(

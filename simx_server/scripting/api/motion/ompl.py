@@ -23,7 +23,7 @@ from simx_server.kinematics.tasks import (
 from simx_server.kinematics.validity import as_pairs
 from simx_server.scripting.interpreter import Function
 
-from .ompl_tasks import OmplTasks
+from .ompl_drawing import OmplDrawing
 
 ALGORITHMS = MappingProxyType(
     {
@@ -75,7 +75,7 @@ _FARTHEST = 1e6
 """Greatest bound accepted, in metres or radians."""
 
 
-class OmplFunctions(OmplTasks):
+class OmplFunctions(OmplDrawing):
     """All functions of ``simOMPL``."""
 
     CONSTANTS = MappingProxyType(
@@ -109,8 +109,12 @@ class OmplFunctions(OmplTasks):
         """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
         optionally with its rotation.
 
-        `low` and `high` are the bounds of the positions; rotations have none. Partly: no dubins.
+        `low` and `high` are the bounds of the positions; rotations have none. Partly: a dubins space is one of
+        pose2d.
         """
+        if kind == SPACE_KINDS["dubins"]:
+            self._say_once("simOMPL plans in a dubins space as in pose2d: its paths turn on the spot")
+            kind = SPACE_KINDS["pose2d"]
         if kind not in tuple(SpaceKind):
             known = ", ".join(
                 f"{number} {name}" for name, number in SPACE_KINDS.items() if number in tuple(SpaceKind)
@@ -165,6 +169,10 @@ class OmplFunctions(OmplTasks):
             self._world.meters.collisions.entities(first, second)
         self._task(task).pairs = chosen
         return True
+
+    def setDubinsParams(self, _space: int, _radius: float, _symmetric: bool = False) -> None:
+        """Set how a car turns. Stand-in: a dubins space is planned as pose2d."""
+        self._say_once("simOMPL plans in a dubins space as in pose2d: its paths turn on the spot")
 
     def setStateValidityCheckingResolution(self, task: int, resolution: float) -> bool:
         """Set the distance between two checks as a share of the space's extent. Partly: never coarser than 5 mrad
@@ -241,8 +249,10 @@ class OmplFunctions(OmplTasks):
         """Return the states of the path in sequence; empty without one."""
         return [value for state in self._task(task).path for value in state]
 
-    def getPathStateCount(self, task: int) -> int:
-        return len(self._task(task).path)
+    def getPathStateCount(self, task: int, path: list[float] | None = None) -> int:
+        """Return the number of states of the task's path, or of the given one."""
+        chosen = self._task(task)
+        return len(chosen.path) if path is None else len(path) // max(chosen.count, 1)
 
     def getPathState(self, task: int, index: int) -> list[float]:
         """Return one state of the path; the index starts at 0."""

@@ -63,9 +63,9 @@ class DrawingFunctions(ApiPart):
             tolerance,
             self._self(parent),
             most,
-            _color(color, _WHITE),
-            _color(specular, _BLACK),
-            _color(emission, _BLACK),
+            as_color(color, _WHITE),
+            as_color(specular, _BLACK),
+            as_color(emission, _BLACK),
             outlives_run=not self._script.is_of_run or bool(kind & _PERSISTENT),
         )
 
@@ -96,7 +96,8 @@ class DrawingFunctions(ApiPart):
         return 1
 
 
-def _color(given: list[float] | None, default: Color) -> Color:
+def as_color(given: list[float] | None, default: Color) -> Color:
+    """Return a colour that a script has given, or the default. Raises CommandError: it has fewer than 3 numbers."""
     if given is None:
         return default
     if len(given) < 3:

@@ -89,7 +89,6 @@ REFUSED = {
     "exec": "import os; os.execv('/bin/true', ['true'])",
     "fork below": "import _posixsubprocess; _posixsubprocess.fork_exec()",
     "fork by the module itself": "import sys; del sys.modules['_posixsubprocess']; import _posixsubprocess",
-    "socket": "import socket; socket.socket()",
     "address": "import socket; socket.gethostbyname('localhost')",
     "kill": "import os; os.kill(os.getppid(), 0)",
     "thread": "import _thread; _thread.start_new_thread(print, ())",

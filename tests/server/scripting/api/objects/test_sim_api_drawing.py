@@ -105,7 +105,10 @@ def test_drawings_of_customization_scripts_and_persistent_ones_outlive_the_run()
     body = "function sysCall_init() sim.addDrawingObject({}, 1, 0) sim.addDrawingObject(0, 1, 0) end "
     removing = "function sysCall_afterSimulation() print(sim.removeDrawingObject(1)) end"
     world = scripted(
-        {"lua:customization:base": body.format("0") + removing, "lua:base": body.format("sim.drawing_persistent")}
+        {
+            "lua:customization:base": body.format("0") + removing,
+            "lua:base": body.format("sim.drawing_persistent"),
+        }
     )
     world.run(1)
     assert len(world.parts.drawings.shown()) == 4

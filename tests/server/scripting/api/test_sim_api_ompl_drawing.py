@@ -1,0 +1,53 @@
+"""Functions of simOMPL and simIK that CoppeliaSim wrote in Lua and its own scenes call."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld, world
+
+__all__ = ["world"]
+
+TASK = """
+local h = sim.getObjectHandle('cube')
+local task = simOMPL.createTask('task')
+simOMPL.setStateSpace(task, {simOMPL.createStateSpace('s', simOMPL.StateSpaceType.%s, h, {-9, -9}, {9, 9}, 1)})
+"""
+
+
+def test_a_path_of_positions_is_drawn_as_a_line_and_removed(world: ScriptWorld) -> None:
+    code = (
+        TASK % "pose2d"
+        + "local drawn = simOMPL.drawPath(task, {0, 0, 1, 2, 0, 1, 2, 3, 1}, 4, {0, 1, 0}, 0) "
+    )
+    (handles,) = world.lua(code + "return drawn")
+    ((drawing, items),) = world.parts.drawings.shown()
+    assert (handles, items) == ([drawing.handle], [(0, 0, 0, 2, 0, 0), (2, 0, 0, 2, 3, 0)])
+    assert world.lua(
+        code + "simOMPL.removeDrawingObjects(task, drawn) return simOMPL.drawPlannerData(task)"
+    ) == [[]]
+    assert len(world.parts.drawings.shown()) == 1
+
+
+def test_a_dubins_space_is_one_of_poses_and_the_log_says_so(world: ScriptWorld) -> None:
+    code = (
+        TASK % "dubins"
+        + "simOMPL.setDubinsParams(1, 0.1, true) simOMPL.setStartState(task, {0, 0, 1}) return 1"
+    )
+    assert world.lua(code) == [1]
+    assert any("turn on the spot" in line for line in world.parts.status_bar.messages)
+
+
+def test_alternate_configurations_are_whole_turns_away_within_the_intervals(world: ScriptWorld) -> None:
+    code = """
+    local env = simIK.createEnvironment()
+    local one, other = simIK.createJoint(env, simIK.jointtype_revolute), simIK.createJoint(env, simIK.jointtype_revolute)
+    simIK.setJointInterval(env, one, false, {-2 * math.pi, 4 * math.pi})
+    simIK.setJointInterval(env, other, true, {-math.pi, 2 * math.pi})
+    local twin = simIK.duplicateEnvironment(env)
+    simIK.setJointPosition(env, one, 1)
+    return simIK.getAlternateConfigs(twin, {one, other}, {1, 2}), simIK.getJointPosition(twin, one),
+        #simIK.getAlternateConfigs(env, {one}, {1}, {-20}, {40})
+    """
+    found, position, count = world.lua(code)
+    assert found == pytest.approx([1 - 6.283185307, 2, 1, 2])
+    assert (position, count) == (0, 7)
