@@ -305,7 +305,7 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
         ARM_TASK + "simOMPL.createStateSpace('s', 30005, js[1], {-1e300}, {1e300})", "bounds are at most"
     )
     world.fails(
-        "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.dubins, sim.getObjectHandle('cart'), {}, {})",
+        "simOMPL.createStateSpace('s', 30007, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",
     )
 

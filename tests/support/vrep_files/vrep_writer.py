@@ -10,8 +10,8 @@
 
 Each method that makes an object returns its handle, and takes what all objects have: parent, position, quaternion
 (w, x, y, z), alias, layers, properties, model_base, model_properties, order, acknowledgement, custom_data,
-parameters, references, `extra` (records that are written as they are, after NXT). `ser` 16 to 25 chooses tags and number formats
-of that version.
+parameters, references, `extra` (records that are written as they are, after NXT). `ser` 16 to 25 chooses tags and
+number formats of that version.
 """
 
 from __future__ import annotations

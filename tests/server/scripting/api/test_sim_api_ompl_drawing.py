@@ -40,7 +40,8 @@ def test_a_dubins_space_is_one_of_poses_and_the_log_says_so(world: ScriptWorld) 
 def test_alternate_configurations_are_whole_turns_away_within_the_intervals(world: ScriptWorld) -> None:
     code = """
     local env = simIK.createEnvironment()
-    local one, other = simIK.createJoint(env, simIK.jointtype_revolute), simIK.createJoint(env, simIK.jointtype_revolute)
+    local one = simIK.createJoint(env, simIK.jointtype_revolute)
+    local other = simIK.createJoint(env, simIK.jointtype_revolute)
     simIK.setJointInterval(env, one, false, {-2 * math.pi, 4 * math.pi})
     simIK.setJointInterval(env, other, true, {-math.pi, 2 * math.pi})
     local twin = simIK.duplicateEnvironment(env)

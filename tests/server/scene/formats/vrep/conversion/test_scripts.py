@@ -151,7 +151,8 @@ def test_scripts_find_the_referenced_objects_of_the_file() -> None:
     pytest.importorskip("lupa")
     text = """function sysCall_init()
         local base = sim.getObject('/base')
-        print(sim.getReferencedHandle(base, 'ik.tip') == base, #sim.getReferencedHandles(base), sim.getReferencedHandles(base)[2])
+        local all = sim.getReferencedHandles(base)
+        print(sim.getReferencedHandle(base, 'ik.tip') == base, #all, all[2])
       end"""
     file = file_with(script(text=text))
     file.objects[1].references = {"ik.tip": [1], "": [1, 999]}
