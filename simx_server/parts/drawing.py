@@ -149,6 +149,9 @@ class DrawingObjects(Part):
         self.version = 0
         """Number that changes whenever something is drawn or removed."""
 
+    def __contains__(self, handle: int) -> bool:
+        return handle in self._present()
+
     def run_stopped(self) -> None:
         self._objects = {handle: each for handle, each in self._objects.items() if each.outlives_run}
         self.version += 1

@@ -293,8 +293,38 @@ if world.sim and rawget(world.sim, "include") then
     end
 end
 
--- Functions of the API are known by their upvalue, see name_of; these two are written above.
-own.sim = world.sim and { invertMatrix = rawget(world.sim, "invertMatrix"), include = rawget(world.sim, "include") }
+-- Functions that the script's functions called from outside are to call before or after themselves, by name.
+local hooks = {}
+
+local function hooked(name, action)
+    local mine = hooks[name]
+    if not mine then return action end
+    return function(...)
+        for i = 1, #mine.before do mine.before[i](...) end
+        local results = pack(action and action(...))
+        for i = 1, #mine.after do mine.after[i](...) end
+        return unpack(results, 1, results.n)
+    end
+end
+
+if world.sim and rawget(world.sim, "registerScriptFuncHook") then
+    function world.sim.registerScriptFuncHook(name, hook, is_before)
+        local action = type(hook) == "string" and world[hook] or hook
+        if type(action) ~= "function" then error("sim.registerScriptFuncHook: argument 2 must be a function", 2) end
+        local mine = hooks[tostring(name)] or { before = {}, after = {} }
+        hooks[tostring(name)] = mine
+        local list = is_before and mine.before or mine.after
+        list[#list + 1] = action
+        return #list
+    end
+end
+
+-- Functions of the API are known by their upvalue, see name_of; these are written above.
+own.sim = world.sim and {
+    invertMatrix = rawget(world.sim, "invertMatrix"),
+    include = rawget(world.sim, "include"),
+    registerScriptFuncHook = rawget(world.sim, "registerScriptFuncHook"),
+}
 for name, value in next, world do
     if loaded[name] then                                            -- a namespace of the API
     elseif type(value) == "table" and value ~= world then
@@ -343,8 +373,7 @@ local function find_action(name)
         if type(value) ~= "table" then return nil end
         value = rawget(value, part)
     end
-    if type(value) == "function" then return value end
-    return nil
+    return hooked(name, type(value) == "function" and value or nil)
 end
 
 local function apply(action, ...) return enter(plain_all, action, ...) end

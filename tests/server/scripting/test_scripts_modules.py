@@ -52,6 +52,18 @@ def test_a_script_of_a_graph_records_with_the_module_of_graphs() -> None:
     assert [time for time, _ in stream.samples] == pytest.approx([0.05, 0.1])
 
 
+def test_hooks_are_called_around_functions_that_the_script_defines_later_or_not_at_all() -> None:
+    lines = printed(
+        """
+        function before() print('before') end
+        print(simRegisterScriptFuncHook('sysCall_init', 'before', true))
+        sim.registerScriptFuncHook('sysCall_cleanup', function() print('after') end, false)
+        function sysCall_init() print('init') end
+        """
+    )
+    assert lines == ["1", "before", "init", "after"]
+
+
 def test_a_namespace_is_required_with_its_version() -> None:
     assert "true, true" in printed("print(require('sim-2') == require 'sim', require 'simIK-2' == simIK)")
 

@@ -14,6 +14,9 @@ from simx_server.scripting.interpreter import Constant
 _ADD_MULTIPLE, _SET_MULTIPLE = 0x1000000, 0x400000
 """sim.handleflag_addmultiple and sim.handleflag_setmultiple."""
 
+_SILENT = 0x2000000
+"""sim.handleflag_silenterror."""
+
 _PERSISTENT = 0x100000
 """sim.drawing_persistent."""
 
@@ -88,11 +91,14 @@ class DrawingFunctions(ApiPart):
         return int(drawings.draw(plain, item))
 
     def removeDrawingObject(self, handle: int) -> int:
-        """Remove a drawing object, or all of them with sim.handle_all."""
+        """Remove a drawing object, or all of them with sim.handle_all; with sim.handleflag_silenterror on the handle
+        one that does not exist is no error.
+        """
+        drawings = self._world.drawings
         if handle == c.sim_handle_all:
-            self._world.drawings.remove_all()
-        else:
-            self._world.drawings.remove(handle)
+            drawings.remove_all()
+        elif not (handle & _SILENT) or handle & ~_SILENT in drawings:
+            drawings.remove(handle & ~_SILENT)
         return 1
 
 
