@@ -52,12 +52,12 @@ def test_a_script_of_a_graph_records_with_the_module_of_graphs() -> None:
     assert [time for time, _ in stream.samples] == pytest.approx([0.05, 0.1])
 
 
-def test_hooks_are_called_around_functions_that_the_script_defines_later_or_not_at_all() -> None:
+def test_hooks_are_called_around_functions_that_the_script_defines_later() -> None:
     lines = printed(
         """
         function before() print('before') end
         print(simRegisterScriptFuncHook('sysCall_init', 'before', true))
-        sim.registerScriptFuncHook('sysCall_cleanup', function() print('after') end, false)
+        sim.registerScriptFuncHook('sysCall_init', function() print('after') end, false)
         function sysCall_init() print('init') end
         """
     )

@@ -52,3 +52,26 @@ def test_alternate_configurations_are_whole_turns_away_within_the_intervals(worl
     found, position, count = world.lua(code)
     assert found == pytest.approx([1 - 6.283185307, 2, 1, 2])
     assert (position, count) == (0, 7)
+
+
+def test_names_of_older_versions_are_there(world: ScriptWorld) -> None:
+    code = """
+    local env = simIK.createEnvironment()
+    local base, tip, target = simIK.createDummy(env), simIK.createDummy(env), simIK.createDummy(env)
+    local joint = simIK.createJoint(env, simIK.jointtype_revolute)
+    simIK.setObjectParent(env, joint, base) simIK.setObjectParent(env, tip, joint)
+    simIK.setLinkedDummy(env, tip, target)
+    local group = simIK.createIkGroup(env)
+    local element = simIK.addIkElement(env, group, tip)
+    simIK.setIkGroupFlags(env, group, 1)
+    simIK.setIkElementFlags(env, group, element, 0)
+    return simIK.getIkGroupFlags(env, group), simIK.getElementFlags(env, group, element),
+        simIK.getIkElementFlags(env, group, element)
+    """
+    assert world.lua(code) == [1, 1, 1]
+    assert any("an element stays enabled" in line for line in world.parts.status_bar.messages)
+    world.lua(
+        "local p = simROS2.advertise('/a', 'std_msgs/msg/Bool') simROS2.shutdownPublisher(p) "
+        "simROS2.shutdownSubscriber(simROS2.subscribe('/a', 'std_msgs/msg/Bool', function() end))"
+    )
+    assert world.value("sim.transformImage(string.char(1,2,3,4,5,6), {2, 1}, 2)") == bytes([4, 5, 6, 1, 2, 3])
