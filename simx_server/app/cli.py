@@ -200,7 +200,7 @@ def _serve(settings: Settings) -> int:
 
 
 @contextmanager
-def _without_collections() -> Iterator[None]:
+def _without_collections() -> Generator[None]:
     """Collect no garbage meanwhile: imports make little of it, and collections are a tenth of their time."""
     gc.disable()
     try:

@@ -20,12 +20,12 @@ _BARE_AMPERSAND = re.compile(r"&(?!(?:#\d+|#x[0-9A-Fa-f]+|lt|gt|amp|quot|apos);)
 
 
 def well_formed(text: str) -> str:
-    """Return a window's text as XML of the standard, without declarations; what cannot be mended stays as it is."""
+    """Return a window's text as XML of the standard, without declarations; what cannot be fixed stays as it is."""
     text = _DECLARATION.sub("", _NOT_XML.sub("", text))
-    return _VERBATIM_OR_TAG.sub(_mended, text).strip()
+    return _VERBATIM_OR_TAG.sub(_fixed, text).strip()
 
 
-def _mended(found: re.Match[str]) -> str:
+def _fixed(found: re.Match[str]) -> str:
     if (words := found["text"]) is not None:
         return _escaped(words)
     if found["start"] is None:

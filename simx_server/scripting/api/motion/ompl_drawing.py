@@ -17,7 +17,7 @@ _COORDINATES = {
     SpaceKind.POSITION3D: 3,
     SpaceKind.POSE3D: 3,
 }
-"""Number of coordinates with which a state of this kind begins."""
+"""Number of coordinates at the start of a state of this kind."""
 
 
 class OmplDrawing(OmplTasks):

@@ -91,8 +91,8 @@ class DrawingFunctions(ApiPart):
         return int(drawings.draw(plain, item))
 
     def removeDrawingObject(self, handle: int) -> int:
-        """Remove a drawing object, or all of them with sim.handle_all; with sim.handleflag_silenterror on the handle
-        one that does not exist is no error.
+        """Remove a drawing object, or all of them with sim.handle_all. With sim.handleflag_silenterror on the handle
+        it may be gone already.
         """
         drawings = self._world.drawings
         if handle == c.sim_handle_all:
