@@ -26,7 +26,7 @@ MAX_ITEMS = 1_000_000
 MAX_TEXT = 1 << 20
 MAX_BYTES = 64 << 20
 _FEW = 64
-"""Items of a list up to which each is checked by itself."""
+"""Items of a list up to which each is checked alone."""
 
 _FLOAT32_MAX = 3.4028234663852886e38
 
@@ -220,7 +220,7 @@ def _are_floats(items: list[Any]) -> bool:
     """Return whether all items are floats that `_check_float` accepts."""
     if set(map(type, items)) != {float} or not math.isfinite(
         sum(items)
-    ):  # min and max overlook what is no number
+    ):  # min and max overlook NaN
         return False
     return min(items) >= -_FLOAT32_MAX and max(items) <= _FLOAT32_MAX
 

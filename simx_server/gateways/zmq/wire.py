@@ -18,7 +18,7 @@ MAX_DEPTH = 18
 """Nesting of lists and maps: that of scripts' values, within the list of arguments, within the message."""
 
 MAX_ITEMS = 1 << 19
-"""Values in one message, which take up to 0.4 us each to read. What takes longer counts as more; of float64 in a row,
+"""Values in one message, which take up to 0.4 us each to read. Collections count as more; of float64 in a row,
 two count as one.
 """
 
