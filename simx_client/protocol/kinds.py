@@ -218,9 +218,7 @@ def _are_ints(items: list[Any]) -> bool:
 
 def _are_floats(items: list[Any]) -> bool:
     """Return whether all items are floats that `_check_float` accepts."""
-    if set(map(type, items)) != {float} or not math.isfinite(
-        sum(items)
-    ):  # min and max overlook NaN
+    if set(map(type, items)) != {float} or not math.isfinite(sum(items)):  # min and max overlook NaN
         return False
     return min(items) >= -_FLOAT32_MAX and max(items) <= _FLOAT32_MAX
 
