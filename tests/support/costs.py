@@ -6,7 +6,8 @@ The least of several tries counts, and more are made only while it is above the 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 BUDGET = 0.25
 """Seconds of processor time that a call, or the reading of a message, may take."""
@@ -27,3 +28,26 @@ def least_seconds(work: Callable[[], object], enough: float = 0.0) -> float:
         if least <= enough:
             break
     return least
+
+
+@contextmanager
+def peak_megabytes() -> Iterator[Callable[[], float]]:
+    """Yield a function that returns by how much this process has grown meanwhile at most; 0 where nobody can tell."""
+    before = _start_of_peak()
+    yield lambda: (_size("VmHWM") - before) / 1024 if before else 0.0
+
+
+def _start_of_peak() -> int:
+    """Have the system measure the peak from now on; return the present size in KB, 0 if it cannot."""
+    try:
+        with open("/proc/self/clear_refs", "w") as peak:
+            peak.write("5")
+    except OSError:
+        return 0
+    return _size("VmRSS")
+
+
+def _size(name: str) -> int:
+    """Return a size of this process in KB, as the system tells it."""
+    with open("/proc/self/status") as status:
+        return int(status.read().partition(f"{name}:")[2].split(maxsplit=1)[0])
