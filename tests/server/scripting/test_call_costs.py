@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fuzz import call_costs
 from fuzz.call_costs import (
@@ -20,7 +21,9 @@ from fuzz.call_costs import (
     samples,
 )
 
+from simx_server.errors import CommandError
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import answer_of
+from simx_server.scripting.api.vision.vision import _as_table
 
 
 @pytest.fixture
@@ -61,6 +64,12 @@ def test_others_are_served_while_another_process_works() -> None:
         answer_of(process, b"data", looks.pop)
     assert not looks
     assert process.returncode < 0
+
+
+def test_a_picture_that_is_too_large_for_a_table_is_refused() -> None:
+    with pytest.raises(CommandError, match="read a region, or a string of bytes"):
+        _as_table(np.zeros((1000, 1000, 3), np.uint8), 255.0)
+    assert _as_table(np.array([[0, 255]], np.uint8), 255.0) == [0.0, 1.0]
 
 
 def test_exempt_functions_exist() -> None:

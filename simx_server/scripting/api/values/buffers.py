@@ -93,7 +93,7 @@ def _check(kind: int) -> None:
 
 
 def _size_of(data: bytes, kind: int) -> int:
-    """Return the bytes of a number. Raises CommandError: the data are no whole count of numbers."""
+    """Return the bytes of a number. Raises CommandError: the last number is incomplete."""
     _check(kind)
     size = np.dtype(_NUMBERS[kind]).itemsize
     if len(data) % size:
