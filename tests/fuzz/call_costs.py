@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgpack
-from costs import BUDGET, SLACK, peak_megabytes
 from real_world import RealWorld
 
 from simx_client.protocol.commands import ANSWERED, Command
@@ -28,6 +27,7 @@ from simx_server.scripting.namespaces import Namespaces, signatures
 from simx_server.scripting.script import Script, ScriptKind
 from simx_server.scripting.signature import MOST_CHARACTERS, MOST_ITEMS, MOST_TEXTS, MOST_VALUES, Most
 
+from .costs import BUDGET, SLACK, peak_megabytes
 from .scene import SCENE
 
 MEGABYTES = 64

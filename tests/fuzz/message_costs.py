@@ -15,8 +15,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from costs import BUDGET, SLACK, least_seconds
-
 from simx_client.protocol.codec import CodecError, decode_batch, decode_greeting
 from simx_client.protocol.local.frames import BadFrame, Frames
 from simx_server.gateways.legacy import messages as original
@@ -27,6 +25,8 @@ from simx_server.gateways.zmq.wire import WireError, language_of, read_request, 
 from simx_server.gateways.zmq.zmtp import GREETING, READY, Incoming
 from simx_server.gateways.zmq.zmtp import BadPeer as BadZmqPeer
 from simx_server.limits import Limits
+
+from .costs import BUDGET, SLACK, least_seconds
 
 PER_BYTE = 20e-9
 """Seconds of processor time for a byte of a message."""
