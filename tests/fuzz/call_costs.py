@@ -44,7 +44,7 @@ TABLE_PART = 25
 FLOOR = 0.02
 """Seconds that count as nothing."""
 
-TRIES = 30
+TRIES = 15
 """Calls with good arguments, until one succeeds."""
 
 WAITING = 3
@@ -348,7 +348,7 @@ def samples(handles: Mapping[str, int]) -> Iterator[tuple[str, list[Any]]]:
     yield "sim.insertPathCtrlPoints", [curve, 0, 0, 3900, numbers(3900 * 11)]
     yield "sim.getPathLength", [curve]
     yield "simOMPL.setCollisionPairs", [handles["task"], [box, handles["arm"]] * 1000]
-    yield "simOMPL.compute", [handles["task"], 0.5, -1.0, 10_000]
+    yield "simOMPL.compute", [handles["task"], 0.2, -1.0, 10_000]
     yield "simOMPL.simplifyPath", [handles["task"], 0.2]
     yield "simIK.setGroupCalculation", [handles["environment"], handles["group"], 1, 0.1, 2**31 - 1]
     yield "simIK.handleGroups", [handles["environment"], [handles["group"]] * 100]
