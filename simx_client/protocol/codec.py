@@ -153,14 +153,9 @@ def _unpack(payload: bytes, most: int = MOST_VALUES) -> list[Any]:
     if len(payload) > MAX_MESSAGE:
         raise CodecError(f"message of {len(payload)} bytes; at most {MAX_MESSAGE} are read")
     try:
-        more = {} if len(payload) <= _SMALL else _bounded(most)
+        more = _PLAIN if len(payload) <= _SMALL else _PLAIN | _bounded(most)
         value = msgpack.unpackb(
-            payload,
-            unicode_errors="surrogateescape",
-            strict_map_key=True,
-            ext_hook=_refuse_extension,
-            timestamp=_TIME_IS_NUMBER,
-            **cast(Any, more),
+            payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, more)
         )
     except Exception as error:  # msgpack raises many types, all with the same meaning here
         raise CodecError(f"not a message: {error}") from None
@@ -169,12 +164,12 @@ def _unpack(payload: bytes, most: int = MOST_VALUES) -> list[Any]:
     return cast(list[Any], value)
 
 
-_TIME_IS_NUMBER = 1
-"""Option of msgpack for times, which no message contains: an object for each takes longer than ten other values."""
-
-
 def _refuse_extension(_code: int, _data: bytes) -> Any:
     raise CodecError("extension types of msgpack have no meaning here")
+
+
+_PLAIN: dict[str, Any] = {"ext_hook": _refuse_extension, "timestamp": 1}
+"""Options of msgpack for what no message contains. Times are numbers: an object for each takes as long as ten values."""
 
 
 def _bounded(most: int) -> dict[str, Any]:

@@ -137,8 +137,8 @@ def to_function(value: Any) -> Function:
 
 
 def to_any(value: Any) -> Any:
-    if isinstance(value, (list, dict)):
-        _check_size(cast(Any, value))
+    if type(value) in _TABLES:
+        _check_size(value)
     return value
 
 
@@ -151,7 +151,7 @@ def _check_size(table: list[Any] | dict[Any, Any]) -> None:
         left -= 1 + len(values)
         if left < 0:
             raise TypeError(f"a table of at most {MOST_VALUES} values, with those of tables in it")
-        content = values if isinstance(values, list) else values.values()
+        content = cast(Any, values if type(values) is list else values.values())
         if not _TABLES.isdisjoint(map(type, content)):
             waiting += [each for each in content if type(each) in _TABLES]
 
