@@ -169,7 +169,7 @@ def _refuse_extension(_code: int, _data: bytes) -> Any:
 
 
 _PLAIN: dict[str, Any] = {"ext_hook": _refuse_extension, "timestamp": 1}
-"""Options of msgpack for what no message contains. Times are numbers: an object for each takes as long as ten values."""
+"""Options of msgpack for what no message contains. Times are numbers: an object for each takes long."""
 
 
 def _bounded(most: int) -> dict[str, Any]:
