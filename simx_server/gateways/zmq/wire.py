@@ -267,7 +267,8 @@ class Reader:
                 self._count(1)
                 values.append(self.item(depth))
                 continue
-            run = self._run(len(data) if count is None else left)
+            allowed = 2 * self._left + 2  # one more than may come
+            run = self._run(allowed if count is None else min(left, allowed))
             if run < _MANY:
                 self._count(run + 1)
                 values += [self.item(depth) for _ in range(max(run, 1))]
