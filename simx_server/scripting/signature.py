@@ -31,6 +31,9 @@ MOST_TEXTS = 100_000
 MOST_VALUES = 250_000
 """Values in a table of any kind, with those of tables in it."""
 
+_NUMBERS_PER_VALUE = 4
+"""Numbers that count as one of these, in a table of numbers alone."""
+
 MOST_CHARACTERS = 1 << 20
 """Length of a text, as in the remote API."""
 
@@ -148,15 +151,17 @@ def _check_size(table: list[Any] | dict[Any, Any]) -> None:
     left = MOST_VALUES
     while waiting:
         values: Any = waiting.pop()
-        left -= 1 + len(values)
+        content = cast(Any, values if type(values) is list else values.values())
+        kinds = set(map(type, content))
+        left -= 1 + (len(values) // _NUMBERS_PER_VALUE if kinds <= _REALS else len(values))
         if left < 0:
             raise TypeError(f"a table of at most {MOST_VALUES} values, with those of tables in it")
-        content = cast(Any, values if type(values) is list else values.values())
-        if not _TABLES.isdisjoint(map(type, content)):
+        if not _TABLES.isdisjoint(kinds):
             waiting += [each for each in content if type(each) in _TABLES]
 
 
 _TABLES = {list, dict}
+_REALS = {int, float}
 
 
 _FEW = 64

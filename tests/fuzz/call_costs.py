@@ -341,6 +341,9 @@ def samples(handles: Mapping[str, int]) -> Iterator[tuple[str, list[Any]]]:
         yield f"sim.pack{letter}Table", [[7] * MOST_ITEMS]
         yield f"sim.unpack{letter}Table", [bytes((1 if letter == "UInt8" else 4) << 20)]
     yield "sim.packTable", [[b"a"] * (MOST_VALUES - 1)]
+    for scheme in (0, 1):
+        yield "sim.packTable", [numbers(MOST_ITEMS - 1), scheme]
+        yield "sim.packTable", [[7] * (MOST_ITEMS // 2), scheme]
     yield "sim.packTable", [[[]] * (MOST_VALUES // 2 - 1)]
     yield "sim.unpackTable", [b"\x05\x01" + (800_000).to_bytes(4, "little") + bytes(1_000_000)]
     yield "sim.setProperties", [box, {b"customData.k%d" % i: 1 for i in range(900)}]
