@@ -150,10 +150,10 @@ def _check_size(table: list[Any] | dict[Any, Any]) -> None:
     waiting: list[Any] = [table]
     left = MOST_VALUES
     while waiting:
-        values: Any = waiting.pop()
-        content = cast(Any, values if type(values) is list else values.values())
+        values = waiting.pop()
+        content = cast(list[Any], values if isinstance(values, list) else list(values.values()))
         kinds = set(map(type, content))
-        left -= 1 + (len(values) // _NUMBERS_PER_VALUE if kinds <= _REALS else len(values))
+        left -= 1 + (len(content) // _NUMBERS_PER_VALUE if kinds <= _REALS else len(content))
         if left < 0:
             raise TypeError(f"a table of at most {MOST_VALUES} values, with those of tables in it")
         if not _TABLES.isdisjoint(kinds):
