@@ -13,6 +13,7 @@ import struct
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import UNTAGGED
 from simx_server.scene.formats.texts.values import decode_bytes
 from simx_server.world.part import Part
@@ -43,6 +44,9 @@ _TAG = re.compile(r"&\w{1,20}&\.")
 
 _TEMPORARY = "@tmp"
 
+MOST_NAMES = 1000
+"""Custom data of an object, the scene or the server: reading a name looks at all of them."""
+
 
 class CustomData(Part):
     """All custom data of one simulation."""
@@ -50,6 +54,8 @@ class CustomData(Part):
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._known: dict[int, dict[str, bytes]] = {}
+        self._bytes: int | None = None
+        """The size of all data; None when others than `write_typed` have changed them."""
 
     def scene_changed(self) -> None:
         self._forget_scene()
@@ -62,7 +68,7 @@ class CustomData(Part):
 
         Raises UnknownHandle, LimitReached.
         """
-        known = self._of(handle)
+        known, self._bytes = self._of(handle), None
         if not name:
             for each in [kept for kept in known if not kept.startswith(HIDDEN)]:
                 del known[each]
@@ -85,19 +91,28 @@ class CustomData(Part):
             LimitReached: there would be too many data.
         """
         known, key = self._of(handle), tag + name
-        present = sum(_size(each, content) for kept in self._known.values() for each, content in kept.items())
+        if key not in known and len(known) >= MOST_NAMES:
+            raise CommandError(f"at most {MOST_NAMES} custom data of an object or the scene: remove some")
+        present = self._bytes
+        if present is None:
+            present = sum(
+                _size(each, content) for kept in self._known.values() for each, content in kept.items()
+            )
         wanted = present - (_size(key, known[key]) if key in known else 0) + _size(key, data)
         self._sim.limits.check("custom_data", wanted, "remove some")
-        known[key] = data
-        for each in [other for other in known if other != key and _split(other)[1] == _split(key)[1]]:
-            del known[each]
+        own = _split(key)[1]
+        for each in [other for other in known if other.endswith(own) and other != key]:
+            if _split(each)[1] == own:
+                wanted -= _size(each, known.pop(each))
+        known[key], self._bytes = data, wanted
 
     def read_typed(self, handle: int, name: str) -> tuple[str, bytes] | None:
         """Return the tag of the type and the data of a name, or None. Raises UnknownHandle."""
         for key, data in self._of(handle).items():
-            tag, own = _split(key)
-            if own == name:
-                return tag, data
+            if key.endswith(name):
+                tag, own = _split(key)
+                if own == name:
+                    return tag, data
         return None
 
     def erase(self, handle: int, name: str) -> bool:
@@ -106,6 +121,7 @@ class CustomData(Part):
         gone = [key for key in known if _split(key)[1] == name]
         for key in gone:
             del known[key]
+            self._bytes = None
         return bool(gone)
 
     def typed_names(self, handle: int) -> list[str]:
@@ -128,6 +144,7 @@ class CustomData(Part):
             data: whether the data of scripts are copied.
             references: whether references to other objects are copied.
         """
+        self._bytes = None
         for original, copy in copies.items():
             if original not in self._known:
                 continue
@@ -143,8 +160,9 @@ class CustomData(Part):
         gone = [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]
         for each in gone if not self._sim.is_running else ():  # a stop may restore objects that a run removed
             del self._known[each]
+            self._bytes = None
         if handle not in self._known:
-            self._known[handle] = self._in_file(handle)
+            self._known[handle], self._bytes = self._in_file(handle), None
         return self._known[handle]
 
     def _in_file(self, handle: int) -> dict[str, bytes]:
@@ -165,9 +183,11 @@ class CustomData(Part):
         return found
 
     def _forget_scene(self) -> None:
+        self._bytes = None
         self._known = {APPLICATION: self._known.get(APPLICATION, {})}
 
     def _forget_temporary(self) -> None:
+        self._bytes = None
         for kept in self._known.values():
             for name in [each for each in kept if _split(each)[1].startswith(_TEMPORARY)]:
                 del kept[name]

@@ -135,8 +135,8 @@ class Connection:
     def _exchange(self) -> bool:
         """Read a message and answer it; return False after the last one."""
         limits = self._loop.simulation.limits
-        data = read_message(self._receive, limits.message)
         began = time.thread_time()
+        data = read_message(self._receive, limits.message)
         message = messages.read(data, limits.calls)
         if not self._has_joined:
             self._join()

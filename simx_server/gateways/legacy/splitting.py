@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 from .messages import COMMAND, Key, Request, piece
@@ -33,7 +34,9 @@ class Incoming:
             largest: most bytes of all pieces that are kept together; older commands are dropped first.
         """
         self._largest = largest
-        self._partial: dict[Key, _Partial] = {}
+        self._partial: OrderedDict[Key, _Partial] = OrderedDict()
+        """Oldest first; to find the first one of a dict takes long after many of its first ones have gone."""
+
         self._kept = 0
         """The bytes of all pieces, with `PIECE_COST` for each."""
 

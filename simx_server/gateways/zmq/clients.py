@@ -24,7 +24,7 @@ from .connection import Connection, too_long
 from .demands import demands_of_message
 from .functions import described
 from .peer import NUMBER_BYTES, Peer, number_of, with_number
-from .wire import WireError, read_request
+from .wire import language_of
 
 if TYPE_CHECKING:
     from simx_server.runtime.server_loop import ServerLoop
@@ -261,10 +261,7 @@ class ZmqClients(Part):
 
 def _name(key: str, payload: bytes) -> str:
     """Return how a client is called in messages: its language and the start of its identity."""
-    try:
-        language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
-    except WireError:  # its answer says what is wrong
-        language = ""
+    language = re.sub(r"[^a-z0-9+]", "", language_of(payload).lower())[:12]
     return f"{language or 'client'}-{key.rpartition('zmq-')[2][:8]}"
 
 

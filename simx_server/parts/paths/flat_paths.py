@@ -21,6 +21,9 @@ CARTESIAN, CYCLIC, QUATERNION = range(3)
 LINEAR, BEZIER = "linear", "quadraticBezier"
 """Types of interpolation."""
 
+MOST_NUMBERS = 100_000
+"""Numbers of a path: some 14,000 poses. A number takes up to 2 us, one of a quaternion longer."""
+
 Configuration = list[float]
 Distance = Callable[[Configuration, Configuration], float]
 
