@@ -186,6 +186,7 @@ class Settings:
         (), "how much clients may make it hold, as objects=500; repeatable", _LIMIT, many=True
     )
     allow_code: bool = _setting(False, "clients may have their own code run in scripts")
+    unconfined_scripts: bool = _setting(False, "Python scripts run where the kernel lacks seccomp too")
     check_files: bool = _setting(
         False, "try all files in a child process before they are loaded, not clients' alone"
     )

@@ -24,6 +24,7 @@ NOT_FOR_IMPORT = (
     "__main__",
     "python_calls",
     "python_child",
+    "python_launcher",
     "python_link",
     "python_confine",
     "python_guard",

@@ -53,11 +53,17 @@ _UNASKED_PER_REQUEST = 0.005
 _LONGEST_WORDS = 4 * _CHUNK
 """Maximum characters of this report; the script may have written to the same stream."""
 
+_LONGEST_REASON = 300
+"""Maximum characters of the last line of an ended process that are told."""
+
 _PLACE = re.compile(r'File "([^"\x00-\x1f\x7f]{1,200})", line (\d{1,9})')
 
 _OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 
-_CHILD = Path(__file__).with_name("python_child.py")
+_LAUNCHER = Path(__file__).with_name("python_launcher.py")
+
+_NOT_CONFINED = 78
+"""Exit code of the launcher: the reason is on standard error."""
 
 _ENVIRONMENT = {
     # The order of sets must repeat, as everything in stepped mode.
@@ -73,6 +79,10 @@ _ENVIRONMENT = {
 class PythonProcess:
     """Starts the process; `send` and `receive` must be called between ``begin`` and ``finish``.
 
+    Args (of interest beside the obvious ones):
+        folder: the script may read its files; None: none.
+        needs_seccomp: the script does not run where the kernel cannot restrict its system calls.
+
     Raises:
         ScriptError: Python scripts are not supported on this system.
     """
@@ -85,6 +95,9 @@ class PythonProcess:
         serve_others: Callable[[], None],
         is_ending: Callable[[], bool],
         time_limit: float,
+        folder: Path | None = None,
+        *,
+        needs_seccomp: bool = True,
     ) -> None:
         if sys.platform != "linux":
             raise ScriptError(
@@ -103,7 +116,11 @@ class PythonProcess:
         # server ends.
         lifeline, self._lifeline = os.pipe()
         self._child = subprocess.Popen(
-            [sys.executable, "-s", "-B", str(_CHILD), str(lifeline)],
+            [
+                *(sys.executable, "-I", "-S", "-B", str(_LAUNCHER)),
+                *(str(lifeline), str(int(needs_seccomp)), "" if folder is None else str(folder)),
+                *library_folders(),
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -303,6 +320,22 @@ class PythonProcess:
             return self.kill(
                 f"{self.name}: took too long, or computed while nothing was asked of it, and was stopped"
             )
+        if code == _NOT_CONFINED:
+            return self.kill(f"{self.name}: does not run: {self._last_line()}")
         how = f"was ended by signal {-code}" if code < 0 else f"ended by itself (exit code {code})"
-        last = os.read(self._errors, _CHUNK).decode("utf-8", "replace").strip().rpartition("\n")[2]
-        return self.kill(f"{self.name}: its process {how}{last and ': ' + last[:200]}")
+        last = self._last_line()
+        return self.kill(f"{self.name}: its process {how}{last and ': ' + last}")
+
+    def _last_line(self) -> str:
+        text = os.read(self._errors, _CHUNK).decode("utf-8", "replace")
+        return text.strip().rpartition("\n")[2][:_LONGEST_REASON]
+
+
+def library_folders() -> list[str]:
+    """Return the folders of Python's library and the installed packages, with no link in their paths."""
+    folders = [
+        os.path.dirname(os.__file__),
+        *(path for path in sys.path if path.startswith(sys.base_prefix + "/lib")),
+        *(path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")),
+    ]
+    return list(dict.fromkeys(os.path.realpath(path) for path in folders))
