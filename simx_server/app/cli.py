@@ -86,7 +86,7 @@ def make_parser() -> argparse.ArgumentParser:
             group.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
         elif setting.is_switch:
             action = argparse.BooleanOptionalAction
-            group.add_argument(*spellings, dest=name, action=action, help=setting.help)
+            group.add_argument(*spellings, dest=name, action=action, help=shown)
         elif not setting.metavar:
             group.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
         elif setting.lone:
