@@ -1,4 +1,4 @@
-"""SIGTERM to a program that has not begun its work."""
+"""SIGTERM to a program that has not started its work."""
 
 from __future__ import annotations
 
