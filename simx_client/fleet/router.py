@@ -1,7 +1,7 @@
 """The router of a fleet that joins none: a Ray actor with a Zenoh session.
 
 Without logins it cannot tell servers from clients. Its access rules allow what either of them does and nothing else:
-nobody listens to everything at once, reads the router's own data, or uses it for other keys.
+no program listens to everything at once, reads the router's own data, or uses it for other keys.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Router:
 
 
 def options(endpoint: str) -> dict[str, Any]:
-    """Return the options of the router's session; docs/scaling.md has them for routers of your own."""
+    """Return the options of the router's session; docs/scaling.md has them for other routers."""
     return {
         **link.SERVER,
         "mode": "router",
