@@ -10,8 +10,7 @@ import pytest
 import zenoh
 from processes import server
 from raw_peer import connect
-from routers import free_port
-from silent_connections import silent
+from routers import free_port, silent
 
 import simx_client as v
 from simx_client.connection.discovery import find_servers

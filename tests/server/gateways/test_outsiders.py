@@ -14,7 +14,7 @@ import pytest
 from processes import PENDULUM, ROOT, ServerProcess, read_line, running, server, wait_until
 from raw_peer import connect
 from real_world import BLOCKING
-from silent_connections import silent
+from routers import silent
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS

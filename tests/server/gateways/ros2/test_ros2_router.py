@@ -12,8 +12,7 @@ from typing import Any
 import pytest
 from processes import wait_until
 from ros2_world import CLOCK, JOINT_STATE, TF, Peer, Ros2World, ros2_world
-from routers import free_port, router
-from silent_connections import silent
+from routers import free_port, router, silent
 
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options, exposure
