@@ -291,11 +291,9 @@ def test_server_without_descriptors_says_so_once_and_goes_on(scene: Path, tmp_pa
         line = read_line(process)
         place = ServerProcess(process, [int(line.split("127.0.0.1:")[1].split()[0].strip(","))], line)
         inside = come(place)
-        others = silent(place.port, 100, b"")
-        assert wait_until(lambda: "no file descriptors are left" in log.read_text(), PATIENCE)
-        assert v.simxGetObjectHandle(inside, "hinge", BLOCKING)[0] == 0
-        for each in others:
-            each.close()
+        with silent(place.port, 100):
+            assert wait_until(lambda: "no file descriptors are left" in log.read_text(), PATIENCE)
+            assert v.simxGetObjectHandle(inside, "hinge", BLOCKING)[0] == 0
         assert wait_until(lambda: "descriptors are there again" in log.read_text(), PATIENCE)
         v.simxFinish(inside)
         v.simxFinish(come(place))
