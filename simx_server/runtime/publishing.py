@@ -48,7 +48,7 @@ class _Limit:
     """Until when the streams of one client are computed."""
 
     def __init__(self, seconds: float) -> None:
-        """Begin to count seconds."""
+        """Start to count seconds."""
         self._wall, self._own = time.perf_counter(), time.thread_time()
         self.end = self._wall + seconds
 

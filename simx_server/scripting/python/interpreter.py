@@ -222,6 +222,7 @@ class PythonInterpreter:
                         return []
                     self._process.send("ok", [])
                 case "ready", [list(told)]:
+                    self._process.started()
                     self._warn_of_missing([wall for wall in _WALLS if wall in told])
                 case "print", [str(text)]:
                     self._api.output(_clean(text))

@@ -43,6 +43,9 @@ _CHUNK = 1 << 16
 _LAST_WORDS = 0.1
 """Seconds in which a late process must report its position."""
 
+_START_LIMIT = 1.0
+"""Further processor seconds for the first request, until the interpreter is ready."""
+
 _UNASKED_LIMIT = 1.0
 """Limit of the sum of processor seconds between requests; freeing much memory takes a part of it."""
 
@@ -143,8 +146,9 @@ class PythonProcess:
         self._clock = (~self._child.pid << 3) | 2
         self._wall_end = self._processor_end = self._look_at = self._next_service = self._ending_end = 0.0
         self._delay_before = 0.0
-        """Seconds that the process had been ready without a processor when the request began to last."""
+        """Seconds that the process had been ready without a processor before others were served in this request."""
 
+        self._is_starting = True
         self._is_long = False
         """The request lasts so long that others are served meanwhile."""
 
@@ -162,10 +166,11 @@ class PythonProcess:
             ScriptError: the process continued to compute after the last request.
         """
         now, used = time.monotonic(), self._processor_time()
-        self._look_at = now + self._time_limit
-        self._wall_end = now + WALL_FACTOR * self._time_limit
+        limit = self._time_limit + (_START_LIMIT if self._is_starting else 0.0)
+        self._look_at = now + limit
+        self._wall_end = now + WALL_FACTOR * limit
         self._ending_end = now + ENDING_LIMIT
-        self._processor_end = used + self._time_limit
+        self._processor_end = used + limit
         self._is_long = False
         self._next_service = now + PATIENCE
         self._unasked += max(0.0, used - self._finished) - _UNASKED_PER_REQUEST
@@ -174,6 +179,12 @@ class PythonProcess:
         self._unasked = max(0.0, self._unasked)
         if self._processor_end + 1 > self._allowed:
             self._allow(math.ceil(self._processor_end) + 2)
+
+    def started(self) -> None:
+        """Restart the time of the first request: the process is ready. Without effect the next time."""
+        if self._is_starting:
+            self._is_starting = False
+            self.begin()
 
     def finish(self) -> None:
         """Record the end of a request."""
