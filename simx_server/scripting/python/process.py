@@ -31,6 +31,7 @@ from typing import Any
 
 from simx_server.scripting.interpreter import ENDING_LIMIT, PATIENCE, ScriptError
 
+from .python_guard import NOT_CONFINED
 from .python_wire import HEADER, Packer, Unpacker, WireError
 
 WALL_FACTOR = 2
@@ -63,9 +64,6 @@ _PLACE = re.compile(r'File "([^"\x00-\x1f\x7f]{1,200})", line (\d{1,9})')
 _OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 
 _LAUNCHER = Path(__file__).with_name("python_launcher.py")
-
-_NOT_CONFINED = 78
-"""Exit code of the launcher: the reason is on standard error."""
 
 _ENVIRONMENT = {
     # The order of sets must repeat, as everything in stepped mode.
@@ -347,7 +345,7 @@ class PythonProcess:
             return self.kill(
                 f"{self.name}: took too long, or computed while nothing was asked of it, and was stopped"
             )
-        if code == _NOT_CONFINED:
+        if code == NOT_CONFINED:
             return self.kill(f"{self.name}: does not run: {self._last_line()}")
         how = f"was ended by signal {-code}" if code < 0 else f"ended by itself (exit code {code})"
         last = self._last_line()

@@ -24,6 +24,9 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
+NOT_CONFINED = 78
+"""Exit code of the launcher when it cannot build the walls; standard error has the reason."""
+
 MEMORY_LIMIT = 512 << 20
 """Bytes of address space; numpy alone takes 200 MiB of it."""
 

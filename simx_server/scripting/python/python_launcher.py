@@ -17,9 +17,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # isolated Python leaves it out
 
 import python_confine
-
-NOT_CONFINED = 78
-"""Exit code; standard error has the reason."""
+import python_guard
 
 
 def main() -> None:
@@ -72,7 +70,7 @@ def _virtual_environment() -> list[str]:
 
 def _refuse(why: str) -> None:
     print(why, file=sys.stderr, flush=True)
-    os._exit(NOT_CONFINED)
+    os._exit(python_guard.NOT_CONFINED)
 
 
 if __name__ == "__main__":
