@@ -28,6 +28,7 @@ NOT_FOR_IMPORT = (
     "python_link",
     "python_confine",
     "python_guard",
+    "python_limits",
     "stable_baselines3",
 )
 """Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""

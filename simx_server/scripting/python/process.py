@@ -31,7 +31,7 @@ from typing import Any
 
 from simx_server.scripting.interpreter import ENDING_LIMIT, PATIENCE, ScriptError
 
-from .python_guard import NOT_CONFINED
+from .python_limits import NOT_CONFINED
 from .python_wire import HEADER, Packer, Unpacker, WireError
 
 WALL_FACTOR = 2

@@ -22,8 +22,10 @@ from __future__ import annotations
 import errno
 import os
 import struct
-from collections.abc import Sequence
-from typing import NamedTuple
+
+TYPE_CHECKING = False  # typing would cost more than all the rest of the launcher
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 _ALLOW = 0x7FFF0000
 _KILL = 0x80000000
@@ -90,14 +92,20 @@ _HANDLED = (2, 10, 13, 25)
 """SIGINT, SIGUSR1, SIGPIPE, SIGXFSZ: handled by Python, and by the child's report of its position."""
 
 
-class _Check(NamedTuple):
+class _Check:
     """Condition on one 32-bit half of an argument for a call to be allowed."""
 
-    argument: int
-    among: tuple[int, ...] = ()
-    other_than: tuple[int, ...] = ()
-    without_bits: int = 0
-    upper: bool = False
+    def __init__(
+        self,
+        argument: int,
+        *,
+        among: tuple[int, ...] = (),
+        other_than: tuple[int, ...] = (),
+        without_bits: int = 0,
+        upper: bool = False,
+    ) -> None:
+        self.argument, self.among, self.other_than = argument, among, other_than
+        self.without_bits, self.upper = without_bits, upper
 
     def program(self, refuse: tuple[int, int, int, int]) -> list[tuple[int, int, int, int]]:
         """Return the steps that continue after the last one if the condition holds."""

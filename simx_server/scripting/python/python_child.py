@@ -22,6 +22,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 import python_guard
+import python_limits
 from python_link import Link, Output
 
 TURNS = 1000
@@ -211,7 +212,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
                 place = f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
             trace = trace.tb_next
         if isinstance(problem, MemoryError):
-            return f"{place}: used more than {python_guard.MEMORY_LIMIT >> 20} MiB of memory"
+            return f"{place}: used more than {python_limits.MEMORY_LIMIT >> 20} MiB of memory"
         if isinstance(problem, ApiError):
             return f"{place}: {problem}"
         if isinstance(problem, SystemExit):

@@ -12,14 +12,16 @@ from __future__ import annotations
 
 import errno
 import os
-import platform
 import resource
 import struct
-from collections.abc import Iterator, Sequence
-from typing import Any, NoReturn
 
 import python_calls
-import python_guard
+import python_limits
+
+TYPE_CHECKING = False  # typing would cost more than all the rest of the launcher
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from typing import Any, NoReturn
 
 _PR_SET_NO_NEW_PRIVS = 38
 _PR_SET_SECCOMP = 22
@@ -47,9 +49,6 @@ _LIBRARIES = (
 )
 """Libraries that native modules are linked to, and files that the C library opens."""
 
-_OPEN_FILES = 64
-"""At the same time."""
-
 _MODULE_FOLDERS = ("site-packages", "dist-packages", "lib-dynload")
 
 
@@ -59,7 +58,7 @@ def missing() -> list[str]:
     features: list[str] = []
     if libc.syscall(_LANDLOCK_CREATE, None, _size(0), 1) < 1:
         features.append("landlock")
-    if platform.machine() not in python_calls.ARCHITECTURES or not _has_filters(libc):
+    if os.uname().machine not in python_calls.ARCHITECTURES or not _has_filters(libc):
         features.append("seccomp")
     return features
 
@@ -67,11 +66,11 @@ def missing() -> list[str]:
 def limit_resources() -> None:
     """Set the kernel's limits permanently: hard limits cannot be raised again."""
     for kind, value in (
-        (resource.RLIMIT_AS, python_guard.MEMORY_LIMIT),
+        (resource.RLIMIT_AS, python_limits.MEMORY_LIMIT),
         (resource.RLIMIT_FSIZE, 0),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_NPROC, 0),
-        (resource.RLIMIT_NOFILE, _OPEN_FILES),
+        (resource.RLIMIT_NOFILE, python_limits.OPEN_FILES),
     ):
         resource.setrlimit(kind, (value, value))
 
@@ -180,7 +179,7 @@ def hidden_modules(roots: Sequence[str]) -> set[str]:
         os.path.realpath(f"{folder}/{name}")
         for folder in folders
         for name in _names(folder)
-        if name.partition(".")[0] in python_guard.NATIVE_MODULES and ".so" in name
+        if name.partition(".")[0] in python_limits.NATIVE_MODULES and ".so" in name
     }
 
 
@@ -192,7 +191,7 @@ def restrict_calls(libc: Any, lifeline: int, launch: Sequence[int] = ()) -> None
     """
     import ctypes
 
-    program = python_calls.packed(platform.machine(), lifeline & 0xFFFFFFFF, launch)
+    program = python_calls.packed(os.uname().machine, lifeline & 0xFFFFFFFF, launch)
     code = ctypes.create_string_buffer(program, len(program))
     header = struct.pack("<HxxxxxxQ", len(program) // 8, ctypes.addressof(code))
     if libc.prctl(_PR_SET_SECCOMP, _SECCOMP_MODE_FILTER, header, 0, 0):

@@ -24,11 +24,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-NOT_CONFINED = 78
-"""Exit code of the launcher when it cannot build the walls; standard error has the reason."""
-
-MEMORY_LIMIT = 512 << 20
-"""Bytes of address space; numpy alone takes 200 MiB of it."""
+import python_limits
 
 _REFUSED = {
     "files can only be read": (
@@ -47,34 +43,28 @@ _REFUSED = {
 }  # fmt: skip
 
 _MODULES = {
-    "no native code": (
-        "ctypes", "_ctypes", "_ctypes_test", "_cffi_backend", "_interpreters", "_xxsubinterpreters", "_testcapi",
-        "_testinternalcapi", "_testlimitedcapi",
-    ),
+    "no native code": python_limits.NATIVE_MODULES,
     "no other processes": ("_posixsubprocess",),
     "no connections": ("_socket",),
     "files can only be read": ("fcntl",),
 }  # fmt: skip
 
-NATIVE_MODULES = frozenset(_MODULES["no native code"])
-"""Modules with which a script calls native functions of its choice."""
-
-_OWN_MODULES = ("python_guard", "python_link", "python_wire")
+_OWN_MODULES = ("python_guard", "python_limits", "python_link", "python_wire")
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 
 def drop_native_modules() -> None:
-    """Leave no way to the modules of `NATIVE_MODULES` where Python has them built in, not as files that can be hidden.
+    """Leave no way to `python_limits.NATIVE_MODULES` where Python has them built in, not as files that can be hidden.
 
     No later import can load a built-in module then, so the harmless ones are loaded now.
     """
     import _imp
 
-    if not NATIVE_MODULES.intersection(sys.builtin_module_names):
+    if not python_limits.NATIVE_MODULES.intersection(sys.builtin_module_names):
         return
     for name in sys.builtin_module_names:
-        if name not in NATIVE_MODULES:
+        if name not in python_limits.NATIVE_MODULES:
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
 

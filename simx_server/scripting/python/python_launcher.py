@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import fcntl
 import os
-import signal
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))  # isolated Python leaves it out
 
 import python_confine
-import python_guard
+import python_limits
+
+_SIGKILL = 9  # the module signal makes classes for all of them
 
 
 def main() -> None:
@@ -58,7 +59,7 @@ def main() -> None:
 def end_with(lifeline: int) -> None:
     """Have the kernel kill this process when the other end of this pipe closes, whatever the script is doing then."""
     fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(lifeline, fcntl.F_SETSIG, signal.SIGKILL)
+    fcntl.fcntl(lifeline, fcntl.F_SETSIG, _SIGKILL)
     fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
 
 
@@ -70,7 +71,7 @@ def _virtual_environment() -> list[str]:
 
 def _refuse(why: str) -> None:
     print(why, file=sys.stderr, flush=True)
-    os._exit(python_guard.NOT_CONFINED)
+    os._exit(python_limits.NOT_CONFINED)
 
 
 if __name__ == "__main__":

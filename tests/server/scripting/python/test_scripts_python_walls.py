@@ -196,7 +196,7 @@ def child():
     if os.fork() == 0:
         os._exit(0)
 
-machine = python_confine.platform.machine()
+machine = os.uname().machine
 info = ctypes.create_string_buffer(b"\x09\0\0\0\0\0\0\0\xff\xff\xff\xff", 128)
 queue, thread_queue = (129, 297) if machine == "x86_64" else (138, 240)
 tree = dict(
@@ -391,7 +391,7 @@ def everything(value, seen, depth=0):
     elif isinstance(value, types.MethodType): inner = [value.__self__, value.__func__]
     for item in inner: yield from everything(item, seen, depth + 1)
 def by_modules():
-    for name in ('python_guard', 'python_confine', 'python_calls', 'python_link', 'python_wire'):
+    for name in ('python_guard', 'python_confine', 'python_calls', 'python_limits', 'python_link', 'python_wire'):
         assert name not in sys.modules
         try: importlib.import_module(name)
         except ImportError: pass
