@@ -41,7 +41,8 @@ $(READY): pyproject.toml $(LOCKS)/setup.lock
 	  echo "pip could not install what simx needs; its own message stands above."; \
 	  echo "Without a network, point pip at a mirror or a folder of wheels (see 'pip config'), then try again."; \
 	  exit 1; }
-	@$(BIN)/python -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation -e .
+	@$(BIN)/python -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation -e . \
+	    2> >(grep -v '^WARNING' >&2)
 	@touch $@
 	@echo "[3/3] ready"
 
@@ -87,6 +88,7 @@ generate: $(READY) ## write the files that follow from the table of functions: t
 	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
 
 bench: $(READY) ## measure a call, a simulation step and an image on this machine
+	@$(BIN)/python -m pytest --quiet bench/checks
 	@$(BIN)/python -m bench
 
 clean: ## remove what these commands made

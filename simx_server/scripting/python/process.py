@@ -144,7 +144,7 @@ class PythonProcess:
         self._clock = (~self._child.pid << 3) | 2
         self._wall_end = self._processor_end = self._look_at = self._next_service = self._ending_end = 0.0
         self._delay_before = 0.0
-        """Seconds that the process had been ready without a processor before others were served in this request."""
+        """Seconds that the process had been ready without a processor when the request started to last."""
 
         self._is_starting = True
         self._is_long = False
