@@ -23,6 +23,7 @@ from typing import Any, NoReturn
 
 import python_guard
 import python_limits
+import python_stubs
 from python_link import Link, Output
 
 TURNS = 1000
@@ -260,7 +261,9 @@ def main() -> None:
         os.chdir(folder)
     script = Script(link, name, namespaces)
     python_guard.drop_native_modules()
+    stubs = python_stubs.stubs()
     python_guard.hide_modules()
+    sys.modules.update(stubs)
     python_guard.refuse(folders, libraries)
     link.send("ready", missing.split(",") if missing else [])
     while True:

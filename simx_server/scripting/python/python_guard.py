@@ -45,11 +45,11 @@ _REFUSED = {
 _MODULES = {
     "no native code": python_limits.NATIVE_MODULES,
     "no other processes": ("_posixsubprocess",),
-    "no connections": ("_socket",),
+    "no connections": ("_socket", "_ssl"),
     "files can only be read": ("fcntl",),
 }  # fmt: skip
 
-_OWN_MODULES = ("python_guard", "python_limits", "python_link", "python_wire")
+_OWN_MODULES = ("python_guard", "python_limits", "python_link", "python_stubs", "python_wire")
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
@@ -63,10 +63,9 @@ def drop_native_modules() -> None:
 
     if not python_limits.NATIVE_MODULES.intersection(sys.builtin_module_names):
         return
-    for name in sys.builtin_module_names:
-        if name not in python_limits.NATIVE_MODULES:
-            with contextlib.suppress(ImportError):
-                importlib.import_module(name)
+    for name in set(sys.builtin_module_names).difference(*_MODULES.values()):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
 
     def refuse_builtin(spec: Any) -> NoReturn:
         raise ImportError(f"a script may not import {spec.name}: no native code")
