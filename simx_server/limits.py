@@ -68,6 +68,10 @@ class Limits:
     """Size of a file that a client stores in the workspace or lends for loading."""
     stored: int = _size(1 << 30, "stored in the workspace by clients", 1 << 50)
     """Counted since the server started; erased files do not count any more."""
+    files: int = _count(
+        10_000, "files in the workspace that clients have stored, with the folders made for them"
+    )
+    """Counts files stored before the server's start too; erased files do not count any more."""
     load_memory: int = _size(1 << 30, "of memory to load a file of a client's", 1 << 40)
     """Counted beyond the memory that the server holds without it; a model counts together with its scene."""
     load_seconds: int = _count(5, "seconds of processor time to load a file of a client's")

@@ -73,14 +73,16 @@ CLIENT: dict[str, Any] = {
     "transport/shared_memory/transport_optimization/enabled": False,
 }
 
+MOST_PENDING = 100_000
+"""Connections that may wait for their first message: more than there are descriptors, so that a new one is not refused
+because of them. Zenoh's default is 100."""
+
 SERVER: dict[str, Any] = {
     **COMMON,
     # Shared memory of a peer stays mapped here for good, 16 MB and two descriptors for each peer that ever
     # existed: Zenoh 1.10 keeps all segments it has read. It would save 0.3 ms for an image of 640x480.
     "transport/shared_memory": {"enabled": False},
-    # More connections than descriptors may wait for their first message; a new one is not refused because of
-    # them.
-    "transport/unicast/accept_pending": 100_000,
+    "transport/unicast/accept_pending": MOST_PENDING,
 }
 
 TO_ROUTERS: dict[str, Any] = {

@@ -25,6 +25,7 @@ from simx_client.protocol.cli.terminal import print_what_can_be, while_read
 from simx_server import __version__
 from simx_server.app import log_format
 from simx_server.app.settings import SETTINGS, SettingError, Settings
+from simx_server.processes.early_end import ended_by_sigterm
 from simx_server.processes.lifeline import GRACE as LIFELINE_GRACE
 from simx_server.processes.watchdog import Watchdog, watched
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
@@ -88,7 +89,7 @@ def make_parser() -> argparse.ArgumentParser:
             group.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
         elif setting.is_switch:
             action = argparse.BooleanOptionalAction
-            group.add_argument(*spellings, dest=name, action=action, help=setting.help)
+            group.add_argument(*spellings, dest=name, action=action, help=shown)
         elif not setting.metavar:
             group.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
         elif setting.lone:
@@ -143,7 +144,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code; argparse may leave with SystemExit."""
     print_what_can_be()
     try:
-        return while_read(partial(_run, argv))
+        with ended_by_sigterm():
+            return while_read(partial(_run, argv))
+    except KeyboardInterrupt:
+        return INTERRUPTED
     except (
         ModuleNotFoundError
     ) as error:  # a client alone needs fewer packages, and often only these are installed
@@ -183,10 +187,7 @@ def _run(argv: Sequence[str] | None) -> int:
     log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
     # Nothing here multiplies large matrices; a thread pool costs memory, and prevents a process from forking safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    try:
-        return _serve(settings)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    return _serve(settings)
 
 
 def _serve(settings: Settings) -> int:
@@ -254,22 +255,19 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
     """Print a listing that needs the settings. Only warnings are logged, unless the settings ask for more."""
     level = settings.log_level if "log_level" in settings.origins else "warning"
     log_format.configure(level, settings.log_format, several=False)
-    try:
-        if page == "doctor":  # it imports nothing that may be missing: its child processes do
-            from simx_server.app.doctor.page import print_findings
+    if page == "doctor":  # it imports nothing that may be missing: its child processes do
+        from simx_server.app.doctor.page import print_findings
 
-            return print_findings(settings, as_json=as_json)
-        with watched():
-            import_mujoco()
-            if page == "import_report":
-                from simx_server.app.import_report import print_report
+        return print_findings(settings, as_json=as_json)
+    with watched():
+        import_mujoco()
+        if page == "import_report":
+            from simx_server.app.import_report import print_report
 
-                return print_report(settings, as_json=as_json)
-            from simx_server.app.scene_listing import print_tree
+            return print_report(settings, as_json=as_json)
+        from simx_server.app.scene_listing import print_tree
 
-            return print_tree(settings, as_json=as_json)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return print_tree(settings, as_json=as_json)
 
 
 def _print_list(name: str, form: Collection[str]) -> int:

@@ -81,6 +81,7 @@ def open_world(
         sources=Sources.of(settings.package),
         own_scene=scene.resolve(),
         allows_code=settings.allow_code,
+        needs_seccomp=not settings.unconfined_scripts,
         tries_all=settings.check_files,
         arguments=settings.arguments,
     )

@@ -185,7 +185,12 @@ class Settings:
     limit: tuple[str, ...] = _setting(
         (), "how much clients may make it hold, as objects=500; repeatable", _LIMIT, many=True
     )
-    allow_code: bool = _setting(False, "clients may have their own code run in scripts")
+    allow_code: bool = _setting(
+        False, "clients' code may run in scripts (--unconfined-scripts: without seccomp)"
+    )
+    unconfined_scripts: bool = _setting(
+        False, "Python scripts run where the kernel lacks seccomp too", is_told_elsewhere=True
+    )
     check_files: bool = _setting(
         False, "try all files in a child process before they are loaded, not clients' alone"
     )

@@ -84,6 +84,7 @@ class Opened:
             )
         try:
             flags |= {"scene": str(scene), "workspace": str(workspace)}
+            flags["unconfined_scripts"] = chosen.unconfined_scripts
             flags["limit"] = [*flags.get("limit", ()), _MANY_PICTURES]
             return Settings.gather(flags, {})
         except (SettingError, AttributeError, TypeError, ValueError) as error:

@@ -23,7 +23,7 @@ import socket
 import threading
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-from simx_server.browsers import cookie_of, end_connection
+from simx_server.browsers import cookie_of, end_connection, is_of_another_page
 
 logger = logging.getLogger(__name__)
 
@@ -171,8 +171,7 @@ class Gate:
         origin = headers.get("origin")
         if origin is not None and _split(origin).netloc != host:
             raise Refused("403 Forbidden", "Another web site may not use this page.\n")
-        # A link may lead here; a frame or a script of another site may not.
-        if headers.get("sec-fetch-site") == "cross-site" and headers.get("sec-fetch-dest") != "document":
+        if is_of_another_page(headers, in_frames=True):
             raise Refused("403 Forbidden", "Another web site may not show this page within its own.\n")
 
     def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:

@@ -269,3 +269,9 @@ def test_each_of_many_servers_is_in_the_next_domain_of_ros_2() -> None:
     settings = Settings.gather({"ros2": "4", "count": "3"}, {})
     assert [settings.member(number).ros2 for number in range(3)] == [4, 5, 6]
     assert Settings.gather({"count": "3"}, {}).member(2).ros2 is None
+
+
+def test_what_is_written_is_no_link_to_another_file(tmp_path: Path) -> None:
+    (tmp_path / "link.png").symlink_to(tmp_path / "elsewhere.png")
+    with pytest.raises(SettingError, match="a file, no link, in an existing folder"):
+        Settings.gather({"snapshot": str(tmp_path / "link.png")}, {})

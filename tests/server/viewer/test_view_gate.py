@@ -237,6 +237,17 @@ def test_another_site_may_link_here_but_not_show_it_in_a_frame(gate: Gate) -> No
         assert status(ask(gate, "Sec-Fetch-Site: cross-site", f"Sec-Fetch-Dest: {what}")) == 403
     assert ask(gate, "Sec-Fetch-Site: cross-site", "Sec-Fetch-Dest: document").endswith(PAGE)
     assert ask(gate, "Sec-Fetch-Site: same-site", "Sec-Fetch-Dest: iframe").endswith(PAGE)  # a notebook
+    assert ask(gate, "Sec-Fetch-Site: same-origin", "Sec-Fetch-Dest: script").endswith(PAGE)
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_a_page_of_another_port_of_this_host_uses_nothing_either(gate: Gate, site: str) -> None:
+    for what in ("script", "image", "empty", "object"):
+        assert status(ask(gate, f"Sec-Fetch-Site: {site}", f"Sec-Fetch-Dest: {what}")) == 403
+    for fetched in (("websocket", "websocket"), ("no-cors", "document")):
+        mode, place = fetched
+        told = (f"Sec-Fetch-Site: {site}", f"Sec-Fetch-Mode: {mode}", f"Sec-Fetch-Dest: {place}")
+        assert status(ask(gate, *UPGRADE, *told)) == 403
 
 
 def test_a_second_request_of_a_connection_is_not_smuggled_in(gate: Gate, behind: Behind) -> None:

@@ -77,7 +77,7 @@ def edits(port: int, chance: Chance, end: float) -> None:
 
 
 def files(port: int, chance: Chance, end: float) -> None:
-    """Files that mean no good, as scenes and as models."""
+    """Files that mean no good, as scenes and as models; very many empty ones with long names."""
     client = connect(port)
     folder = Path.cwd() / f"sent {os.getpid()}"
     folder.mkdir()
@@ -93,6 +93,11 @@ def files(port: int, chance: Chance, end: float) -> None:
         v.simxStartSimulation(client, BLOCKING)
         if chance.random() < 0.2:
             v.simxLoadScene(client, str(SCENE), 1, BLOCKING)
+        if chance.random() < 0.2:
+            (folder / "empty").touch()
+            for _ in range(300):
+                name = f"{'n' * 232}{chance.randbytes(8).hex()}"
+                v.simxTransferFile(client, str(folder / "empty"), name, 0, BLOCKING)
 
 
 def flood(port: int, chance: Chance, end: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -98,9 +98,20 @@ def _write_scene_of_model(on_floor: Path, model: Path, sources: Sources) -> None
         logger.info("%s has the model on V-REP's default floor", on_floor)
 
 
-def _refuse_existing(folder: Path, names: Iterable[str]) -> None:
+def refuse_links(folder: Path, name: str) -> None:
+    """Raise SceneError if a path within the folder, or a folder on its way, is a link: it leads elsewhere."""
+    path = folder
+    for part in Path(name).parts:
+        path /= part
+        if path.is_symlink():
+            raise SceneError(f"{path} is a link, which is not followed; remove it, or name another folder")
+
+
+def _refuse_existing(folder: Path, names: Collection[str]) -> None:
     if folder.exists() and not folder.is_dir():
         raise SceneError(f"{folder} is not a folder; name another one, or a new one")
+    for name in names:
+        refuse_links(folder, name)
     if existing := [name for name in names if (folder / name).exists()]:
         shown = ", ".join(existing[:_MOST_NAMED])
         more = f" and {len(existing) - _MOST_NAMED} more" if len(existing) > _MOST_NAMED else ""
@@ -112,5 +123,7 @@ def _refuse_existing(folder: Path, names: Iterable[str]) -> None:
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:
     for name, data in files.items():
         path = folder / name
+        refuse_links(folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+        with path.open("xb") as file:  # nothing that is there is written, nor what a link leads to
+            file.write(data)
