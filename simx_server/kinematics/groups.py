@@ -103,12 +103,16 @@ class IkGroups(Part):
         self._stop()
 
     def remember(self) -> object:
-        groups = [(group, replace(group, elements=list(group.elements))) for group in self._groups()]
+        groups = {
+            handle: replace(group, elements=list(group.elements))
+            for handle, (_, group) in self._registry.all().items()
+        }
         return self.random.bit_generator.state, groups
 
     def recall(self, memory: Any) -> None:
         self.random.bit_generator.state, groups = memory
-        for group, before in groups:
+        for handle, before in groups.items():
+            group = self.get(handle)
             group.elements, group.how, group.explicit = list(before.elements), before.how, before.explicit
             group.enabled, group.result = before.enabled, before.result
 

@@ -131,6 +131,9 @@ class ServerLoop(Part):
         self._next_giving = 0.0
         """When memory may be returned to the system again."""
         self._givings = 0
+        self._has_handled = False
+        """Something was handled since the last look."""
+
         self._is_paced = False
         """Simulation steps follow the wall clock at present."""
 
@@ -333,9 +336,11 @@ class ServerLoop(Part):
         with self._busy.open():
             while not self._is_ending and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
+                if self._has_handled:  # a look at what it changed must not wait for the next event
+                    left = min(left, next_look - time.monotonic())
                 self.turn(max_wait=max(0.0, min(1.0, left)))
                 if (now := time.monotonic()) >= next_look:
-                    next_look = now + LOOK
+                    next_look, self._has_handled = now + LOOK, False
                     self.look()
             self._outbox.send()
 
@@ -440,6 +445,7 @@ class ServerLoop(Part):
         return Doing(self._batches.executing, self._batches.command)
 
     def _handle(self, event: Event | Arrival) -> None:
+        self._has_handled = True
         outer = self._busy.begin()
         began = time.perf_counter()
         try:

@@ -111,7 +111,8 @@ class Simulation:
         self._parts: list[Part] = []
         self._told_of_steps: list[Part] = []
         self._holding: list[Part] = []
-        self._remembering: list[Part] = []
+        self.remembering: list[Part] = []
+        """Parts that remember something of a moment, in the order of `remember_parts`."""
         self._soon: list[Callable[[], object]] = []
         self.sleepers = Sleepers(self)
         self.surfaces = Surfaces(self)
@@ -142,7 +143,7 @@ class Simulation:
             each for each in self._parts if type(each).step_finished is not Part.step_finished
         ]
         self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
-        self._remembering = [each for each in self._parts if type(each).remember is not Part.remember]
+        self.remembering = [each for each in self._parts if type(each).remember is not Part.remember]
 
     @property
     def is_held(self) -> bool:
@@ -199,6 +200,11 @@ class Simulation:
         self._substeps(self._time_step, seconds)
         self._wanted_timestep = float(seconds)
         self.time_step = self._time_step
+
+    @property
+    def physics_step(self) -> float:
+        """Return the length of a physics step that was asked for; the actual one is a whole fraction of `time_step`."""
+        return self._wanted_timestep
 
     @property
     def substeps(self) -> int:
@@ -285,7 +291,7 @@ class Simulation:
 
     def remember_parts(self, before: Memories | None) -> Memories:
         """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
-        memories = [(part, part.remember()) for part in self._remembering]
+        memories = [(part, part.remember()) for part in self.remembering]
         return before if before is not None and before == memories else memories
 
     def recall_parts(self, memories: Memories) -> None:
