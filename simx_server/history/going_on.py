@@ -66,9 +66,7 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
     return GoneOn(step, sim.time, restarted)
 
 
-def start_from(
-    loop: ServerLoop, moment: Moment, before: Moment | None, next_handle: int
-) -> None:
+def start_from(loop: ServerLoop, moment: Moment, before: Moment | None, next_handle: int) -> None:
     """Start a new run, and set it to a moment.
 
     Args:

@@ -11,7 +11,7 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 _HEAD = struct.Struct("<8sQ")
@@ -63,22 +63,23 @@ class Journal:
 
     def read(self) -> list[Block]:
         """Return all whole blocks."""
-        use, turn = self._newest()
-        if not turn:
-            return []
-        file = self._files[use]
-        data = os.pread(file, os.fstat(file).st_size, 0)
+        data = self._content()
         blocks: list[Block] = []
-        place = _HEAD.size
-        while place + _BLOCK.size <= len(data):
-            length, check, kind, number = _BLOCK.unpack_from(data, place)
-            place += _BLOCK.size
+        for place, length, check, kind, number in _heads(data):
             content = data[place : place + length]
-            if len(content) < length or zlib.crc32(content) != check:
+            if zlib.crc32(content) != check:
                 break
             blocks.append(Block(kind, number, content))
-            place += length
         return blocks
+
+    def keys(self) -> list[tuple[int, int]]:
+        """Return kind and number of all blocks, whole or not."""
+        return [(kind, number) for _, _, _, kind, number in _heads(self._content())]
+
+    def _content(self) -> bytes:
+        use, turn = self._newest()
+        file = self._files[use]
+        return os.pread(file, os.fstat(file).st_size, 0) if turn else b""
 
     def clear(self) -> None:
         """Forget everything."""
@@ -106,3 +107,15 @@ def _anonymous_file(name: str) -> int:
         return os.memfd_create(name)
     with tempfile.TemporaryFile() as file:
         return os.dup(file.fileno())
+
+
+def _heads(data: bytes) -> Iterator[tuple[int, int, int, int, int]]:
+    """Yield place, length and checksum of the content, kind and number of each block that is not cut off."""
+    place = _HEAD.size
+    while place + _BLOCK.size <= len(data):
+        length, check, kind, number = _BLOCK.unpack_from(data, place)
+        place += _BLOCK.size
+        if place + length > len(data):
+            return
+        yield place, length, check, kind, number
+        place += length

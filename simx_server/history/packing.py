@@ -19,6 +19,9 @@ import msgpack
 import numpy as np
 
 _PLAIN = frozenset((int, float, bool, str, bytes, type(None)))
+_SHORT = _PLAIN - {int}
+"""Types of values that are written as they are; the second for values with integers of more than 64 bits."""
+
 _TUPLE, _LIST, _DICT, _SET, _FROZENSET, _ARRAY, _RECORD, _NAMED, _ENUM, _LONG, _PATH = range(11)
 
 _WIDEST = 1 << 63
@@ -36,7 +39,13 @@ class NotPackable(Exception):
 
 def pack(value: object) -> bytes:
     """Return a value as bytes. Raises NotPackable."""
-    packed = msgpack.packb(_tagged(value), unicode_errors="surrogatepass")
+    try:
+        try:
+            packed = msgpack.packb(_tagged(value, _PLAIN), unicode_errors="surrogatepass")
+        except OverflowError:
+            packed = msgpack.packb(_tagged(value, _SHORT), unicode_errors="surrogatepass")
+    except (ValueError, RecursionError) as error:  # too large, or nested too deeply
+        raise NotPackable(str(error)) from error
     assert packed is not None
     return packed
 
@@ -52,38 +61,48 @@ def unpack(data: bytes) -> Any:
         raise NotPackable(f"bytes that are no packed value: {error!r:.200}") from error
 
 
-def _tagged(value: Any) -> Any:
+def _tagged(value: Any, plain: frozenset[type[Any]]) -> Any:
     kind = type(value)
-    if kind in _PLAIN:
-        if kind is int and not -_WIDEST <= value < _WIDEST:
-            return [_LONG, hex(value)]
+    if kind in plain:
         return value
-    if kind is tuple:
-        return [_TUPLE, *map(_tagged, value)]
-    if kind is list:
-        return [_LIST, *map(_tagged, value)]
-    if isinstance(value, np.ndarray):
-        array = cast("np.ndarray[Any, np.dtype[Any]]", value)
-        if array.dtype.kind not in _NUMBERS:
-            raise NotPackable(f"an array of {array.dtype}")
-        return [_ARRAY, array.dtype.str, list(array.shape), array.tobytes()]
+    if kind is tuple or kind is list:
+        tag = _TUPLE if kind is tuple else _LIST
+        return [
+            tag,
+            *(value if plain.issuperset(map(type, value)) else (_tagged(each, plain) for each in value)),
+        ]
+    if isinstance(value, np.ndarray | np.generic):
+        return _tagged_numbers(value, plain)
     if isinstance(value, Mapping):
         flat = [_DICT]
         for key, item in cast("Mapping[Any, Any]", value).items():
-            flat += _tagged(key), _tagged(item)
+            flat += _tagged(key, plain), _tagged(item, plain)
         return flat
     if kind is set or kind is frozenset:
-        return [_SET if kind is set else _FROZENSET, *map(_tagged, value)]
-    if isinstance(value, Enum):
-        return [_ENUM, _name_of(kind), _tagged(value.value)]
-    if isinstance(value, tuple):
-        return [_NAMED, _name_of(kind), *map(_tagged, cast("tuple[Any, ...]", value))]
+        return [_SET if kind is set else _FROZENSET, *(_tagged(each, plain) for each in value)]
+    return _tagged_object(value, kind, plain)
+
+
+def _tagged_numbers(value: Any, plain: frozenset[type[Any]]) -> Any:
     if isinstance(value, np.generic):
-        return _tagged(value.item())
+        return _tagged(value.item(), plain)
+    if value.dtype.kind not in _NUMBERS:
+        raise NotPackable(f"an array of {value.dtype}")
+    return [_ARRAY, value.dtype.str, list(value.shape), value.tobytes()]
+
+
+def _tagged_object(value: Any, kind: type[Any], plain: frozenset[type[Any]]) -> Any:
+    if kind is int:  # not among the plain ones: there is one that is too long
+        return value if -_WIDEST <= value < _WIDEST else [_LONG, hex(value)]
+    if isinstance(value, Enum):
+        return [_ENUM, _name_of(kind), _tagged(value.value, plain)]
+    if isinstance(value, tuple):
+        return [_NAMED, _name_of(kind), *(_tagged(each, plain) for each in cast("tuple[Any, ...]", value))]
     if isinstance(value, Path):
         return [_PATH, str(value)]
     if dataclasses.is_dataclass(kind):
-        return [_RECORD, _name_of(kind), *(_tagged(getattr(value, name)) for name in _fields_of(kind))]
+        fields = (_tagged(getattr(value, name), plain) for name in _fields_of(kind))
+        return [_RECORD, _name_of(kind), *fields]
     raise NotPackable(f"a value of {kind.__module__}.{kind.__qualname__}")
 
 

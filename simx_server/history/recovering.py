@@ -8,7 +8,7 @@ continues bit for bit.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +23,10 @@ from simx_server.world.simulation import Memories, Simulation, SimulationState
 
 from .going_on import start_from
 from .journal import Block
-from .keeping import First, Kind
 from .models import unpack_model
 from .moments import Moment, Structure, restore
 from .packing import NotPackable, unpack
+from .writing import FIELDS, FIELDS_OF_JOINTS, First, Kind, Run
 
 if TYPE_CHECKING:
     from simx_server.runtime.server_loop import ServerLoop
@@ -45,8 +45,6 @@ class Recovered:
     state: SimulationState
     step: int
     time: float
-    clients: Mapping[str, tuple[str, bool]]
-    """Those of the process before: id to name and whether it steps the simulation."""
 
 
 def chosen_blocks(blocks: Sequence[Block], back: int) -> list[Block]:
@@ -76,14 +74,11 @@ def _without_unused(blocks: Sequence[Block]) -> list[Block]:
     used: set[int] = set()
     for block in blocks:
         if block.kind != Kind.SECTION:
-            moment = unpack(block.content)
-            used |= {moment[name] for name in _SECTIONS}
-            structure = unpack(contents[moment["structure"]])
+            sections, memories, *_ = unpack(block.content)
+            used |= {*sections, *memories}
+            structure = unpack(contents[sections[0]])
             used |= {*structure["arrays"], *(() if structure["model"] is None else (structure["model"],))}
     return [block for block in blocks if block.kind != Kind.SECTION or block.number in used]
-
-
-_SECTIONS = ("structure", "signals", "parts", "bindings", "weights", "values")
 
 
 def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovered:
@@ -107,24 +102,31 @@ def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovere
         _set_steps(sim, run_of_base)
         restore(loop.world, before, None)
         if not run:
-            return Recovered(before, sim.state, 0, 0.0, run_of_base["clients"])
+            return Recovered(before, sim.state, 0, 0.0)
         moments = [reader.moment(block) for block in run]
         moment, of_run = moments[-1]
         earlier = moments[-2][0] if len(moments) > 1 and moments[-2][0].step == moment.step - 1 else None
         start_from(loop, moment, earlier, before.next_handle)
-        if of_run["state"] == SimulationState.PAUSED.value:
+        if of_run[0] == SimulationState.PAUSED.value:
             sim.pause()
-        return Recovered(before, sim.state, moment.step, sim.time, of_run["clients"])
+        return Recovered(before, sim.state, moment.step, sim.time)
     except (NotPackable, KeyError, TypeError, ValueError, IndexError, mujoco.FatalError) as error:
         sim.stop()
         raise CommandError(f"what was kept does not fit: {' '.join(str(error).split())}") from error
 
 
-def _set_steps(sim: Simulation, run: Mapping[str, Any]) -> None:
-    if sim.time_step != run["time_step"] or sim.physics_step != run["physics_step"]:
-        sim.time_step = max(run["time_step"], run["physics_step"])
-        sim.set_physics_step(run["physics_step"])
-        sim.time_step = run["time_step"]
+def clients_of(blocks: Sequence[Block]) -> dict[str, tuple[str, bool]]:
+    """Return the clients at the last moment: id to name, and whether the client stepped the simulation."""
+    *_, (_, _, _, clients) = unpack(blocks[-1].content)
+    return clients
+
+
+def _set_steps(sim: Simulation, run: Run) -> None:
+    _, time_step, physics_step, _ = run
+    if sim.time_step != time_step or sim.physics_step != physics_step:
+        sim.time_step = max(time_step, physics_step)
+        sim.set_physics_step(physics_step)
+        sim.time_step = time_step
 
 
 class _Reader:
@@ -139,38 +141,38 @@ class _Reader:
             None: (first.scene, first.model, self._sim.data)
         }
 
-    def moment(self, block: Block) -> tuple[Moment, Mapping[str, Any]]:
+    def moment(self, block: Block) -> tuple[Moment, Run]:
         """Return a moment, and what belongs to its run."""
-        values: dict[str, Any] = unpack(block.content)
-        run = values.pop("run")
-        structure = self._structure(values["structure"])
+        sections, memories, fields, run = unpack(block.content)
+        structure, signals, bindings, weights, values, names = sections
+        others = len(FIELDS)
         joints = JointsMoment(
-            bindings=self._section(values.pop("bindings")),
-            values=self._section(values.pop("values")),
-            weights=self._section(values.pop("weights")),
+            bindings=self._section(bindings),
+            values=self._section(values),
+            weights=self._section(weights),
             new=0,
-            **values.pop("joints"),
+            **dict(zip(FIELDS_OF_JOINTS, fields[others:], strict=True)),
         )
-        shared = {
-            "structure": structure,
-            "joints": joints,
-            "signals": self._section(values["signals"]),
-            "parts": self._memories(values["parts"]),
-            "size": 0,
-        }
-        return Moment(**{**values, **shared}), run
+        moment = Moment(
+            structure=self._structure(structure),
+            joints=joints,
+            signals=self._section(signals),
+            parts=self._memories(self._section(names), memories),
+            size=0,
+            **dict(zip(FIELDS, fields[:others], strict=True)),
+        )
+        return moment, run
 
     def _section(self, number: int) -> Any:
         if number not in self._made:
             self._made[number] = unpack(self._contents[number])
         return self._made[number]
 
-    def _memories(self, number: int) -> Memories:
-        kept: list[tuple[str, object]] = self._section(number)
+    def _memories(self, names: Sequence[str], memories: Sequence[int]) -> Memories:
         parts: list[Part] = self._sim.remembering
-        if [name for name, _ in kept] != [type(part).__name__ for part in parts]:
+        if [*names] != [type(part).__name__ for part in parts]:
             raise NotPackable("it is of a server with other parts")
-        return [(part, memory) for part, (_, memory) in zip(parts, kept, strict=True)]
+        return [(part, self._section(number)) for part, number in zip(parts, memories, strict=True)]
 
     def _structure(self, number: int) -> Structure:
         key = ~number

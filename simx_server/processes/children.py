@@ -66,4 +66,8 @@ def ending_signals() -> Generator[int]:
 
 def how_it_ended(exit_code: int) -> str:
     """Return in words how a process ended; a negative exit code is the number of a signal."""
-    return f"with exit code {exit_code}" if exit_code >= 0 else f"by signal {-exit_code}"
+    if exit_code >= 0:
+        return f"with exit code {exit_code}"
+    with contextlib.suppress(ValueError):  # of real-time signals, which have no names
+        return f"by signal {-exit_code} ({signal.Signals(-exit_code).name})"
+    return f"by signal {-exit_code}"

@@ -72,6 +72,10 @@ class Kind(IntEnum):
     WITHIN = 15
     """number, the next message of such a client that runs a function for the server, or why none was waited for."""
 
+    RESUMED = 16
+    """what happened, blocks of a journal (kind, number, content): the server crashed, and its successor continued from
+    there; what the first one recorded last may be missing. See `simx_server.history.succession`."""
+
 
 Record = list[Any]
 
@@ -106,5 +110,6 @@ _FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
     Kind.JOINED_ZMQ: (_NUMBER, _NUMBER, _TEXT, _TEXT, _NUMBER),
     Kind.CONTINUED: (_NUMBER, _NUMBER),
     Kind.WITHIN: (_NUMBER, (bytes, str)),
+    Kind.RESUMED: (_TEXT, (list,)),
 }
 _LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -36,6 +36,7 @@ from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
 from .replies import Messages
+from .returning import Returning
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 from .sockets import Sockets
 
@@ -155,6 +156,9 @@ class ServerLoop(Part):
 
         self.history: History | None = None
         """Keeps past steps of a run; None: nothing can ask for one."""
+
+        self.returning: Returning | None = None
+        """Clients of a crashed server whose successor this is; None: there was none."""
 
         self.is_going_back = False
         """A stop is followed by a start at once: a new run goes on from an earlier step (`history.going_on`)."""
@@ -506,6 +510,8 @@ class ServerLoop(Part):
 
     def _seconds_until_pass(self) -> float:
         if self.is_running_freely:
+            if self.returning is not None and (awaited := self.returning.seconds_left()) > 0:
+                return awaited
             if not self._is_paced:
                 self._is_paced = True
                 self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
@@ -611,6 +617,8 @@ class ServerLoop(Part):
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
+        if self.returning is not None:
+            self.returning.welcome(session)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
         if is_starting and is_stopped and not session.may_only_read:

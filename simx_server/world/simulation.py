@@ -292,7 +292,11 @@ class Simulation:
     def remember_parts(self, before: Memories | None) -> Memories:
         """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
         memories = [(part, part.remember()) for part in self.remembering]
-        return before if before is not None and before == memories else memories
+        if before is None or len(before) != len(memories):
+            return memories
+        if before == memories:
+            return before
+        return [old if old == new else new for old, new in zip(before, memories, strict=True)]
 
     def recall_parts(self, memories: Memories) -> None:
         """Restore what `remember_parts` returned."""

@@ -142,6 +142,7 @@ class ZmqClients(Part):
         serve = partial(self._serve, client)
         self._clients[key] = client
         client.session = self.loop.join(key, name, port, _Link(partial(self._forget, client)), serve)
+        client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:
         """Return an open connection."""

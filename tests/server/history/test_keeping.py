@@ -14,8 +14,9 @@ import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
 from simx_server.history.journal import Block, Journal
-from simx_server.history.keeping import Keeper, Kind
+from simx_server.history.keeping import Keeper
 from simx_server.history.recovering import Recovered, chosen_blocks, recover
+from simx_server.history.writing import Kind
 from simx_server.recording import state
 from simx_server.world.simulation import SimulationState
 
@@ -65,7 +66,8 @@ class Crashing:
 
 
 @pytest.fixture
-def crashing(open_lab: Callable[[str], Lab]) -> Iterator[Crashing]:
+def crashing(open_lab: Callable[[str], Lab], monkeypatch: pytest.MonkeyPatch) -> Iterator[Crashing]:
+    monkeypatch.setattr("simx_server.history.keeping.SHARE", 1.0)  # steps of tests are faster than real time
     one = Crashing(open_lab)
     yield one
     one.end()
@@ -209,7 +211,9 @@ def test_what_was_cut_off_in_the_middle_is_left_out() -> None:
     journal = Journal()
     journal.begin([Block(Kind.SECTION, 1, b"one")])
     journal.append(Block(Kind.STEP, 5, b"five" * 100))
-    journal._size -= 50  # the next block is written over the end of this one, as if this one was never finished
+    journal._size -= (
+        50  # the next block is written over the end of this one, as if this one was never finished
+    )
     journal.append(Block(Kind.STEP, 6, b"six"))
     assert journal.read() == [Block(Kind.SECTION, 1, b"one")]
     journal.close()
@@ -225,7 +229,9 @@ def test_what_does_not_fit_is_refused_and_leaves_a_stopped_world(crashing: Crash
     lab = crashing.start(MACHINE)
     lab.start()
     lab.run_to(3)
-    blocks = [block._replace(content=block.content[:-9]) for block in chosen_blocks(crashing.journal.read(), 0)]
+    blocks = [
+        block._replace(content=block.content[:-9]) for block in chosen_blocks(crashing.journal.read(), 0)
+    ]
     other = crashing.open_lab(MACHINE)
     with pytest.raises(CommandError, match="what was kept does not fit"):
         recover(other.loop, Keeper(other.loop, crashing.journal).first, blocks)

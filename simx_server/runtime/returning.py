@@ -1,0 +1,53 @@
+"""Clients of a server that has crashed, of which this one is the successor: they come back by themselves.
+
+Each reads once, in `simxGetLastErrors`, what happened. One that stepped the simulation does so again from its return
+on; until then, and for a while at most, the simulation waits for it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+from .sessions import ClientSession
+
+WAIT = 4.0
+"""Seconds that the simulation waits for clients that stepped it: the time after which a silent peer counts as lost."""
+
+
+class Returning:
+    """Those that have not come back yet. Physics thread only."""
+
+    def __init__(self, clients: Mapping[str, tuple[str, bool]], text: str) -> None:
+        """Expect clients.
+
+        Args:
+            clients: id to name, and whether the client stepped the simulation.
+            text: what happened, for them.
+        """
+        self._clients = dict(clients)
+        self._text = text
+        self._until = time.monotonic() + WAIT
+
+    def welcome(self, session: ClientSession) -> None:
+        """Tell a client that joins what happened, if it is one of those; let it step again if it did."""
+        known = self._clients.pop(self._former(session), None)
+        if known is None:
+            return
+        session.errors.append(self._text)
+        if known[1]:
+            session.set_stepping(True)
+
+    def seconds_left(self) -> float:
+        """Return how long the simulation still waits for clients that stepped it."""
+        if not any(is_stepping for _, is_stepping in self._clients.values()):
+            return 0.0
+        return max(0.0, self._until - time.monotonic())
+
+    def _former(self, session: ClientSession) -> str:
+        """Return the id that a client had. One of the original library has another id, and port, at each connection."""
+        if session.client in self._clients or not session.name.startswith("legacy "):
+            return session.client
+        host = session.name.rpartition(":")[0]
+        same = (client for client, (name, _) in self._clients.items() if name.rpartition(":")[0] == host)
+        return next(same, session.client)
