@@ -26,7 +26,7 @@ class Returning:
             text: what happened, for them.
         """
         self._clients = dict(clients)
-        self._text = text
+        self.text = text
         self._until = time.monotonic() + WAIT
 
     def welcome(self, session: ClientSession) -> None:
@@ -34,7 +34,7 @@ class Returning:
         known = self._clients.pop(self._former(session), None)
         if known is None:
             return
-        session.errors.append(self._text)
+        session.errors.append(self.text)
         if known[1]:
             session.set_stepping(True)
 
@@ -43,6 +43,10 @@ class Returning:
         if not any(is_stepping for _, is_stepping in self._clients.values()):
             return 0.0
         return max(0.0, self._until - time.monotonic())
+
+    def are_awaited(self, prefix: str) -> bool:
+        """Return whether clients whose ids begin like this may still come back."""
+        return time.monotonic() < self._until and any(client.startswith(prefix) for client in self._clients)
 
     def _former(self, session: ClientSession) -> str:
         """Return the id that a client had. One of the original library has another id, and port, at each connection."""
