@@ -26,32 +26,47 @@ class Returning:
             text: what happened, for them.
         """
         self._clients = dict(clients)
+        self._back: set[str] = set()
         self.text = text
         self._until = time.monotonic() + WAIT
 
     def welcome(self, session: ClientSession) -> None:
-        """Tell a client that joins what happened, if it is one of those; let it step again if it did."""
-        known = self._clients.pop(self._former(session), None)
-        if known is None:
+        """Tell a client that joins what happened, if it is one of those; let it step again if it did.
+
+        A client may connect twice, when it finds the new server before it has noticed the end of the old one.
+        """
+        former = self._former(session)
+        if former not in self._clients or (former in self._back and not self._is_early):
             return
+        self._back.add(former)
         session.errors.append(self.text)
-        if known[1]:
+        if self._clients[former][1]:
             session.set_stepping(True)
 
     def seconds_left(self) -> float:
         """Return how long the simulation still waits for clients that stepped it."""
-        if not any(is_stepping for _, is_stepping in self._clients.values()):
+        if all(client in self._back for client, (_, is_stepping) in self._clients.items() if is_stepping):
             return 0.0
         return max(0.0, self._until - time.monotonic())
 
     def are_awaited(self, prefix: str) -> bool:
         """Return whether clients whose ids begin like this may still come back."""
-        return time.monotonic() < self._until and any(client.startswith(prefix) for client in self._clients)
+        return self._is_early and any(
+            client.startswith(prefix) for client in self._clients.keys() - self._back
+        )
+
+    @property
+    def _is_early(self) -> bool:
+        return time.monotonic() < self._until
 
     def _former(self, session: ClientSession) -> str:
         """Return the id that a client had. One of the original library has another id, and port, at each connection."""
         if session.client in self._clients or not session.name.startswith("legacy "):
             return session.client
         host = session.name.rpartition(":")[0]
-        same = (client for client, (name, _) in self._clients.items() if name.rpartition(":")[0] == host)
+        same = (
+            client
+            for client, (name, _) in self._clients.items()
+            if client not in self._back and name.rpartition(":")[0] == host
+        )
         return next(same, session.client)

@@ -52,7 +52,7 @@ FAREWELL = 0.5
 RETRY = 1.0
 """Seconds between two looks at the peers, and until the port accepts again when no file descriptor was free."""
 
-QUIET = 0.3
+QUIET = 0.15
 """Seconds without a message after which a peer that has come to the successor of a crashed server waits for an answer
 of that one.
 """

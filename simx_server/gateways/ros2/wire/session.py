@@ -179,6 +179,7 @@ class Ros2Session:
                 "mode": "router",
                 "listen/endpoints": [self._router.endpoint],
                 "scouting/gossip/enabled": True,  # by which ROS 2's nodes find each other
+                "scouting/delay": 0,  # others connect to it; Zenoh would wait half a second before it opens
             }
         else:
             options |= {"mode": "client", "connect/endpoints": [self._router.endpoint]}
