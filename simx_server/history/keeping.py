@@ -149,7 +149,7 @@ class Keeper(Part):
 
     def _turn(self) -> None:
         """Begin the journal again with what is needed."""
-        used: set[int] = set().union(*(used for _, used in self._blocks))
+        used = {key for _, keys in self._blocks for key in keys}
         self._journal.begin([*self._writer.keep_only(used), *(block for block, _ in self._blocks)])
         self._writer.unwritten.clear()
         self._turn_at = max(LEAST, 3 * self._journal.size)

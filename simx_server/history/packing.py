@@ -53,7 +53,7 @@ def pack(value: object) -> bytes:
 def unpack(data: bytes) -> Any:
     """Return the value that `pack` was given. Raises NotPackable: the bytes are none of its."""
     try:
-        tree = msgpack.unpackb(data, unicode_errors="surrogatepass", strict_map_key=False, use_list=True)
+        tree: Any = msgpack.unpackb(data, unicode_errors="surrogatepass", strict_map_key=False)
         return _untagged(tree)
     except NotPackable:
         raise
@@ -62,7 +62,7 @@ def unpack(data: bytes) -> Any:
 
 
 def _tagged(value: Any, plain: frozenset[type[Any]]) -> Any:
-    kind = type(value)
+    kind: type[Any] = type(value)
     if kind in plain:
         return value
     if kind is tuple or kind is list:
@@ -117,11 +117,11 @@ def _untagged(tree: Any) -> Any:
         values = [_untagged(each) for each in rest]
         return dict(zip(values[::2], values[1::2], strict=True))
     match rest:
-        case [str(dtype), list(shape), bytes(data)] if kind == _ARRAY:
+        case [str(dtype), shape, bytes(data)] if kind == _ARRAY:
             wanted = np.dtype(dtype)
             if wanted.kind not in _NUMBERS:
                 raise NotPackable(f"an array of {wanted}")
-            return np.frombuffer(data, wanted).reshape(tuple(cast("list[int]", shape))).copy()
+            return np.frombuffer(data, wanted).reshape(tuple(shape)).copy()
         case [str(text)] if kind == _LONG:
             return int(text, 16)
         case [str(text)] if kind == _PATH:
@@ -129,7 +129,8 @@ def _untagged(tree: Any) -> Any:
         case [str(name), value] if kind == _ENUM:
             return _class(name, Enum)(_untagged(value))
         case [str(name), *values] if kind == _NAMED:
-            return tuple.__new__(_class(name, tuple), map(_untagged, values))
+            made: Any = _class(name, tuple)
+            return made._make(map(_untagged, values))
         case [str(name), *values] if kind == _RECORD:
             return _record(_class(name, object), [_untagged(each) for each in values])
         case _:

@@ -110,7 +110,7 @@ def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovere
         if of_run[0] == SimulationState.PAUSED.value:
             sim.pause()
         return Recovered(before, sim.state, moment.step, sim.time)
-    except (NotPackable, KeyError, TypeError, ValueError, IndexError, mujoco.FatalError) as error:
+    except (NotPackable, LookupError, TypeError, ValueError, AttributeError, mujoco.FatalError) as error:
         sim.stop()
         raise CommandError(f"what was kept does not fit: {' '.join(str(error).split())}") from error
 

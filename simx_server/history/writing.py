@@ -131,7 +131,7 @@ class Writer:
     def keep_only(self, used: set[int]) -> Iterator[Block]:
         """Forget all sections but these and their parts; return them, to be written again."""
         new = used
-        while new := set().union(*(self._known[key].parts for key in new)) - used:
+        while new := {part for key in new for part in self._known[key].parts} - used:
             used = used | new
         self._known = {key: known for key, known in self._known.items() if key in used}
         return (Block(Kind.SECTION, each.number, each.content) for each in self._known.values())

@@ -39,9 +39,9 @@ class Weights:
             model: just compiled or with new masses.
             armature: the value from the file, if the model's has changed.
         """
-        armature = model.dof_armature.copy() if armature is None else armature
-        inertia = model.dof_M0 - (model.dof_armature - armature)
-        return cls(armature, model.body_invweight0.copy(), model.dof_invweight0.copy(), inertia)
+        of_file = model.dof_armature.copy() if armature is None else armature
+        inertia = model.dof_M0 - (model.dof_armature - of_file)
+        return cls(of_file, model.body_invweight0.copy(), model.dof_invweight0.copy(), inertia)
 
     def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
         """Write the inertia of kinematic joints; `kinematic`: ids of the joints that physics does not move."""

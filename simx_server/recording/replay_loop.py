@@ -144,6 +144,7 @@ class ReplayLoop(ServerLoop):
         self._zmq.begin_again()
         self._due.clear()
         self.simulation.stop()
+        assert self._scene is not None  # recordings are of files
         self.simulation.load(self._scene)
         self.points = 0
         first = First.of(self.simulation.scene, self.simulation.model)
