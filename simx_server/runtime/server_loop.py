@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
+from simx_server.errors import CommandError
 from simx_server.handlers.registry import Handler
 from simx_server.processes.heap import give_back
 from simx_server.world.part import Part
@@ -632,7 +633,10 @@ class ServerLoop(Part):
         logger.info("starting the simulation, as port %d exists only while one runs", port)
         if self.recorder is not None:
             self.recorder.started()
-        self.simulation.start()
+        try:
+            self.simulation.start()
+        except CommandError as problem:
+            logger.error("%s", problem)
 
     def leave(self, client: str) -> None:
         """Remove a client with its streams and its stepped mode."""
