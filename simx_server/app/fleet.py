@@ -70,7 +70,7 @@ class Member:
     """When to start it again, on the monotonic clock."""
 
     inheritance: Inheritance | None = None
-    """What the next process begins with."""
+    """The moments from which the next process continues."""
 
     @property
     def name(self) -> str:

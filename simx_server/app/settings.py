@@ -344,7 +344,7 @@ class Settings:
 
         Args:
             ports: of the server, in the order of `ports`.
-            endpoints: all of its endpoints; others than Zenoh's begin with the name of the way in.
+            endpoints: all of its endpoints; others than Zenoh's start with the name of the way in.
         """
 
         def found(door: str) -> list[str]:

@@ -30,12 +30,12 @@ class Member:
 
         Args:
             number: of the seat, from 1; 0 is the page.
-            succession: has it continue after a crash; None: it always begins anew.
+            succession: decides how it continues after a crash; None: it always starts with the scene of the class.
         """
         self.number = number
         self._succession = succession
         self.inheritance = None if succession is None else succession.first()
-        """What the next process begins with."""
+        """The moments from which the next process continues."""
 
         self.process_id = 0
         """0 before a start and after an end."""
@@ -118,9 +118,9 @@ class Member:
         return exit_code
 
     def _continues(self, exit_code: int) -> bool:
-        """Decide what the next process begins with; return whether it continues where this one has crashed.
+        """Decide how the next process starts; return whether it continues where this one has crashed.
 
-        One that was told to end, or crashes again and again at the same moment, is followed by one that begins anew.
+        After a requested end, and after several crashes at the same moment, it starts with the scene of the class.
         """
         if self._succession is None:
             return False
@@ -130,7 +130,7 @@ class Member:
         return bool(self.inheritance.ended) and not self.inheritance.back and self.is_ready
 
     def close(self) -> None:
-        """Forget what a process would continue: there is no further one."""
+        """Release the kept moments after the last process."""
         if self._succession is not None:
             self._succession.close()
 

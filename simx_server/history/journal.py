@@ -1,8 +1,8 @@
 """Blocks of bytes in memory that outlives the process that writes them.
 
 A server writes, and the process that started it holds the same memory: two anonymous files, of which one is in use.
-When it has grown, the writer begins the other one with what is still needed; the head of that file is written last. So
-what is there is whole, wherever the writer ends. The reader drops a block that was cut off.
+When it has grown, the writer copies the blocks that are still needed to the other one, and writes the head of that file
+last. So the file in use is always complete. The reader drops a block that was cut off.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Journal:
         """Return how many bytes the file has that this process writes."""
         return self._size
 
-    def begin(self, blocks: Iterable[Block]) -> None:
+    def restart(self, blocks: Iterable[Block]) -> None:
         """Replace all blocks by these."""
         self._use, self._turn = self._newest()
         self._use, self._turn = 1 - self._use, self._turn + 1
@@ -53,7 +53,7 @@ class Journal:
         os.ftruncate(self._files[1 - self._use], _HEAD.size)  # gives its memory back
 
     def append(self, block: Block) -> None:
-        """Write a block behind the others; `begin` was called in this process."""
+        """Write a block behind the others; this process must have called `restart`."""
         head = _BLOCK.pack(len(block.content), zlib.crc32(block.content), block.kind, block.number)
         data = head + block.content
         written = os.pwrite(self._files[self._use], data, self._size)

@@ -28,12 +28,11 @@ KEPT = 3
 """Moments of a run that are kept, beside the state before it."""
 
 LEAST = 16 << 20
-"""Bytes of the journal from which on it is begun again."""
+"""Bytes of the journal above which the keeper writes it again, with the needed blocks only."""
 
 SHARE = 0.1
-"""Most of the time that may go into writing steps of a simulation that runs by itself, and as much into writing edited
-models. Only one that is much faster than real time has steps that are left out. Until an edited model is written, no
-moments of it are.
+"""Maximum share of the time for writing steps that no client triggers, and the same for writing edited models. It omits
+steps only of a simulation that is much faster than real time, and moments of a model that is not written yet.
 """
 
 
@@ -41,7 +40,7 @@ class Keeper(Part):
     """Writes moments of a server's world into a journal. Physics thread only."""
 
     def __init__(self, loop: ServerLoop, journal: Journal) -> None:
-        """Note the scene, which has just been loaded; `begin` starts to write."""
+        """Note the scene, which has just been loaded; `start` writes."""
         self._loop, self._journal = loop, journal
         self._world, self._sim = loop.world, loop.simulation
         self.first = First.of(self._sim.scene, self._sim.model)
@@ -56,7 +55,7 @@ class Keeper(Part):
         self._models_due = self._steps_due = 0.0
         self._complaint = ""
 
-    def begin(self, base: Moment | None = None) -> None:
+    def start(self, base: Moment | None = None) -> None:
         """Replace what the journal has by the present world, and write from now on.
 
         Args:
@@ -148,9 +147,9 @@ class Keeper(Part):
         return any(model is each for each in written) or time.perf_counter() >= self._models_due
 
     def _turn(self) -> None:
-        """Begin the journal again with what is needed."""
+        """Write the journal again, with the needed blocks only."""
         used = {key for _, keys in self._blocks for key in keys}
-        self._journal.begin([*self._writer.keep_only(used), *(block for block, _ in self._blocks)])
+        self._journal.restart([*self._writer.keep_only(used), *(block for block, _ in self._blocks)])
         self._writer.unwritten.clear()
         self._turn_at = max(LEAST, 3 * self._journal.size)
 
@@ -164,5 +163,5 @@ class Keeper(Part):
 
 
 def _due(seconds: float) -> float:
-    """Return when the next work of a kind may begin that has taken so long."""
+    """Return when the next work of a kind may start, after one that took this long."""
     return time.perf_counter() + seconds * (1.0 / SHARE - 1.0)

@@ -1,6 +1,6 @@
-"""What a server takes over from one that has crashed, and what the process that starts them decides about it.
+"""Continue the work of a crashed server, and decide from which moment.
 
-The first crash loses nothing: the next server goes on from the last moment. A server that crashes again at once, at
+After the first crash the next server goes on from the last moment. A server that crashes again at once, at
 the same moment, is followed by one that goes on a moment earlier, then by one that stands before the run, then by none.
 """
 
@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.processes.children import how_it_ended
-from simx_server.runtime.returning import Returning
 from simx_server.world.simulation import SimulationState
 
 from .going_on import restarted_scripts
 from .journal import Block, Journal
 from .keeping import Keeper
 from .recovering import Recovered, chosen_blocks, clients_of, recover
+from .returning import Returning
 from .writing import First, Kind
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ AT_ONCE = 2.0
 """Seconds after it was ready within which a server crashes at once."""
 
 EARLIEST = 2
-"""How far back a server may begin: 1 is one moment earlier, 2 the state before the run."""
+"""How far back a server may start: 1 is one moment earlier, 2 the state before the run."""
 
 MOST_FAILURES = 12
 """Starts in a row that may fail in good order: the name or a port of the server before may be taken for a while."""
@@ -44,7 +44,7 @@ PAUSE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Inheritance:
-    """What a server begins with."""
+    """The work that a server continues."""
 
     journal: Journal
     ended: str = ""
@@ -65,7 +65,7 @@ class Succession:
         self._ready_at: float | None = None
 
     def first(self) -> Inheritance:
-        """Return what a server begins with that continues nothing."""
+        """Return the inheritance of a server that continues nothing."""
         self.journal.clear()
         self._back, self._failures, self._began_at, self._ready_at = 0, 0, None, None
         return Inheritance(self.journal)
@@ -80,7 +80,7 @@ class Succession:
         return PAUSE if self._failures else 0.0
 
     def next(self, exit_code: int) -> Inheritance | None:
-        """Return what the next server begins with after one that has crashed; None: there must not be another one.
+        """Return the inheritance of the next server after one that has crashed; None: start no other one.
 
         Args:
             exit_code: of that one; negative for a signal.
@@ -109,7 +109,7 @@ class Succession:
     def _is_same(self, newest: tuple[int, int]) -> bool:
         """Return whether a server crashed at once where the one before it had crashed."""
         if self._began_at is None:
-            return newest[1] < 0  # it has not even begun
+            return newest[1] < 0  # it has not even kept its first moment
         is_quick = self._ready_at is None or time.monotonic() - self._ready_at < AT_ONCE
         return is_quick and newest[0] == self._began_at[0] and newest[1] <= self._began_at[1] + 1
 
@@ -119,10 +119,10 @@ def take_over(loop: ServerLoop, inheritance: Inheritance, recorder: Recorder | N
 
     Args:
         loop: with the scene as it was loaded; clients may wait, none was served.
-        recorder: begins to record the loop.
+        recorder: starts to record the loop.
 
     Returns:
-        What the world was set to; None: it is the world that was loaded.
+        The moment of the world; None: it is the world that was loaded.
     """
     keeper = Keeper(loop, inheritance.journal)
     recovered = None
@@ -130,7 +130,7 @@ def take_over(loop: ServerLoop, inheritance: Inheritance, recorder: Recorder | N
         recovered = _continue(loop, keeper, inheritance, recorder)
     elif recorder is not None:
         recorder.begin(loop)
-    keeper.begin(recovered.base if recovered is not None else None)
+    keeper.start(recovered.base if recovered is not None else None)
     return recovered
 
 
@@ -158,7 +158,7 @@ def resume(
         blocks: as `chosen_blocks` returns them.
 
     Returns:
-        What the world was set to; None: it is as it was loaded. And what happened, in words.
+        The moment of the world, None if it is as it was loaded; and a description of the events.
     """
     if not blocks:
         return None, f"{what}; nothing was kept, so the scene is as it was loaded"

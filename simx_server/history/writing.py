@@ -1,4 +1,4 @@
-"""Write moments as blocks of bytes. What moments share is written once, as sections that they refer to by number.
+"""Write moments as blocks of bytes, and the parts that moments share once, as sections that they refer to by number.
 
 `recovering.py` reads them.
 """

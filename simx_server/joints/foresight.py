@@ -1,9 +1,9 @@
-"""Foresee how long MuJoCo's solver takes, from the constraints of a physics step: nobody can be served within one.
+"""Foresee how long MuJoCo's solver takes, from the constraints of a physics step, during which no client is served.
 
 MuJoCo's first half of a step finds the constraints, its second half solves them. Newton's method needs a few
 iterations, and in each of them factors a matrix: hundreds of bodies that all touch each other make that take seconds.
 Conjugate gradients need more iterations of little work. So a step with too much work for Newton is solved by
-conjugate gradients, and one with too much work for these as well is not begun.
+conjugate gradients, and one with too much work for these as well is not started.
 
 The work is counted, not timed: equal states lead to the same decision on every machine.
 """
@@ -106,8 +106,8 @@ class Foresight:
         if not self._was_told:
             self._was_told = True
             logger.warning(
-                "so many shapes touch each other (%d contacts) that Newton's method would take seconds for a physics "
-                "step: conjugate gradients solve such steps, less exactly",
+                "with %d contacts Newton's method would take seconds for a physics step; conjugate "
+                "gradients solve such steps, less exactly",
                 data.ncon,
             )
 
@@ -123,8 +123,8 @@ def has_much_work(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
 def factor_work(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     """Return the multiplications of one factorization of the matrix that Newton's method has.
 
-    MuJoCo factors from the last row to the first. What a tree of bodies touches among the trees before it is a row's
-    pattern; eliminating the tree passes its pattern on to the last of them.
+    MuJoCo factors from the last row to the first. The trees of bodies before a tree that it touches are the pattern of
+    its row; eliminating the tree passes its pattern on to the last of them.
     """
     patterns = [0] * model.ntree
     """By tree: bits of the trees before it."""

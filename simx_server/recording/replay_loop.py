@@ -137,7 +137,7 @@ class ReplayLoop(ServerLoop):
                 pass
 
     def resume(self, what: str, blocks: list[list[Any]]) -> None:
-        """Begin as the successor of a crashed server did: with the scene of the start, without clients."""
+        """Start as the successor of a crashed server did: with the scene of the start, without clients."""
         for client in list(self.sessions):
             self._handle(partial(self.leave, client))
         self._clients.clear()

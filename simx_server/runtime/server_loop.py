@@ -37,12 +37,12 @@ from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
 from .replies import Messages
-from .returning import Returning
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 from .sockets import Sockets
 
 if TYPE_CHECKING:
     from simx_server.history import History, LogOfCalls
+    from simx_server.history.returning import Returning
     from simx_server.recording import Recorder
     from simx_server.world.world import World
 

@@ -210,8 +210,8 @@ class ZmqGateway:
     def _answer_lost_calls(self, text: str, before: float) -> None:
         """Send an error to the peers that have been here since before a time and have sent nothing.
 
-        A socket of ZeroMQ connects again by itself, but it never sends a request again whose answer is lost: its
-        program would wait for ever. One that waits for nothing drops the answer when it sends its next request.
+        A socket of ZeroMQ reconnects automatically, but it never repeats a request whose answer is lost: its program
+        would wait for ever. A socket that does not wait drops the answer when it sends its next request.
         """
         for peer in list(self._peers.values()):
             if peer.is_ready and not peer.key and not peer.was_told and peer.since < before:

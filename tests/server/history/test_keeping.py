@@ -46,7 +46,7 @@ class Crashing:
         return lab
 
     def _begin(self, lab: Lab, keeper: Keeper, recovered: Recovered | None = None) -> None:
-        keeper.begin(recovered.base if recovered else None)
+        keeper.start(recovered.base if recovered else None)
         self.ended.append(lambda: lab.sim.detach(keeper))
 
     def end(self) -> None:
@@ -209,7 +209,7 @@ def test_the_journal_begins_again_with_what_is_needed(
 
 def test_what_was_cut_off_in_the_middle_is_left_out() -> None:
     journal = Journal()
-    journal.begin([Block(Kind.SECTION, 1, b"one")])
+    journal.restart([Block(Kind.SECTION, 1, b"one")])
     journal.append(Block(Kind.STEP, 5, b"five" * 100))
     journal._size -= (
         50  # the next block is written over the end of this one, as if this one was never finished

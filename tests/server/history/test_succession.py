@@ -16,11 +16,11 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE
 from simx_server.history import succession
 from simx_server.history.journal import Block, Journal
+from simx_server.history.returning import Returning
 from simx_server.history.succession import Inheritance, Succession, take_over
 from simx_server.history.writing import Kind
 from simx_server.recording import Recorder
 from simx_server.recording.replay_loop import ReplayLoop
-from simx_server.runtime.returning import Returning
 from simx_server.world.simulation import SimulationState
 
 CRASH = -signal.SIGSEGV
@@ -51,7 +51,7 @@ def line(clock: Clock) -> Iterator[Succession]:
 def serve_until(line: Succession, step: int) -> None:
     """A server that gets ready and keeps the moment of a step."""
     line.is_ready()
-    line.journal.begin([Block(Kind.STOPPED, 0, b""), Block(Kind.STEP, step, b"")])
+    line.journal.restart([Block(Kind.STOPPED, 0, b""), Block(Kind.STEP, step, b"")])
 
 
 def next_back(line: Succession) -> int | None:
@@ -137,7 +137,7 @@ def test_it_is_told_in_the_status_bar_and_to_the_clients_that_come_back(servers:
 
 def test_what_cannot_be_continued_is_told_and_the_scene_is_as_it_was_loaded(servers: Servers) -> None:
     lab = servers.open_lab(MACHINE)
-    servers.journal.begin([])
+    servers.journal.restart([])
     servers.begin(lab, back=0)
     assert "nothing was kept, so the scene is as it was loaded" in lab.parts.status_bar.messages[-1]
     assert lab.sim.state is SimulationState.STOPPED
@@ -145,7 +145,7 @@ def test_what_cannot_be_continued_is_told_and_the_scene_is_as_it_was_loaded(serv
 
 def test_the_simulation_waits_for_who_stepped_it_but_not_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
-    monkeypatch.setattr("simx_server.runtime.returning.time", clock)
+    monkeypatch.setattr("simx_server.history.returning.time", clock)
     assert Returning({"one": ("drv.py", False)}, "").seconds_left() == 0.0
     returning = Returning({"one": ("drv.py", True)}, "")
     assert returning.seconds_left() > 0
@@ -197,7 +197,7 @@ class AgainRecorded(RecordedWorld):
         self._recorder._log.has_failed = True
         v.simxFinish(-1)
         self._stack.close()
-        journal.begin(kept)
+        journal.restart(kept)
 
 
 def drive(place: RecordedWorld, step: int) -> None:

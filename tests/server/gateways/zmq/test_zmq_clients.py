@@ -14,7 +14,7 @@ import pytest
 from other_clients import client_folder, install_line
 from zmq_world import INSTALL, PATIENCE, RawClient, ZmqGateway, ZmqWorld, cbor2, zmq
 
-from simx_server.runtime.returning import Returning
+from simx_server.history.returning import Returning
 
 NAME = "coppeliasim_zmqremoteapi_client"
 OLDER = ("0.1.0", "2.0.2")

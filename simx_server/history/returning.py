@@ -1,4 +1,4 @@
-"""Clients of a server that has crashed, of which this one is the successor: they come back by themselves.
+"""Expect the clients of a crashed server, whose successor this server is: they reconnect automatically.
 
 Each reads once, in `simxGetLastErrors`, what happened. One that stepped the simulation does so again from its return
 on; until then, and for a while at most, the simulation waits for it.
@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from .sessions import ClientSession
+if TYPE_CHECKING:
+    from simx_server.runtime.sessions import ClientSession
 
 WAIT = 4.0
 """Seconds that the simulation waits for clients that stepped it: the time after which a silent peer counts as lost."""
@@ -50,7 +52,7 @@ class Returning:
         return max(0.0, self._until - time.monotonic())
 
     def are_awaited(self, prefix: str) -> bool:
-        """Return whether clients whose ids begin like this may still come back."""
+        """Return whether clients with ids of this prefix may still come back."""
         return self._is_early and any(
             client.startswith(prefix) for client in self._clients.keys() - self._back
         )
