@@ -44,6 +44,9 @@ READY_WITHIN = 60.0
 
 _CHUNK = 4096
 
+_REQUESTED = (DONE, INTERRUPTED, -signal.SIGTERM, -signal.SIGINT)
+"""Exit codes of a server that was requested to end."""
+
 
 @dataclass
 class Member:
@@ -304,7 +307,11 @@ class Fleet:
 
     def _is_to_come_back(self, member: Member, exit_code: int) -> bool:
         """Return whether a server that has ended is started again; then note when, and with what."""
-        if member.succession is None or exit_code == DONE or (member.starts == 1 and member.place is None):
+        if (
+            member.succession is None
+            or exit_code in _REQUESTED
+            or (member.starts == 1 and member.place is None)
+        ):
             return False
         member.inheritance = member.succession.next(exit_code)
         if member.inheritance is None:

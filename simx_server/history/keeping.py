@@ -128,7 +128,7 @@ class Keeper(Part):
     def _run(self) -> Run:
         sim = self._sim
         clients = {client: (each.name, each.is_stepping) for client, each in self._loop.sessions.items()}
-        return sim.state.value, sim.time_step, sim.physics_step, clients
+        return sim.state.value, sim.time_step, sim.physics_step, sim.scene_is_of_client, clients
 
     def _note(self, moment: Moment, block: Block, used: set[int]) -> None:
         self._last = moment

@@ -98,7 +98,8 @@ def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovere
         run = [block for block in blocks if block.kind == Kind.STEP]
         before, run_of_base = reader.moment(base)
         if before.structure.snapshot.scene is not sim.scene:
-            sim.use(before.structure.snapshot.scene, before.model)
+            # Its scripts must not run if a client sent them.
+            sim.use(before.structure.snapshot.scene, before.model, is_of_client=run_of_base[3])
         _set_steps(sim, run_of_base)
         restore(loop.world, before, None)
         if not run:
@@ -117,12 +118,12 @@ def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovere
 
 def clients_of(blocks: Sequence[Block]) -> dict[str, tuple[str, bool]]:
     """Return the clients at the last moment: id to name, and whether the client stepped the simulation."""
-    *_, (_, _, _, clients) = unpack(blocks[-1].content)
+    *_, (*_, clients) = unpack(blocks[-1].content)
     return clients
 
 
 def _set_steps(sim: Simulation, run: Run) -> None:
-    _, time_step, physics_step, _ = run
+    _, time_step, physics_step, _, _ = run
     if sim.time_step != time_step or sim.physics_step != physics_step:
         sim.time_step = max(time_step, physics_step)
         sim.set_physics_step(physics_step)

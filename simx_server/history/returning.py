@@ -32,18 +32,21 @@ class Returning:
         self.text = text
         self._until = time.monotonic() + WAIT
 
-    def welcome(self, session: ClientSession) -> None:
+    def welcome(self, session: ClientSession) -> bool:
         """Tell a client that joins what happened, if it is one of those; let it step again if it did.
 
         A client may connect twice, when it finds the new server before it has noticed the end of the old one.
+
+        Returns whether it is one of those.
         """
         former = self._former(session)
         if former not in self._clients or (former in self._back and not self._is_early):
-            return
+            return False
         self._back.add(former)
         session.errors.append(self.text)
         if self._clients[former][1]:
             session.set_stepping(True)
+        return True
 
     def seconds_left(self) -> float:
         """Return how long the simulation still waits for clients that stepped it."""

@@ -57,9 +57,9 @@ _fields, _fields_of_joints = attrgetter(*FIELDS), attrgetter(*FIELDS_OF_JOINTS)
 OF_STRUCTURE = ("options", "parents", "overrides", "model_properties", "withheld")
 """Fields of a snapshot that are written as they are."""
 
-Run = tuple[str, float, float, dict[str, tuple[str, bool]]]
-"""State of the simulation, length of a simulation step and of a physics step, clients: id to name and whether it steps
-the simulation."""
+Run = tuple[str, float, float, bool, dict[str, tuple[str, bool]]]
+"""State of the simulation, length of a simulation step and of a physics step, whether a client sent the scene, clients:
+id to name and whether it steps the simulation."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -618,11 +618,10 @@ class ServerLoop(Part):
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
-        if self.returning is not None:
-            self.returning.welcome(session)
+        has_returned = self.returning is not None and self.returning.welcome(session)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
-        if is_starting and is_stopped and not session.may_only_read:
+        if is_starting and is_stopped and not session.may_only_read and not has_returned:
             if self._is_serving:
                 self._inbox.hold(partial(self._start_for, port))
             else:

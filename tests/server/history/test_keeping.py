@@ -18,6 +18,7 @@ from simx_server.history.keeping import Keeper
 from simx_server.history.recovering import Recovered, chosen_blocks, recover
 from simx_server.history.writing import Kind
 from simx_server.recording import state
+from simx_server.scene.formats.loader import load_text
 from simx_server.world.simulation import SimulationState
 
 SCRIPTED = """
@@ -151,6 +152,18 @@ def test_a_scene_that_a_client_has_loaded_is_there_again(crashing: Crashing) -> 
     assert successor.sim.scene.name == "bubblerob"
     successor.start()
     assert successor.run_to(15) == lab.run_to(15)
+
+
+def test_scripts_of_a_scene_that_a_client_sent_do_not_run_after_a_crash_either(crashing: Crashing) -> None:
+    lab = crashing.start(MACHINE)
+    script = "data=\"function sysCall_init() sim.setInt32Signal('mine', 1) end\""
+    scene, model = load_text(f'<mujoco><custom><text name="simx:lua:main" {script}/></custom></mujoco>')
+    lab.sim.use(scene, model, is_of_client=True)
+    lab.loop.look()
+    successor, _ = crashing.again(lab)
+    assert successor.sim.scene_is_of_client
+    successor.sim.start()
+    assert v.simxGetIntegerSignal(successor.client, "mine", BLOCKING)[0] != 0
 
 
 def test_scripts_start_again_and_make_their_objects_with_the_same_handles(

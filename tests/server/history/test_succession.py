@@ -130,6 +130,7 @@ def test_it_is_told_in_the_status_bar_and_to_the_clients_that_come_back(servers:
     )
     assert list(session.errors) == [told]
     assert session.is_stepping
+    assert session is second.loop.sessions[former]
     newcomer = second.loop.join("newcomer", "other.py", 19997, session.link)
     assert not newcomer.errors
     assert not newcomer.is_stepping
