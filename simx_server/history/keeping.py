@@ -87,11 +87,12 @@ class Keeper(Part):
         self._keep()
 
     def step_finished(self) -> None:
-        began = time.perf_counter()
-        if began >= self._steps_due:
-            self._keep()
-            if self._loop.is_running_freely:  # a client that steps the simulation counts its steps
-                self._steps_due = _due(time.perf_counter() - began)
+        if time.perf_counter() < self._steps_due:
+            return
+        began = time.thread_time()  # on a busy machine the wall clock counts the work of others too
+        self._keep()
+        if self._loop.is_running_freely:  # a client that steps the simulation counts its steps
+            self._steps_due = _due(time.thread_time() - began)
 
     def run_stopped(self) -> None:
         self._steps_due = 0.0
@@ -163,5 +164,5 @@ class Keeper(Part):
 
 
 def _due(seconds: float) -> float:
-    """Return when the next work of a kind may start, after one that took this long."""
+    """Return when the next work of a kind may start, after one of this much processor time."""
     return time.perf_counter() + seconds * (1.0 / SHARE - 1.0)

@@ -107,7 +107,7 @@ class Writer:
         """Sections that were made since this list was cleared."""
 
         self.seconds = 0.0
-        """Duration of writing the last model."""
+        """Processor time for writing the last model."""
 
     def block(self, kind: Kind, moment: Moment, run: Run) -> tuple[Block, set[int]]:
         """Return the block of a moment, and the identities of the values in sections that it refers to.
@@ -169,8 +169,8 @@ class Writer:
         return pack(values)
 
     def _model(self, saved: Snapshot) -> bytes:
-        began = time.perf_counter()
+        began = time.thread_time()
         try:
             return pack_model(saved.scene, saved.model)
         finally:
-            self.seconds = time.perf_counter() - began
+            self.seconds = time.thread_time() - began
