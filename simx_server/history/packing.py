@@ -62,7 +62,7 @@ def unpack(data: bytes) -> Any:
 
 
 def _tagged(value: Any, plain: frozenset[type[Any]]) -> Any:
-    kind: type[Any] = type(value)
+    kind = cast("type[Any]", type(value))
     if kind in plain:
         return value
     if kind is tuple or kind is list:
