@@ -29,7 +29,7 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAG
 from simx_server.errors import CommandError
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.history.succession import Inheritance, Succession
-from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, how_it_ended
+from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, fork, how_it_ended
 from simx_server.processes.watchdog import Watchdog, watched
 from simx_server.viewer.launching import listen, missing
 from simx_server.world.world import World
@@ -180,7 +180,7 @@ class Fleet:
         reader, writer = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
-        process_id = os.fork()
+        process_id = fork()
         if process_id == 0:
             become(partial(self._serve, member, writer), self._lifeline)
         os.close(writer)
@@ -291,6 +291,8 @@ class Fleet:
         member.reader = -1
         _, status = os.waitpid(member.process_id, 0)
         exit_code = os.waitstatus_to_exitcode(status)
+        if self._is_ending and exit_code == -signal.SIGTERM:  # it was about to start
+            exit_code = DONE
         if self._is_ending or not self._is_to_come_back(member, exit_code):
             self._note_end(member, exit_code)
 

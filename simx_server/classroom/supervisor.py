@@ -27,7 +27,7 @@ from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
 from simx_server.history.succession import Succession
 from simx_server.outputs.filming import Shot
-from simx_server.processes.children import become, ending_signals, how_it_ended
+from simx_server.processes.children import become, ending_signals, fork, how_it_ended
 from simx_server.world.world import World
 
 from . import channel
@@ -182,7 +182,7 @@ class Supervisor:
                 here, there = channel.pair()
                 opened.callback(there.close)
                 kept.callback(here.close)
-                process_id = os.fork()
+                process_id = fork()
             except OSError as error:
                 name = self._name(member.number)
                 logger.error("%s cannot be started now and is tried again: %s", name, error.strerror)
