@@ -27,6 +27,7 @@ from typing import Any
 from simx_client.protocol import link
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_server.errors import CommandError
+from simx_server.gateways.descriptors import raise_limit
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.history.succession import Inheritance, Succession
 from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, fork, how_it_ended
@@ -113,6 +114,7 @@ def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
         link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
         gc.collect()
         gc.freeze()  # otherwise the first collection of each server writes to every object, and no memory stays shared
+        raise_limit()  # a supervised server takes three descriptors here
         signals = stack.enter_context(ending_signals())
         fleet = Fleet(signals, loaded, watchdog, page_listener or None, is_single=settings.count is None)
         stack.callback(fleet.close)

@@ -72,7 +72,7 @@ class Journal:
             blocks.append(Block(kind, number, content))
         return blocks
 
-    def keys(self) -> list[tuple[int, int]]:
+    def heads(self) -> list[tuple[int, int]]:
         """Return kind and number of all blocks, whole or not."""
         return [(kind, number) for _, _, _, kind, number in _heads(self._content())]
 

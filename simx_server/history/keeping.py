@@ -25,14 +25,21 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 KEPT = 3
-"""Moments of a run that are kept, beside the state before it."""
+"""Moments of a run that are kept, beside the state before it; only the last one if they are large."""
+
+LARGE = 64 << 20
+"""Bytes of the journal above which they are large."""
 
 LEAST = 16 << 20
 """Bytes of the journal above which the keeper writes it again, with the needed blocks only."""
 
+SLOW = 0.005
+"""Seconds of processor time for a moment above which `SHARE` also limits what clients cause."""
+
 SHARE = 0.1
-"""Maximum share of the time for writing steps that no client triggers, and the same for writing edited models. It omits
-steps only of a simulation that is much faster than real time, and moments of a model that is not written yet.
+"""Maximum share of the time for writing steps that no client triggers, and the same for writing edited models. So the
+keeper omits steps only of a simulation that is much faster than real time, and moments of a model that it has not
+written yet.
 """
 
 
@@ -52,7 +59,7 @@ class Keeper(Part):
         """That of the state before the run, and those of the last moments; with the sections that they use."""
 
         self._turn_at = LEAST
-        self._models_due = self._steps_due = 0.0
+        self._models_due = self._due = 0.0
         self._complaint = ""
 
     def start(self, base: Moment | None = None) -> None:
@@ -78,7 +85,7 @@ class Keeper(Part):
     def look(self) -> None:
         """Write a moment if the world has changed while no step is due."""
         if not self._loop.is_running_freely:
-            self._keep()
+            self._keep_in_time(SLOW)
 
     def run_starting(self) -> None:
         self._keep()
@@ -87,18 +94,26 @@ class Keeper(Part):
         self._keep()
 
     def step_finished(self) -> None:
-        if time.perf_counter() < self._steps_due:
-            return
-        began = time.thread_time()  # on a busy machine the wall clock counts the work of others too
-        self._keep()
-        if self._loop.is_running_freely:  # a client that steps the simulation counts its steps
-            self._steps_due = _due(time.thread_time() - began)
+        # A client that steps the simulation counts its steps.
+        self._keep_in_time(0.0 if self._loop.is_running_freely else SLOW)
 
     def run_stopped(self) -> None:
-        self._steps_due = 0.0
         self._keep()
 
     # --- how -------------------------------------------------------------------------------------
+
+    def _keep_in_time(self, free: float) -> None:
+        """Write the present world, unless that takes too much of the time.
+
+        Args:
+            free: seconds of processor time that do not count.
+        """
+        if time.perf_counter() < self._due:
+            return
+        began = time.thread_time()  # on a busy machine the wall clock counts the work of others too
+        self._keep()
+        if (seconds := time.thread_time() - began) > free:
+            self._due = _due(seconds)
 
     def _keep(self) -> None:
         """Write the present world, unless it is the one that was written last."""
@@ -139,8 +154,8 @@ class Keeper(Part):
         elif self._blocks[-1][0][:2] == block[:2]:  # the same step, after further calls
             self._blocks.pop()
         self._blocks.append((block, used))
-        if len(self._blocks) > 1 + KEPT:
-            del self._blocks[1]
+        kept = KEPT if self._journal.size < LARGE else 1
+        del self._blocks[1 : len(self._blocks) - kept]
 
     def _may_write(self, model: mujoco.MjModel) -> bool:
         """Return whether this model is written, or may be now."""
@@ -152,7 +167,7 @@ class Keeper(Part):
         used = {key for _, keys in self._blocks for key in keys}
         self._journal.restart([*self._writer.keep_only(used), *(block for block, _ in self._blocks)])
         self._writer.unwritten.clear()
-        self._turn_at = max(LEAST, 3 * self._journal.size)
+        self._turn_at = max(LEAST, 2 * self._journal.size)
 
     def _complain(self, problem: str) -> None:
         """Log, once, that moments cannot be kept."""

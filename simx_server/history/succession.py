@@ -103,7 +103,7 @@ class Succession:
     def _newest(self) -> tuple[int, int]:
         """Return kind and number of the last moment."""
         return next(
-            (key for key in reversed(self.journal.keys()) if key[0] != Kind.SECTION), (Kind.STOPPED, -1)
+            (key for key in reversed(self.journal.heads()) if key[0] != Kind.SECTION), (Kind.STOPPED, -1)
         )
 
     def _is_same(self, newest: tuple[int, int]) -> bool:

@@ -47,6 +47,7 @@ class Crashing:
         return lab
 
     def _begin(self, lab: Lab, keeper: Keeper, recovered: Recovered | None = None) -> None:
+        self.keeper = keeper
         keeper.start(recovered.base if recovered else None)
         self.ended.append(lambda: lab.sim.detach(keeper))
 
@@ -202,6 +203,37 @@ def test_lengths_of_steps_that_a_client_has_set_are_those_of_the_successor(crash
     lab.loop.look()
     successor, _ = crashing.again(lab)
     assert (successor.sim.time_step, successor.sim.physics_step, successor.sim.substeps) == (0.02, 0.001, 20)
+
+
+def test_steps_are_omitted_only_where_no_client_steps_the_simulation(
+    crashing: Crashing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def steps() -> list[int]:
+        return [number for kind, number in crashing.journal.heads() if kind == Kind.STEP]
+
+    lab = crashing.start(MACHINE)
+    monkeypatch.setattr("simx_server.history.keeping.SHARE", 1e-9)
+    monkeypatch.setattr("simx_server.history.keeping.SLOW", 10.0)
+    lab.start()
+    lab.run_to(3)
+    assert steps() == [0, 1, 2, 3]
+    lab.sim.stop()
+    v.simxSynchronous(lab.client, False)
+    lab.sim.start()
+    lab.steps(3)
+    assert steps() == [0, 1, 2, 3, 0, 1]
+
+
+@pytest.mark.parametrize(("large", "kept"), [(1, [9]), (1 << 30, [7, 8, 9])])
+def test_of_large_moments_only_the_last_one_is_kept(
+    crashing: Crashing, monkeypatch: pytest.MonkeyPatch, large: int, kept: list[int]
+) -> None:
+    monkeypatch.setattr("simx_server.history.keeping.LARGE", large)
+    lab = crashing.start(MACHINE)
+    lab.start()
+    lab.run_to(9)
+    crashing.keeper._turn()
+    assert [number for kind, number in crashing.journal.heads() if kind == Kind.STEP] == kept
 
 
 def test_the_journal_begins_again_with_what_is_needed(
