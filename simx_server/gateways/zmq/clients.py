@@ -21,6 +21,7 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.world.part import Part
 
 from .connection import Connection, too_long
+from .demands import demands_of_message
 from .functions import described
 from .peer import NUMBER_BYTES, Peer, number_of, with_number
 from .wire import WireError, read_request
@@ -141,7 +142,8 @@ class ZmqClients(Part):
         self._next_handle += 1
         serve = partial(self._serve, client)
         self._clients[key] = client
-        client.session = self.loop.join(key, name, port, _Link(partial(self._forget, client)), serve)
+        link = _Link(partial(self._forget, client))
+        client.session = self.loop.join(key, name, port, link, serve, demands_of_message)
         client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:
