@@ -244,12 +244,12 @@ def test_the_journal_begins_again_with_what_is_needed(
     act = driving(lab)
     lab.start()
     begun = crashing.journal.size
-    lab.run_to(300, act)
+    lab.run_to(120, act)
     assert crashing.journal.size < 4 * begun
     successor, recovered = crashing.again(lab)
-    assert recovered.step == 300
+    assert recovered.step == 120
     successor.start()
-    assert successor.run_to(310) == lab.run_to(310)
+    assert successor.run_to(130) == lab.run_to(130)
 
 
 def test_what_was_cut_off_in_the_middle_is_left_out() -> None:
