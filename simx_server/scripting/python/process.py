@@ -219,7 +219,13 @@ class PythonProcess:
         return message
 
     def serve_when_due(self) -> None:
-        """Serve other clients if the last time is long ago: between two pieces of work on one message."""
+        """Serve other clients if the last time is long ago: between two pieces of work on one message.
+
+        Raises:
+            ScriptError: the process has ended, perhaps during a call from within this one, or took too long.
+        """
+        if self.ended:
+            raise ScriptError(self.ended)
         if time.monotonic() > self._next_service:
             self._be_patient()
 
@@ -296,12 +302,13 @@ class PythonProcess:
         ready = select.poll()
         ready.register(self._errors, select.POLLIN)
         text = ""
-        end = time.monotonic() + _LAST_WORDS
-        while (
-            len(text) < _LONGEST_WORDS
-            and not _OUTERMOST.search(text)
-            and ready.poll(max(0.0, 1000 * (end - time.monotonic())))
-        ):
+        end = time.monotonic() + _LAST_WORDS - self._delay()
+        while len(text) < _LONGEST_WORDS and not _OUTERMOST.search(text):
+            left = end + self._delay() - time.monotonic()
+            if left <= 0:
+                break
+            if not ready.poll(1000 * left):
+                continue  # on a busy machine the process may have had no processor yet
             data = os.read(self._errors, _CHUNK)
             if not data:
                 break
