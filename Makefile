@@ -16,7 +16,7 @@ SECONDS ?= 600
 ROLES   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock demo test test-fast soak siege check format generate bench clean
+.PHONY: help setup lock demo test test-fast soak siege crashes check format generate bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -64,6 +64,9 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
 	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+
+crashes: $(READY) ## kill a supervised server COUNT times (50) while clients of all ways in use it
+	@PYTHONPATH=tests:tests/support:tests/support/worlds $(BIN)/python tests/system/load/crashes.py $(COUNT)
 
 check: $(READY) ## format, lint, types, language and dependencies; changes nothing
 	@wrong=; \

@@ -61,7 +61,7 @@ class Member:
         # -P: the working folder is the server's workspace, in which clients may put modules.
         command = [sys.executable, "-P", "-m", "simx_server", order.scene, "--port", "0"]
         self._process = subprocess.Popen(
-            [*command, "--realm", order.realm, *connect, *order.flags, "--until-eof"],
+            [*command, "--realm", order.realm, *connect, "--supervised", *order.flags, "--until-eof"],
             stdin=subprocess.PIPE,  # closes with this process, and the server ends
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -184,7 +184,9 @@ def _run(argv: Sequence[str] | None) -> int:
         return _print_settings(settings)
     if page is not None:
         return _print_page(page, settings, as_json="json" in form)
-    log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
+    log_format.configure(
+        settings.log_level, settings.log_format, several=settings.count is not None or settings.is_supervised
+    )
     # Nothing here multiplies large matrices; a thread pool costs memory, and prevents a process from forking safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     return _serve(settings)
@@ -194,9 +196,10 @@ def _serve(settings: Settings) -> int:
     if settings.until_eof and sys.stdin is None:
         logger.error("--until-eof needs a standard input; leave it out, or start the server with one")
         return USAGE
-    # A fleet's parent watches the lifeline itself, because it ends the servers one by one.
-    lifeline = sys.stdin.fileno() if settings.until_eof and settings.count is None else None
-    with watched(settings.count or 0, lifeline, LIFELINE_GRACE) as watchdog:
+    # A parent of servers watches the lifeline itself, because it ends the servers one by one.
+    children = settings.count or int(settings.is_supervised)
+    lifeline = sys.stdin.fileno() if settings.until_eof and not children else None
+    with watched(children, lifeline, LIFELINE_GRACE) as watchdog:
         return _serve_watched(settings, watchdog)
 
 
@@ -220,7 +223,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
-    if settings.count is not None:
+    if settings.count is not None or settings.is_supervised:
         from simx_server.app.fleet import serve as serve_many
 
         return serve_many(settings, watchdog)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
+from simx_server.errors import CommandError
 from simx_server.handlers.registry import Handler
 from simx_server.processes.heap import give_back
 from simx_server.world.part import Part
@@ -42,6 +43,7 @@ from .sockets import Sockets
 
 if TYPE_CHECKING:
     from simx_server.history import History, LogOfCalls
+    from simx_server.history.returning import Returning
     from simx_server.recording import Recorder
     from simx_server.world.world import World
 
@@ -132,6 +134,9 @@ class ServerLoop(Part):
         self._next_giving = 0.0
         """When memory may be returned to the system again."""
         self._givings = 0
+        self._has_handled = False
+        """Something was handled since the last look."""
+
         self._is_paced = False
         """Simulation steps follow the wall clock at present."""
 
@@ -153,6 +158,9 @@ class ServerLoop(Part):
 
         self.history: History | None = None
         """Keeps past steps of a run; None: nothing can ask for one."""
+
+        self.returning: Returning | None = None
+        """Clients of a crashed server whose successor this is; None: there was none."""
 
         self.is_going_back = False
         """A stop is followed by a start at once: a new run goes on from an earlier step (`history.going_on`)."""
@@ -342,9 +350,11 @@ class ServerLoop(Part):
         with self._busy.open():
             while not self._is_ending and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
+                if self._has_handled:  # a look at what it changed must not wait for the next event
+                    left = min(left, next_look - time.monotonic())
                 self.turn(max_wait=max(0.0, min(1.0, left)))
                 if (now := time.monotonic()) >= next_look:
-                    next_look = now + LOOK
+                    next_look, self._has_handled = now + LOOK, False
                     self.look()
             self._outbox.send()
 
@@ -454,6 +464,7 @@ class ServerLoop(Part):
         return Doing(self._batches.executing, self._batches.command)
 
     def _handle(self, event: Event | Arrival) -> None:
+        self._has_handled = True
         outer = self._busy.begin()
         began = time.perf_counter()
         try:
@@ -514,6 +525,8 @@ class ServerLoop(Part):
 
     def _seconds_until_pass(self) -> float:
         if self.is_running_freely:
+            if self.returning is not None and (awaited := self.returning.seconds_left()) > 0:
+                return awaited
             if not self._is_paced:
                 self._is_paced = True
                 self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
@@ -621,9 +634,10 @@ class ServerLoop(Part):
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
+        has_returned = self.returning is not None and self.returning.welcome(session)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
-        if is_starting and is_stopped and not session.may_only_read:
+        if is_starting and is_stopped and not session.may_only_read and not has_returned:
             if self._is_serving:
                 self._inbox.hold(partial(self._start_for, port))
             else:
@@ -634,7 +648,10 @@ class ServerLoop(Part):
         logger.info("starting the simulation, as port %d exists only while one runs", port)
         if self.recorder is not None:
             self.recorder.started()
-        self.simulation.start()
+        try:
+            self.simulation.start()
+        except CommandError as problem:
+            logger.error("%s", problem)
 
     def leave(self, client: str) -> None:
         """Remove a client with its streams and its stepped mode."""

@@ -144,6 +144,7 @@ class ZmqClients(Part):
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
         client.session = self.loop.join(key, name, port, link, serve, demands_of_message)
+        client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:
         """Return an open connection."""

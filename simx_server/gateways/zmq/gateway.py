@@ -52,6 +52,11 @@ FAREWELL = 0.5
 RETRY = 1.0
 """Seconds between two looks at the peers, and until the port accepts again when no file descriptor was free."""
 
+QUIET = 0.15
+"""Seconds without a message after which a peer that has come to the successor of a crashed server waits for an answer
+of that one.
+"""
+
 _VIEWERS = 500_000
 """The handles of viewers are so much higher than those of other clients."""
 
@@ -189,6 +194,8 @@ class ZmqGateway:
     def _look(self) -> None:
         """Close connections that do not start, and accept again if descriptors may be free; after each turn."""
         now = time.monotonic()
+        if (returning := self._loop.returning) is not None and returning.are_awaited(f"{self._prefix}zmq-"):
+            self._answer_lost_calls(returning.text, now - QUIET)
         if now < self._next_look:
             return
         self._next_look = now + RETRY
@@ -199,6 +206,17 @@ class ZmqGateway:
         if self._is_full:
             self._is_full = False
             self._loop.sockets.add(self._listener, self._accept)
+
+    def _answer_lost_calls(self, text: str, before: float) -> None:
+        """Send an error to the peers that have been here since before a time and have sent nothing.
+
+        A socket of ZeroMQ reconnects automatically, but it never repeats a request whose answer is lost: its program
+        would wait for ever. A socket that does not wait drops the answer when it sends its next request.
+        """
+        for peer in list(self._peers.values()):
+            if peer.is_ready and not peer.key and not peer.was_told and peer.since < before:
+                peer.was_told = True
+                self.answer(peer, {"err": text})
 
     def _read(self, peer: SocketPeer) -> None:
         """Queue the messages that have arrived at a connection."""

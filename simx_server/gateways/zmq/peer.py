@@ -59,6 +59,9 @@ class SocketPeer(Peer):
         self.key = ""
         """Its client, as the server loop names it; empty before the first valid message."""
 
+        self.was_told = False
+        """It was told that the server before this one has crashed."""
+
         self.unanswered = 0
         """Messages that were not answered yet."""
 

@@ -255,7 +255,7 @@ def test_seat_that_ends_is_starting_with_the_reason_until_the_next_is_ready() ->
         while not stage.seats[1].asked:
             await asyncio.sleep(0)
         view = stage.page.views[1]
-        view.gone("the server ended by signal 9 and was started again")
+        view.gone("the server ended by signal 9 (SIGKILL) and was started again")
         assert (await waiting).status == HTTPStatus.SERVICE_UNAVAILABLE
         state = json.loads((await stage.ask("/seat/1/state", OWN)).body)
         assert (state["state"], state["note"][:19]) == ("starting", "the server ended by")

@@ -34,6 +34,7 @@ def options(endpoint: str, place: Place) -> dict[str, Any]:
         "mode": "router",
         "listen/endpoints": [endpoint],
         "scouting/gossip/enabled": True,  # by which ROS 2's nodes find each other
+        "scouting/delay": 0,  # others connect to it; Zenoh would wait half a second before it opens
         "transport/unicast/accept_pending": link.MOST_PENDING,
         "access_control": rules(place),
     }

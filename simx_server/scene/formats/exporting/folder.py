@@ -54,7 +54,7 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
         files = take_out(spec) | take_out_scripts(spec)
         _refuse_existing(folder, [target.name, *([on_floor.name] if read.is_vrep_model else []), *files])
         _write(folder, files)
-        _write(folder, {target.name: _text(spec, folder)})
+        _write(folder, {target.name: text_of(spec, folder)})
         written = mujoco.MjSpec.from_file(str(target))
         differing = differing_arrays(before, written.compile()) + differing_texts(spec, written)
     except OSError as error:
@@ -69,10 +69,10 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
     return target
 
 
-def _text(spec: mujoco.MjSpec, folder: Path) -> bytes:
-    """Return a spec as MJCF; its files are in the folder."""
+def text_of(spec: mujoco.MjSpec, folder: Path | None = None) -> bytes:
+    """Return a spec as MJCF; its files are in the folder, or among its assets."""
     spec.meshdir = spec.texturedir = ""
-    spec.modelfiledir = str(folder)
+    spec.modelfiledir = "" if folder is None else str(folder)
     for text in spec.texts:
         text.data = text.data or " "  # MJCF has no empty ones
     compile_spec(spec, logging.DEBUG)
