@@ -83,7 +83,7 @@ class Connection:
             pace: of its blocking calls.
             log: says why it is dropped.
         """
-        self.client = uuid.uuid4().hex
+        self.client = f"legacy/{uuid.uuid4().hex}"
         self.name = f"legacy {peer}"
         self._loop, self._socket, self._port, self._log = loop, connected, port, log
         self._containers = Containers(lambda: loop.simulation.limits, pace)

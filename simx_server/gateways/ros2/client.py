@@ -43,7 +43,7 @@ class Ros2Client:
             LimitReached: there are too many clients.
         """
         loop.simulation.limits.check("clients", len(loop.sessions) + 1, "let others leave first")
-        self.key = f"ros2-{uuid.uuid4().hex}"
+        self.key = f"ros2/{uuid.uuid4().hex}"
         self._loop = loop
         self._replies: list[Reply] = []
         """Replies to the call of `ask`."""

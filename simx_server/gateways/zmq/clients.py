@@ -263,7 +263,7 @@ def _name(key: str, payload: bytes) -> str:
         language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
     except WireError:  # its answer says what is wrong
         language = ""
-    return f"{language or 'client'}-{key.rpartition('zmq-')[2][:8]}"
+    return f"{language or 'client'}-{key.rpartition('/')[2][:8]}"
 
 
 class _Functions:

@@ -272,7 +272,7 @@ class ZmqGateway:
             if not _UUID.fullmatch(uuid):
                 self.answer(peer, {"err": "uuid must be letters, digits, dots and dashes"})
                 return
-            peer.key = f"{self._prefix}zmq-{uuid}"
+            peer.key = f"{self._prefix}zmq/{uuid}"
             self._of_client.setdefault(peer.key, set()).add(peer.number)
         if refusal := self._clients.welcome(peer.key, payload, self.port):
             self.answer(peer, refusal)
