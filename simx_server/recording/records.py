@@ -72,6 +72,9 @@ class Kind(IntEnum):
     WITHIN = 15
     """number, the next message of such a client that runs a function for the server, or why none was waited for."""
 
+    STEPPING_LOST = 16
+    """point, number: the server ended the stepped mode of a client that was silent."""
+
 
 Record = list[Any]
 
@@ -106,5 +109,6 @@ _FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
     Kind.JOINED_ZMQ: (_NUMBER, _NUMBER, _TEXT, _TEXT, _NUMBER),
     Kind.CONTINUED: (_NUMBER, _NUMBER),
     Kind.WITHIN: (_NUMBER, (bytes, str)),
+    Kind.STEPPING_LOST: (_NUMBER, _NUMBER),
 }
 _LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -22,7 +22,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from simx_client.protocol.codec import MAX_MESSAGE, CodecError, decode_batch
+from simx_client.protocol.codec import MAX_BATCH, CodecError, decode_batch
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import Call
 from simx_server.limits import Limits
@@ -208,7 +208,7 @@ class Inbox:
         """Return the limit that one more message would exceed; empty if there is space for it."""
         limits, waiting = self._limits(), box.size
         of_client = waiting + size
-        if size > MAX_MESSAGE:
+        if size > MAX_BATCH:
             return "message"
         if len(box.items) >= limits.waiting:
             return "waiting"

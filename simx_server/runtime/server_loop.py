@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.handlers.registry import Handler
-from simx_server.processes.heap import give_back
+from simx_server.processes.heap import Unused, give_back
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
@@ -38,6 +38,7 @@ from .publishing import Publisher
 from .replies import Messages
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 from .sockets import Sockets
+from .unfinished import Unfinished
 
 if TYPE_CHECKING:
     from simx_server.history import History, LogOfCalls
@@ -124,6 +125,9 @@ class ServerLoop(Part):
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
+        self.unfinished = Unfinished(lambda: simulation.limits)
+        """Counts what is held of messages that have not arrived completely, at all doors."""
+
         self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing, self.readers_while_busy)
         self._is_serving = False
         """Within `serve_others`."""
@@ -131,6 +135,7 @@ class ServerLoop(Part):
         self._next_giving = 0.0
         """When memory may be returned to the system again."""
         self._givings = 0
+        self._unused = Unused()
         self._is_paced = False
         """Simulation steps follow the wall clock at present."""
 
@@ -139,6 +144,8 @@ class ServerLoop(Part):
 
         self.watches: list[Callable[[], object]] = []
         """Called about once per second, or more often: time-outs of work on other threads."""
+
+        self.watches.append(self.unfinished.look)
 
         self._is_ending = False
         self._end_asked_by: str | None = None
@@ -358,11 +365,14 @@ class ServerLoop(Part):
             sockets.close()
 
     def _give_memory_back(self) -> None:
-        """Return memory to the system, after much has waited or a client has left, and nothing waits any more."""
+        """Return memory to the system, after much has waited, a client has left or much has become unused."""
         if self._inbox.had_much:
             self._inbox.had_much, self._givings = False, GIVINGS
-        if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
-            self._givings, self._next_giving = self._givings - 1, now + GIVING_PAUSE
+        if (now := time.monotonic()) <= self._next_giving or len(self._inbox):
+            return
+        self._next_giving = now + GIVING_PAUSE
+        if self._givings or self._unused.has_grown():
+            self._givings = max(0, self._givings - 1)
             give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
@@ -580,6 +590,16 @@ class ServerLoop(Part):
             self._batches.fail_waiting_for_step(failure)
         for session in self.sessions.values():
             session.set_stepping(False)
+
+    def end_stepping(self, client: str, why: str) -> None:
+        """End the stepped mode of a client that is silent, so that the simulation goes on. Physics thread."""
+        session = self.sessions.get(client)
+        if session is None or not session.is_stepping:
+            return
+        if self.recorder is not None:
+            self.recorder.stepping_lost(client)
+        logger.warning("client %s steps no more: %s", session.name, why)
+        session.lose_stepping(f"the server ended the stepped mode of this client: {why}")
 
     # --- clients ---------------------------------------------------------------------------------
 

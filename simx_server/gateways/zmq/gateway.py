@@ -174,9 +174,8 @@ class ZmqGateway:
             return
         try:
             _set_up(connected)
-            peer = SocketPeer(
-                connected, self._next_number, min(MAX_MESSAGE, self._loop.simulation.limits.message)
-            )
+            longest = min(MAX_MESSAGE, self._loop.simulation.limits.message)
+            peer = SocketPeer(connected, self._next_number, longest, self._loop.unfinished)
         except OSError:  # it has left already
             connected.close()
             return
@@ -228,11 +227,13 @@ class ZmqGateway:
 
     def _cut(self, peer: SocketPeer, why: str) -> None:
         """Close a connection whose peer breaks the rules."""
-        self._log.say(logging.INFO, "a connection of the ZeroMQ remote API is closed: %s", why)
+        peer.problem = why
         self._lose(peer)
 
     def _lose(self, peer: SocketPeer) -> None:
         """Forget a connection that has ended; its client leaves with its last one."""
+        if peer.problem:
+            self._log.say(logging.INFO, "a connection of the ZeroMQ remote API is closed: %s", peer.problem)
         self._forget(peer)
         if (nested := peer.nested) is not None:
             nested.append(None)
@@ -247,7 +248,7 @@ class ZmqGateway:
         peer.is_gone = True
         del self._peers[peer.number]
         self._loop.sockets.remove(peer.socket)
-        peer.socket.close()
+        peer.end()
 
     # --- messages --------------------------------------------------------------------------------
 

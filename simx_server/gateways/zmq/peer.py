@@ -8,7 +8,9 @@ import socket
 import time
 from collections import deque
 
-from .zmtp import GREETING, Incoming, framed
+from simx_server.runtime.unfinished import Unfinished
+
+from .zmtp import GREETING, BadPeer, Incoming, framed
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""
@@ -45,13 +47,14 @@ class Peer:
 class SocketPeer(Peer):
     """An open connection. Physics thread."""
 
-    def __init__(self, connected: socket.socket, number: int, longest: int) -> None:
+    def __init__(self, connected: socket.socket, number: int, longest: int, unfinished: Unfinished) -> None:
         """Greet the peer.
 
         Args:
             connected: a socket that does not block; it belongs to the connection from now on.
             number: never used again.
             longest: bytes that a message may have.
+            unfinished: counts what it has sent of a message that is not complete.
         """
         super().__init__(number)
         self.socket = connected
@@ -68,7 +71,11 @@ class SocketPeer(Peer):
         self.is_quick = False
         """Its last message came soon after the answer before."""
 
+        self.problem = ""
+        """Why it is closed, as soon as it is noticed; see `break_off`."""
+
         self._incoming = Incoming(longest)
+        self._unfinished = unfinished.holder(self.break_off)
         self.unsent = bytearray(GREETING)
         """Bytes that the system has not taken yet."""
 
@@ -94,6 +101,9 @@ class SocketPeer(Peer):
         if not data:
             raise ConnectionResetError
         messages = incoming.take(data)
+        self._unfinished.hold(incoming.held, is_new=bool(messages))
+        if self.problem:
+            raise BadPeer(self.problem)
         if incoming.due:
             self.unsent += incoming.due
             incoming.due = b""
@@ -120,6 +130,17 @@ class SocketPeer(Peer):
         """Send what is left. Raises OSError: the peer has left."""
         with contextlib.suppress(BlockingIOError):
             del self.unsent[: self.socket.send(self.unsent)]
+
+    def break_off(self, problem: str) -> None:
+        """Have the physics thread close the connection, for a reason. Any thread."""
+        self.problem = problem
+        with contextlib.suppress(OSError):  # it is closed already
+            self.socket.shutdown(socket.SHUT_RDWR)
+
+    def end(self) -> None:
+        """Close the socket, and keep nothing."""
+        self._unfinished.end()
+        self.socket.close()
 
     def finish(self, until: float) -> None:
         """Send what is left, and wait for it until a time on the monotonic clock."""

@@ -81,6 +81,11 @@ class Incoming:
         self.due = b""
         """Bytes to send to the peer now; the sender clears it."""
 
+    @property
+    def held(self) -> int:
+        """Return how many bytes of a message that is not complete are kept."""
+        return len(self._data)
+
     def take(self, data: bytes) -> list[bytes]:
         """Return the messages that are complete with these further bytes.
 
