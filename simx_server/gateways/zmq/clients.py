@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import re
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -60,6 +61,11 @@ class Client:
         self.connections: dict[int, Connection] = {}
         self.acting: Connection | None = None
         """The connection whose call is being executed."""
+
+    def forget_lost_stepping(self) -> None:
+        """Start to count anew, if the server has ended the stepped mode."""
+        if self.session.lost_stepping:
+            self.session.lost_stepping, self.level, self.locks = "", 0, 0
 
     def set_stepping(self) -> None:
         """Have the simulation wait for this client, or not, as its level and its locks require."""
@@ -147,6 +153,10 @@ class ZmqClients(Part):
         """Return an open connection."""
         return self._peers.get(number)
 
+    def steppers(self) -> list[str]:
+        """Return the clients for which the simulation waits now and then."""
+        return [key for key, client in self._clients.items() if client.session.is_stepping]
+
     def part_from(self, key: str) -> None:
         """Let a client leave after what it has sent is executed."""
         client = self._clients.get(key)
@@ -201,11 +211,14 @@ class ZmqClients(Part):
 
     def _await(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes | str:
         """Wait for the next message; return why none is waited for any longer, if none comes."""
-        is_late, simulation = connection.time_limit(), self.world.simulation
-        while not is_late() and not simulation.is_ending:
+        simulation = self.world.simulation
+        while not connection.is_late() and not simulation.is_ending:
             if queue:
+                connection.has_answered()
                 return queue.popleft() or f"the client has left within its function {name}"
+            began = time.perf_counter()
             self.loop.sockets.poll(PATIENCE)
+            connection.has_waited(time.perf_counter() - began)
             if not queue and not simulation.physics_calls.is_in_step:
                 simulation.interruptions.serve_others()
         return "the server ends" if simulation.is_ending else too_long(name)

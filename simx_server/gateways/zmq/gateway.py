@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.keys import VIEWER
+from simx_server.runtime.sessions import FROZEN
 from simx_server.runtime.sockets import LOOK
 
 from ..errors import GatewayError
@@ -195,9 +196,30 @@ class ZmqGateway:
             each for each in self._peers.values() if not each.is_ready and each.since < now - SILENCE
         ]:
             self._cut(peer, f"it has not started within {SILENCE:g} s")
+        for key in self._clients.steppers():
+            self._look_for_life(key)
         if self._is_full:
             self._is_full = False
             self._loop.sockets.add(self._listener, self._accept)
+
+    def _look_for_life(self, key: str) -> None:
+        """Ping a client for which the simulation waits; end its stepped mode if it does not answer."""
+        peers = [self._peers[number] for number in self._of_client.get(key, ())]
+        for peer in peers:
+            peer.silent_looks += 1
+        if all(peer.answers_pings and peer.silent_looks > FROZEN / RETRY for peer in peers):
+            self._loop.end_stepping(key, f"nothing was heard of it for {FROZEN:g} s")
+            return
+        for peer in peers:
+            if peer.answers_pings and peer.silent_looks > 1:
+                was_idle = not peer.unsent
+                try:
+                    peer.ping()
+                except OSError:
+                    self._lose(peer)
+                else:
+                    if peer.unsent and was_idle:
+                        self._await_reader(peer)
 
     def _read(self, peer: SocketPeer) -> None:
         """Queue the messages that have arrived at a connection."""

@@ -10,7 +10,7 @@ from collections import deque
 
 from simx_server.runtime.unfinished import Unfinished
 
-from .zmtp import GREETING, BadPeer, Incoming, framed
+from .zmtp import GREETING, PING, BadPeer, Incoming, framed
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""
@@ -71,6 +71,9 @@ class SocketPeer(Peer):
         self.is_quick = False
         """Its last message came soon after the answer before."""
 
+        self.silent_looks = 0
+        """How often the gateway has looked without anything new of it."""
+
         self.problem = ""
         """Why it is closed, as soon as it is noticed; see `break_off`."""
 
@@ -86,6 +89,16 @@ class SocketPeer(Peer):
         """Return whether the peer has said everything that comes before its messages."""
         return self._incoming.is_ready
 
+    @property
+    def answers_pings(self) -> bool:
+        """Return whether silence means that its process is frozen, or cannot be reached."""
+        return self._incoming.answers_pings
+
+    def ping(self) -> None:
+        """Ask for a sign of life. Raises OSError: the peer has left."""
+        self.unsent += PING
+        self.flush()
+
     def receive(self) -> list[bytes]:
         """Return the messages that have arrived.
 
@@ -100,6 +113,7 @@ class SocketPeer(Peer):
             return []
         if not data:
             raise ConnectionResetError
+        self.silent_looks = 0
         messages = incoming.take(data)
         self._unfinished.hold(incoming.held, is_new=bool(messages))
         if self.problem:
