@@ -28,6 +28,7 @@ from simx_server import __version__
 from simx_server.parts.status_bar import as_log_line
 from simx_server.runtime.monitoring import report
 from simx_server.runtime.monitoring.load import LoadMeter
+from simx_server.runtime.places import Entrance
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
@@ -130,6 +131,8 @@ class ZenohGateway(Part):
         self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
+        self._entrance = Entrance(f"zenoh {self.realm}")
+        loop.places.open(self._entrance.door)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -285,8 +288,7 @@ class ZenohGateway(Part):
                 return None
         else:
             try:
-                wanted = len(self._loop.sessions) + 1
-                self._loop.simulation.limits.check("clients", wanted, "let others leave first")
+                self._loop.places.check(self._entrance)
             except LimitReached as problem:
                 return version, str(problem), client
             self._secrets[client] = (
@@ -295,7 +297,7 @@ class ZenohGateway(Part):
             postman = Postman(self._care, partial(self._loop.suspend, client))
             ended = partial(self._secrets.pop, client, None)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
-            self._loop.join(client, greeting.name, greeting.port, zenoh_link)
+            self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
             if self._local is not None:
                 self._local.offer(client, zenoh_link)
         return version, "", client
@@ -348,6 +350,7 @@ class ZenohGateway(Part):
 
         Zenoh waits up to ten seconds for a client that reads nothing any more; the end of the process does not.
         """
+        self._loop.places.close(self._entrance.door)
         closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
         closing.start()
         closing.join(CLOSE_TIMEOUT)

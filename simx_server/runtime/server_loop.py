@@ -34,6 +34,7 @@ from .executor import Executor
 from .inbox import Inbox, interfere
 from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
+from .places import Entrance, Places
 from .publishing import Publisher
 from .replies import Messages
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
@@ -125,6 +126,7 @@ class ServerLoop(Part):
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
+        self.places = Places(lambda: simulation.limits, self.sessions)
         self.unfinished = Unfinished(lambda: simulation.limits)
         """Counts what is held of messages that have not arrived completely, at all doors."""
 
@@ -610,17 +612,19 @@ class ServerLoop(Part):
         port: int,
         link: Link,
         serve: Callable[[bytes], object] | None = None,
+        entrance: Entrance | None = None,
     ) -> ClientSession:
         """Add a client that says hello. A second hello (after a loss) starts a new session.
 
         Args:
             serve: executes its messages, when they hold other calls than the table's.
+            entrance: where it has come in; `places` has checked it.
         """
         self._end_session(client)
         self._inbox.open(client, always_waits=serve is not None)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
-        session = ClientSession(client, name, port, link, serve=serve)
+        session = ClientSession(client, name, port, link, serve=serve, entrance=entrance or Entrance())
         self.sessions[client] = session
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)

@@ -17,6 +17,7 @@ from simx_server.errors import CommandError
 
 from .background import Unfinished
 from .pacing import PacedCalls
+from .places import Entrance
 from .streams import Stream, Streams
 
 if TYPE_CHECKING:
@@ -121,6 +122,7 @@ class ClientSession:
     serve: Callable[[bytes], object] | None = None
     """Executes a message of a client that speaks another protocol; None: a message is a batch of the table's calls."""
 
+    entrance: Entrance = field(default_factory=Entrance)
     direct: DirectLink | None = None
     """Takes values instead of bytes, for a client in this process."""
 

@@ -20,6 +20,7 @@ from logging import INFO, WARNING
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Pace
 from simx_server.limits import LimitReached
+from simx_server.runtime.places import Entrance
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import FROZEN
 
@@ -51,6 +52,9 @@ MUCH_WORK = 0.002
 
 MOST_UNREAD = 64 << 20
 """Bytes for a client that takes nothing, above which it is dropped."""
+
+DOOR = "legacy"
+"""Clients of all these ports share their places."""
 
 READ, MOST_READ = 1 << 16, 1 << 20
 """Least and most bytes to read from the socket at once."""
@@ -88,6 +92,7 @@ class Connection:
         self.client = f"legacy/{uuid.uuid4().hex}"
         self.name = f"legacy {peer}"
         self._loop, self._socket, self._port, self._log = loop, connected, port, log
+        self._entrance = Entrance(DOOR, peer.rpartition(":")[0])
         self._containers = Containers(lambda: loop.simulation.limits, pace)
         self._arrived = bytearray()
         """Bytes that were read from the socket and not used."""
@@ -98,7 +103,7 @@ class Connection:
         self._began = 0.0
         """When its first bytes were read, on the monotonic clock."""
 
-        self._unfinished, self._pieces = (loop.unfinished.holder(self._break_off) for _ in range(2))
+        self._unfinished, self._pieces = (loop.unfinished.holder(self.break_off) for _ in range(2))
         """Accounts of that message, and of commands that come in pieces."""
 
         self._problem = ""
@@ -110,7 +115,7 @@ class Connection:
         self._last_empty = 0.0
         """The time of the last answer without replies."""
 
-        self._has_joined = False
+        self.has_joined = False
         self._is_closed = False
         self._news = threading.Event()
         self._lock = threading.Lock()
@@ -145,7 +150,7 @@ class Connection:
                 self._is_closed = True
                 self._unfinished.end()
                 self._pieces.end()
-                if self._has_joined:
+                if self.has_joined:
                     self._loop.depart(self.client)
 
     def _exchange(self) -> bool:
@@ -156,7 +161,7 @@ class Connection:
         self._unfinished.hold(0)
         began = time.thread_time()
         message = messages.read(data, limits.calls)
-        if not self._has_joined:
+        if not self.has_joined:
             self._join()
         self._containers.receive(message)
         self._pieces.hold(self._containers.incomplete)
@@ -222,16 +227,15 @@ class Connection:
 
     def _join(self) -> None:
         """Join the server loop. Raises LimitReached, or Gone: the server ends."""
-        sessions = self._loop.sessions
-        self._loop.simulation.limits.check("clients", len(sessions) + 1, "let others leave first")
+        self._loop.places.check(self._entrance)
         joined = threading.Event()
 
         def join() -> None:
             if not self._is_closed:
-                self._loop.join(self.client, self.name, self._port, self)
+                self._loop.join(self.client, self.name, self._port, self, entrance=self._entrance)
             joined.set()
 
-        self._has_joined = True
+        self.has_joined = True
         self._loop.post(join)
         while not joined.wait(LOOK):
             self._check_open()
@@ -325,7 +329,8 @@ class Connection:
         with self._lock:
             self._pictures[stream_id] = payload
 
-    def _break_off(self, problem: str) -> None:
+    def break_off(self, problem: str) -> None:
+        """End the connection for a reason."""
         self._problem = problem
         self.close()
 

@@ -14,6 +14,7 @@ import socket
 import threading
 import time
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MOST_STRANGERS = 64
-"""Connections that have not shown a token yet; further ones are closed."""
+"""Connections that have not shown a token yet; of more, the one that came first is closed."""
 
 SILENCE = 10.0
 """Seconds that a connection has for its token."""
@@ -133,14 +134,19 @@ class LocalGateway:
                 self._loop.sockets.remove(self._listener)
             return
         try:
-            strangers = sum(peer.link is None for peer in self._peers)
-            if problem := _refusal(connected, strangers):
+            if not is_same_user(connected):
+                problem = "it comes from another user"
                 self._log.say(logging.WARNING, "a connection at %s is closed: %s", self.path, problem)
                 connected.close()
                 return
         except OSError:  # it has left already
             connected.close()
             return
+        strangers = [each for each in self._peers if each.link is None]
+        if len(strangers) >= MOST_STRANGERS:
+            longest = min(strangers, key=attrgetter("since"))
+            longest.problem = "it has no token yet, and others need its place"
+            self._settle(longest)
         peer = _Peer(connected, self._loop.unfinished)
         self._peers.add(peer)
         self._listen_to(peer)
@@ -323,15 +329,6 @@ class _Peer:
         self.has_ended = True
         self.frames = Frames()
         self.link = None
-
-
-def _refusal(connected: socket.socket, strangers: int) -> str:
-    """Return why to close a new connection; empty if it may stay. Raises OSError: it has gone."""
-    if not is_same_user(connected):
-        return "it comes from another user"
-    if strangers >= MOST_STRANGERS:
-        return f"more than {MOST_STRANGERS} others have no token yet"
-    return ""
 
 
 def _listen(folder: Path, path: str) -> socket.socket:

@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
+from simx_server.runtime.places import Entrance
 from simx_server.runtime.sessions import ClientSession
 from simx_server.scripting.interpreter import PATIENCE
 from simx_server.scripting.namespaces import Namespaces
@@ -23,7 +24,8 @@ from simx_server.world.part import Part
 
 from .connection import Connection, too_long
 from .functions import described
-from .peer import NUMBER_BYTES, Peer, number_of, with_number
+from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
+from .reading import only_reads
 from .wire import WireError, read_request
 
 if TYPE_CHECKING:
@@ -34,6 +36,9 @@ logger = logging.getLogger(__name__)
 
 FIRST_HANDLE = 3_000_003
 """Handles of clients' scripts are above those of the scene's scripts."""
+
+ONE_CALL = 5.0
+"""Seconds after which a client that has made one call only gives its place to another one, if there is no other."""
 
 Answer = Callable[[Peer, Any], None]
 
@@ -103,6 +108,7 @@ class ZmqClients(Part):
         answer: Callable[[Peer, Any], object],
         *,
         first_handle: int = FIRST_HANDLE,
+        door: str = "",
     ) -> None:
         """Make an empty list.
 
@@ -110,7 +116,9 @@ class ZmqClients(Part):
             peers: the open connections by number.
             answer: sends a message to a connection.
             first_handle: that of the first client's script.
+            door: the gateway's name.
         """
+        self._door = door
         self.loop, self.world = loop, loop.world
         self.answer = answer
         self._peers = peers
@@ -124,30 +132,56 @@ class ZmqClients(Part):
 
     # --- coming and going ------------------------------------------------------------------------
 
-    def welcome(self, key: str, payload: bytes, port: int) -> Mapping[str, Any] | None:
+    def welcome(self, peer: SocketPeer, payload: bytes, port: int) -> Mapping[str, Any] | None:
         """Accept a client with its message, unless it is there already; return the answer if it must not be queued.
 
         Args:
+            peer: the connection by which it comes.
             port: the gateway's.
         """
+        key, entrance = peer.key, Entrance(self._door, peer.address)
         client = self._clients.get(key)
         if client is not None:
             return REPEAT if client.is_leaving else None  # it has come back at once
-        limits = self.loop.simulation.limits
         try:
-            limits.check("clients", len(self.loop.sessions) + 1, "let others leave first")
+            self.loop.places.check(entrance)
         except LimitReached as problem:
-            return {"err": str(problem)}
-        self.join(key, _name(key, payload), port)
+            return REPEAT if self._frees_place() else {"err": str(problem)}
+        self.join(key, _name(key, payload), port, entrance)
         return None
 
-    def join(self, key: str, name: str, port: int) -> None:
+    def _frees_place(self) -> bool:
+        """Have the client leave that has been silent for longest since its only call, which has changed nothing.
+
+        It loses nothing: with its next message it joins again. Return whether a client is about to leave.
+        """
+        if any(client.is_leaving for client in self._clients.values()):
+            return True
+        before = time.perf_counter() - ONE_CALL
+        for key, client in self._clients.items():
+            peers = [connection.peer for connection in client.connections.values()]
+            if (
+                len(peers) == 1
+                and isinstance(peer := peers[0], SocketPeer)
+                and peer.answered < before
+                and not peer.unanswered
+                and sum(client.session.called.values()) == 1
+                and all(map(only_reads, client.session.called))
+            ):
+                peer.break_off("its client has made one call, and others need its place")
+                self.part_from(key)
+                return True
+        return False
+
+    def join(self, key: str, name: str, port: int, entrance: Entrance | None = None) -> None:
         """Add a client."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
         serve = partial(self._serve, client)
         self._clients[key] = client
-        client.session = self.loop.join(key, name, port, _Link(partial(self._forget, client)), serve)
+        client.session = self.loop.join(
+            key, name, port, _Link(partial(self._forget, client)), serve, entrance
+        )
 
     def peer(self, number: int) -> Peer | None:
         """Return an open connection."""

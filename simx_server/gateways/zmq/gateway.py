@@ -10,11 +10,14 @@ import logging
 import re
 import socket
 import time
+from collections.abc import Sequence
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.keys import VIEWER
+from simx_server.runtime.places import is_elsewhere
 from simx_server.runtime.sessions import FROZEN
 from simx_server.runtime.sockets import LOOK
 
@@ -39,7 +42,10 @@ with more is closed.
 """
 
 MOST_CONNECTIONS = 1024
-"""A client with many calls at a time has one connection for each; further ones are closed."""
+"""A client with many calls at a time has one connection for each; of more, the longest one without a client goes."""
+
+MOST_OF_ONE = 256
+"""Connections from one other machine."""
 
 BACKLOG = 100
 """Connections that the system keeps until they are accepted."""
@@ -119,8 +125,13 @@ class ZmqGateway:
 
         self._next_number = 1
         self._clients = ZmqClients(
-            loop, self._peers, self.answer, first_handle=FIRST_HANDLE + may_only_read * _VIEWERS
+            loop,
+            self._peers,
+            self.answer,
+            first_handle=FIRST_HANDLE + may_only_read * _VIEWERS,
+            door=self.endpoint,
         )
+        loop.places.open(self.endpoint)
         loop.simulation.attach(self._clients)
         self._is_full = False
         """No file descriptor was free for a connection."""
@@ -156,21 +167,22 @@ class ZmqGateway:
             self._loop.sockets.remove(self._listener)
         self._listener.close()
         self._loop.watches.remove(self._look)
+        self._loop.places.close(self.endpoint)
         self._loop.simulation.detach(self._clients)
 
     # --- connections -----------------------------------------------------------------------------
 
     def _accept(self) -> None:
         try:
-            connected, _ = self._listener.accept()
+            connected, address = self._listener.accept()
         except OSError as error:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._is_full = True
                 self._loop.sockets.remove(self._listener)
             return
-        if len(self._peers) >= MOST_CONNECTIONS:
-            text = "a connection of the ZeroMQ remote API is refused: at most %d are served"
-            self._log.say(logging.INFO, text, MOST_CONNECTIONS)
+        if not self._has_room(address[0]):
+            text = "a connection of the ZeroMQ remote API is refused: at most %d are served, and %d of one machine"
+            self._log.say(logging.INFO, text, MOST_CONNECTIONS, MOST_OF_ONE)
             connected.close()
             return
         try:
@@ -185,6 +197,26 @@ class ZmqGateway:
         self._loop.sockets.add(connected, partial(self._read, peer))
         if peer.unsent:
             self._await_reader(peer)
+
+    def _has_room(self, address: str) -> bool:
+        """Return whether there is a place for one more connection, which another one may have to free."""
+        peers = list(self._peers.values())
+        if is_elsewhere(address):
+            of_one = [peer for peer in peers if peer.address == address]
+            if len(of_one) >= MOST_OF_ONE:
+                return self._frees_place(of_one)
+        return len(peers) < MOST_CONNECTIONS or self._frees_place(peers)
+
+    def _frees_place(self, peers: Sequence[SocketPeer]) -> bool:
+        """Close the longest one without a client, or an idle one of the client with most; return whether one is."""
+        gone = next((peer for peer in peers if not peer.key), None)
+        if gone is None:
+            numbers = max((self._of_client[peer.key] for peer in peers), key=len)
+            idle = [self._peers[number] for number in numbers if not self._peers[number].unanswered]
+            gone = min(idle, key=attrgetter("answered")) if idle and len(numbers) > 1 else None
+        if gone is not None:
+            self._cut(gone, "others need its place")
+        return gone is not None
 
     def _look(self) -> None:
         """Close connections that do not start, and accept again if descriptors may be free; after each turn."""
@@ -297,7 +329,7 @@ class ZmqGateway:
                 return
             peer.key = f"{self._prefix}zmq/{uuid}"
             self._of_client.setdefault(peer.key, set()).add(peer.number)
-        if refusal := self._clients.welcome(peer.key, payload, self.port):
+        if refusal := self._clients.welcome(peer, payload, self.port):
             self.answer(peer, refusal)
             return
         numbered = with_number(peer.number, payload)

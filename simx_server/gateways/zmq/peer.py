@@ -32,6 +32,9 @@ def number_of(numbered: bytes) -> int:
 class Peer:
     """A connection as its client's calls see it. Physics thread."""
 
+    address = ""
+    """Of the other machine, where it is known."""
+
     def __init__(self, number: int) -> None:
         """Make a connection.
 
@@ -58,6 +61,7 @@ class SocketPeer(Peer):
         """
         super().__init__(number)
         self.socket = connected
+        self.address: str = connected.getpeername()[0]
         self.since = time.monotonic()
         self.key = ""
         """Its client, as the server loop names it; empty before the first valid message."""
