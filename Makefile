@@ -80,6 +80,7 @@ generate: $(READY) ## write the files that follow from the table of functions: t
 	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
 
 bench: $(READY) ## measure a call, a simulation step and an image on this machine
+	@$(BIN)/python -m pytest --quiet bench/checks
 	@$(BIN)/python -m bench
 
 clean: ## remove what these commands made

@@ -27,7 +27,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 TESTS = Path(__file__).parent
 LONGEST = (
     "test_soak.py",
-    "test_bench_smoke.py",
     "test_zenoh.py",
     "test_scenes_of_others.py",
     "test_faults.py",
@@ -134,11 +133,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items.sort(key=lambda item: (places.get(item.path.name, len(LONGEST)), -counts[item.path], item.path))
 
 
+@pytest.fixture(scope="session")
+def shared_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of what is kept between starts: one for all workers of this run, so that each part is made once."""
+    own = tmp_path_factory.getbasetemp()
+    return (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"
+
+
 @pytest.fixture(autouse=True)
-def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch, shared_cache: Path) -> None:
     for variable in [name for name in os.environ if name.startswith("SIMX_")]:
         monkeypatch.delenv(variable)
-    monkeypatch.setenv("SIMX_CACHE", "0")  # nor anything in the folder of that person
+    monkeypatch.setenv("SIMX_CACHE", str(shared_cache))  # not in the folder of that person
 
 
 @pytest.fixture(autouse=True)

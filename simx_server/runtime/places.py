@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .sessions import ClientSession
 
 SHARE = 16
-"""Each open door keeps one place of so many for its own clients."""
+"""Each open door keeps one place of this number for its own clients."""
 
 
 class Entrance(NamedTuple):
@@ -47,7 +47,7 @@ class Places:
         self._doors.discard(door)
 
     def check(self, entrance: Entrance) -> None:
-        """Refuse one more client, if there is no place for it. Raises LimitReached."""
+        """Refuse one more client, if all places for it are taken. Raises LimitReached."""
         limits = self._limits()
         entrances = [session.entrance for session in list(self._sessions.values())]
         limits.check("clients", len(entrances) + 1, "let others leave first")

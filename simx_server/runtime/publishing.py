@@ -33,7 +33,8 @@ REPEAT = 0.25
 
 LONGEST = 0.05
 """Most seconds that the streams of one client take after a step. Values beyond that are repeated from before, and come
-first after the next step; a client with fewer streams gets all values of one instant.
+first after the next step; a client with fewer streams gets all values of one instant. Time in which the system ran
+other programs does not count while values are only read.
 """
 
 LONGEST_FOR_ALL = 0.1
@@ -41,6 +42,25 @@ LONGEST_FOR_ALL = 0.1
 
 LONGEST_STEPPED = 0.5
 """The same as `LONGEST` for a client that steps: it waits for the values itself."""
+
+
+class _Limit:
+    """Until when the streams of one client are computed."""
+
+    def __init__(self, seconds: float) -> None:
+        """Start to count seconds."""
+        self._wall, self._own = time.perf_counter(), time.thread_time()
+        self.end = self._wall + seconds
+
+    def is_extended(self) -> bool:
+        """Add the time in which this thread waited for a processor; return whether that moves the end beyond now.
+
+        For work that waits for nothing else.
+        """
+        wall, own = time.perf_counter(), time.thread_time()
+        self.end += max(0.0, (wall - self._wall) - (own - self._own))
+        self._wall, self._own = wall, own
+        return wall < self.end
 
 
 class Publisher:
@@ -121,21 +141,21 @@ class Publisher:
             if session.streams.by_id:
                 try:
                     longest = LONGEST_STEPPED if is_stepped else LONGEST
-                    end = time.perf_counter() + longest if is_bounded else math.inf
-                    self._publish_client(session, answers, end, every_image=is_stepped)
+                    limit = _Limit(longest if is_bounded else math.inf)
+                    self._publish_client(session, answers, limit, every_image=is_stepped)
                 except Exception:
                     logger.exception("the streams of client %s failed and are ended", session.name)
                     session.streams.clear()
 
     def _publish_client(
-        self, session: ClientSession, answers: StepAnswers, until: float, *, every_image: bool
+        self, session: ClientSession, answers: StepAnswers, limit: _Limit, *, every_image: bool
     ) -> None:
         now, time_ms = time.monotonic(), self._messages.time_ms()
         streams = session.streams
-        self._compute_shared(session, answers, time_ms, until)
+        self._compute_shared(session, answers, time_ms, limit)
         newest = self._shared_parts(session, time_ms)
         if streams.single:
-            self._compute_single(session, answers, newest, until, time_ms, now, every_image=every_image)
+            self._compute_single(session, answers, newest, limit.end, time_ms, now, every_image=every_image)
         if newest and ((parts := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
             streams.last_sent, streams.next_repeat = parts, now + REPEAT
             session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
@@ -189,23 +209,27 @@ class Publisher:
             session.link.deliver(self._messages.pack(session, taken))
 
     def _compute_shared(
-        self, session: ClientSession, answers: StepAnswers, time_ms: int, until: float
+        self, session: ClientSession, answers: StepAnswers, time_ms: int, limit: _Limit
     ) -> None:
         """Compute the shared streams of this client that were not computed in this round, while there is time."""
         now, has_begun, execute = time.perf_counter, False, self._executor.execute
+        only_reads = True
         streams, this = session.streams, self._round
         due = [share for share in streams.shares() if share.round != this]
         if streams.is_cut:
             due.sort(key=attrgetter("round"))
+        streams.is_cut = False
         late: list[Shared] = []
         tally = self._executor.tally()
         for share in due:
             if share.round == this:
                 continue  # another stream of this client has the same question
-            if has_begun and now() >= until:
+            if has_begun and now() >= limit.end and not (only_reads and limit.is_extended()):
+                streams.is_cut = True
                 break
             has_begun = True
             command = share.command
+            only_reads = only_reads and share.work is not None
             work = share.work or self._dispatch.bind(session, command, share.arguments)
             answer = execute(session, tally, command, work)
             if isinstance(answer, Future):
@@ -214,7 +238,6 @@ class Publisher:
                 continue
             share.answer, share.time_ms, share.packed, share.round = answer, time_ms, None, this
         tally.end()
-        streams.is_cut = now() >= until
         for share in late:
             streams.separate(share)
 

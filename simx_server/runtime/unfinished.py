@@ -32,7 +32,7 @@ class Unfinished:
         self._limits, self._clock = limits, clock
         self._lock = threading.Lock()
         self._held: dict[Holder, None] = {}
-        """The connections with an unfinished message, in the order in which these began."""
+        """The connections with an unfinished message, in the order of their first bytes."""
 
         self.size = 0
         """Bytes of all of them."""

@@ -117,7 +117,7 @@ threading.Event().wait()
 
 
 def test_a_world_draws_pictures(scene: Path) -> None:
-    with Worlds("ur5_rg2_kinect", 2, processes=2) as worlds:
+    with Worlds("ur5_rg2_kinect", 2, processes=2, timeout=60) as worlds:  # the first image may take seconds
         cameras = worlds.each(lambda calls, _: calls.simxGetObjectHandle("kinect_rgb"))
         pictures = worlds.each(lambda calls, place: calls.simxGetVisionSensorImage(cameras[place].value, 0))
         first, second = (np.array(picture.value[1], np.uint8) for picture in pictures)

@@ -106,7 +106,7 @@ class LegacyGateway:
             connected.close()
 
     def _has_room(self) -> bool:
-        """Return whether there is a place for one more; the longest one without a client gives way. Under the lock."""
+        """Return whether there is a place for one more; the longest one without a client is closed. Under the lock."""
         if len(self._connections) < self._loop.simulation.limits.clients:
             return True
         longest = next((each for each in self._connections if not each.has_joined), None)

@@ -38,7 +38,7 @@ FIRST_HANDLE = 3_000_003
 """Handles of clients' scripts are above those of the scene's scripts."""
 
 ONE_CALL = 5.0
-"""Seconds after which a client that has made one call only gives its place to another one, if there is no other."""
+"""Seconds after which a client that has made one call only gives its place to another one, if all are taken."""
 
 Answer = Callable[[Peer, Any], None]
 
@@ -68,7 +68,7 @@ class Client:
         """The connection whose call is being executed."""
 
     def forget_lost_stepping(self) -> None:
-        """Start to count anew, if the server has ended the stepped mode."""
+        """Count from 0 again, if the server has ended the stepped mode."""
         if self.session.lost_stepping:
             self.session.lost_stepping, self.level, self.locks = "", 0, 0
 

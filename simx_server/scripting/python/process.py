@@ -4,11 +4,10 @@ The server trusts no data of the process: an invalid message ends the process wi
 
 **Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not
 shorten, and twice that in wall time, for scripts that wait instead of computing, or let the server compute: so a
-blocking client, which waits 5 s, still gets the reason. Only the wall time of server functions with separate limits
-is
-added back. Python cannot be interrupted reliably (``except:`` catches an exception, native code ignores it), so a
-late
-process is killed; just before, a signal requests its present position.
+blocking client, which waits 5 s, still gets the reason. Two times are added back: the wall time of server functions
+with separate limits, and the time in which the process was ready and the system ran other programs. Python cannot be
+interrupted reliably (``except:`` catches an exception, native code ignores it), so a late process is killed; just
+before, a signal requests its present position.
 
 Between requests the process has nothing to compute: a process that reports completion and continues is killed. The
 kernel enforces a limit of processor seconds too, raised with each request, for the time between requests and in case
@@ -126,6 +125,12 @@ class PythonProcess:
         # The processor time of another process by its number: the value of clock_getcpuclockid on Linux.
         self._clock = (~self._child.pid << 3) | 2
         self._wall_end = self._processor_end = self._look_at = self._next_service = self._ending_end = 0.0
+        self._delay_before = 0.0
+        """Seconds that the process had been ready without a processor when the request started to last."""
+
+        self._is_long = False
+        """The request lasts so long that others are served meanwhile."""
+
         self._allowed = 0
         """Processor seconds after which the kernel ends the process."""
         self._finished = math.inf
@@ -144,6 +149,7 @@ class PythonProcess:
         self._wall_end = now + WALL_FACTOR * self._time_limit
         self._ending_end = now + ENDING_LIMIT
         self._processor_end = used + self._time_limit
+        self._is_long = False
         self._next_service = now + PATIENCE
         self._unasked += max(0.0, used - self._finished) - _UNASKED_PER_REQUEST
         if self._unasked > _UNASKED_LIMIT:
@@ -253,6 +259,8 @@ class PythonProcess:
 
     def _be_patient(self) -> None:
         """Serve other clients during a long request and check the time limit."""
+        if not self._is_long:  # most requests end before, and need no look at a file
+            self._is_long, self._delay_before = True, self._delay()
         self._serve_others()
         now = time.monotonic()
         self._next_service = now + PATIENCE
@@ -260,15 +268,23 @@ class PythonProcess:
         if now < self._look_at and not is_late:
             return
         left = self._processor_end - self._processor_time()
-        if left < 0 or now > self._wall_end or is_late:
+        wall_end = self._wall_end + self._delay() - self._delay_before
+        if left < 0 or now > wall_end or is_late:
             place = self._place() or self.name
             raise self.kill(f"{place}: took too long and was stopped (an endless loop?)")
-        self._look_at = min(now + left, self._wall_end)
+        self._look_at = min(now + left, wall_end)
 
     def _processor_time(self) -> float:
         try:
             return time.clock_gettime(self._clock)
         except OSError:  # the process has ended; the pipe will report it
+            return 0.0
+
+    def _delay(self) -> float:
+        """Return the seconds in which the process was ready and had no processor; 0 where the system does not count."""
+        try:
+            return int(Path(f"/proc/{self._child.pid}/schedstat").read_text().split()[1]) / 1e9
+        except (OSError, IndexError, ValueError):  # also if the process has ended; the pipe will report it
             return 0.0
 
     def _place(self) -> str:

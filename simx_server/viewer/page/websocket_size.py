@@ -23,7 +23,7 @@ class MessageSize:
         """The present frame is the last one of its message."""
 
         self._announced = 0
-        """Bytes of the frames of the present message that have begun."""
+        """Bytes of the frames of the present message, with the present one."""
 
         self.count = 0
         """Complete messages, without empty ones."""
@@ -45,7 +45,7 @@ class MessageSize:
             self._begin()
 
     def _begin(self) -> None:
-        """Begin a frame, if its head is complete."""
+        """Read the head of a frame, if it is complete."""
         head = self._head
         if len(head) < 2:
             return

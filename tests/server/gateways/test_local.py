@@ -72,6 +72,18 @@ def process(scene: Path, sockets: Path) -> Iterator[ServerProcess]:
         yield process
 
 
+@pytest.fixture(scope="module")
+def lasting(scene: Path) -> Iterator[tuple[ServerProcess, Path]]:
+    """A server for the tests that leave it as it was, and the folder of its socket."""
+    with (
+        tempfile.TemporaryDirectory(prefix="simx-test-", dir="/tmp") as folder,
+        pytest.MonkeyPatch.context() as monkeypatch,
+    ):
+        monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        with server(scene, "--speed", "max") as process:
+            yield process, Path(folder)
+
+
 def connect(process: ServerProcess) -> int:
     client = v.simxStart("127.0.0.1", process.port, True, True, 5000, 5)
     assert client >= 0
@@ -126,8 +138,8 @@ def test_a_read_of_a_streamed_value_makes_no_system_call(
     v.simxFinish(client)
 
 
-def test_messages_of_megabytes_pass_in_both_directions(process: ServerProcess) -> None:
-    client = connect(process)
+def test_messages_of_megabytes_pass_in_both_directions(lasting: tuple[ServerProcess, Path]) -> None:
+    client = connect(lasting[0])
     data = bytes(range(256)) * 20_000
     assert v.simxSetStringSignal(client, "big", data, BLOCKING) == 0
     assert v.simxGetStringSignal(client, "big", BLOCKING) == (0, bytearray(data))
@@ -192,8 +204,9 @@ def test_a_folder_that_others_can_write_to_is_not_trusted(process: ServerProcess
     ],
 )
 def test_a_stranger_gets_nothing_and_the_clients_notice_nothing(
-    process: ServerProcess, sockets: Path, said: bytes
+    lasting: tuple[ServerProcess, Path], said: bytes
 ) -> None:
+    process, sockets = lasting
     client = connect(process)
     with socket.socket(socket.AF_UNIX) as stranger:
         stranger.settimeout(5.0)
@@ -206,8 +219,9 @@ def test_a_stranger_gets_nothing_and_the_clients_notice_nothing(
 
 
 def test_a_client_that_sends_rubbish_behind_its_token_loses_its_own_connection_only(
-    process: ServerProcess, sockets: Path
+    lasting: tuple[ServerProcess, Path],
 ) -> None:
+    process, _ = lasting
     good, bad = connect(process), v.simxStart("localhost", process.port, True, True, 5000, 5)
     link = link_of(bad)
     assert link is not None
@@ -328,7 +342,8 @@ def test_neither_side_waits_for_the_other_while_both_send_megabytes(process: Ser
     assert [reply.status for reply in answers] == [0] * 16
 
 
-def test_many_clients_have_their_own_answers(process: ServerProcess) -> None:
+def test_many_clients_have_their_own_answers(lasting: tuple[ServerProcess, Path]) -> None:
+    process, _ = lasting
     count = 20
     connections = [Client("127.0.0.1", process.port, timeout=20.0) for _ in range(count)]
     try:

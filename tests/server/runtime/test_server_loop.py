@@ -1,6 +1,7 @@
 """The physics thread's loop: passes, stepped mode, who leaves, what streams cost."""
 
 import gc
+import itertools
 import math
 import time
 import weakref
@@ -227,7 +228,7 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
 
 
 def test_streams_that_take_too_long_come_after_the_next_passes(world, monkeypatch):
-    monkeypatch.setattr(publishing, "LONGEST", 0.0)
+    monkeypatch.setattr(publishing, "LONGEST", -60.0)
     cid = world.client()
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
@@ -239,6 +240,24 @@ def test_streams_that_take_too_long_come_after_the_next_passes(world, monkeypatc
         rounds = [share.round for share in session.streams.shares()]
         assert sum(now > then for now, then in zip(rounds, before, strict=True)) == expected
     assert len(set(rounds)) == 3
+
+
+def test_values_are_of_one_instant_however_long_other_programs_had_the_processor(world, monkeypatch):
+    cid = world.client()
+    for joint in (1, 2, 3):
+        v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
+    world.settle()
+    (session,) = world.loop.sessions.values()
+    before = [share.round for share in session.streams.shares()]
+    seconds = itertools.count()  # of the wall's clock, between two looks at it; this thread's stands still
+    clocks = SimpleNamespace(
+        perf_counter=lambda: float(next(seconds)), thread_time=lambda: 0.0, monotonic=time.monotonic
+    )
+    monkeypatch.setattr(publishing, "time", clocks)
+    world.loop._publisher.publish([session], after_pass=True)
+    after = [share.round for share in session.streams.shares()]
+    assert all(now > then for now, then in zip(after, before, strict=True))
+    assert not session.streams.is_cut
 
 
 def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world, monkeypatch):
@@ -322,9 +341,8 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
     world, monkeypatch
 ):
     clock, told = [100.0], []
-    monkeypatch.setattr(
-        publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], perf_counter=time.perf_counter)
-    )
+    clocks = {"perf_counter": time.perf_counter, "thread_time": time.thread_time}
+    monkeypatch.setattr(publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], **clocks))
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
     world.loop.join("reader", "reader", 0, link)
     world.loop.submit(

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[2]
-SECONDS = 12
+SECONDS = 8
 
 
 @pytest.mark.timeout(240)

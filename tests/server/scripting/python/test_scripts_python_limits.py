@@ -65,6 +65,20 @@ def test_the_wall_ends_a_script_that_shares_its_time_with_the_server(
     assert api.served - before <= 5.0 * python_process.WALL_FACTOR + 1
 
 
+def test_time_in_which_a_busy_machine_ran_other_programs_is_not_the_scripts(
+    script: Scripts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interpreter = script(
+        "import select\ndef wait(): return len(select.select([], [], [], 0.3))", time_limit=0.05
+    )
+    process = python_process.PythonProcess
+    monkeypatch.setattr(process, "_delay", lambda self: time.monotonic())
+    assert interpreter.call("wait") == [3]
+    monkeypatch.setattr(process, "_delay", lambda self: 0.0)
+    with pytest.raises(ScriptError, match="took too long"):
+        interpreter.call("wait")
+
+
 def test_memory_is_limited(script: Scripts) -> None:
     interpreter = script("def eat(): return [bytes(1 << 28) for _ in range(4)]\ndef ok(): return 1")
     with pytest.raises(ScriptError, match=r"test\.py:1: used more than 512 MiB of memory"):

@@ -17,7 +17,7 @@ import numpy as np
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Points
 
 VARIABLE = "SIMX_CACHE"
-"""Environment variable that turns the cache off with the value 0."""
+"""Environment variable: 0 turns the cache off, an absolute path is the folder of the entries."""
 
 LARGEST = 64 << 20
 """Bytes of all entries together; the ones that were not used for the longest time are removed."""
@@ -30,6 +30,8 @@ _SUFFIX = ".parts"
 
 def folder() -> Path:
     """Return the folder of the entries."""
+    if os.path.isabs(chosen := os.environ.get(VARIABLE, "")):
+        return Path(chosen)
     home = os.environ.get("XDG_CACHE_HOME")
     base = Path(home) if home and os.path.isabs(home) else Path.home() / ".cache"
     return base / "simx" / "convex-parts"

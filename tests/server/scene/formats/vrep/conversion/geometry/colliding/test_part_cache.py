@@ -37,6 +37,15 @@ def test_parts_come_back_as_they_were() -> None:
     assert [each.name for each in folder().iterdir()] == ["a.parts"], "nothing unfinished stays"
 
 
+def test_parts_are_kept_in_the_folder_that_the_setting_names(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("SIMX_CACHE", str(tmp_path / "chosen"))
+    store("a", PARTS)
+    assert [each.name for each in (tmp_path / "chosen").iterdir()] == ["a.parts"]
+    assert stored("a") is not None
+
+
 def signed(body: bytes) -> bytes:
     return hashlib.blake2b(body, digest_size=16).digest() + body
 
