@@ -120,10 +120,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         source = Path(path).read_bytes()
     except OSError as error:
-        meant = file_like(options.script, (".py",)) or ";"
-        return _refuse(
-            f"cannot open {options.script}: {error.strerror}{meant} name the script's .py file", USAGE
-        )
+        return _refuse(_why_not_opened(options.script, error), USAGE)
     try:
         converted = convert_if_python2(source, path)
         if options.print_converted:
@@ -150,6 +147,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         except ServerNotReady as error:
             return _refuse(str(error), FAILURE)
     return _run(code, options.script, options.arguments)
+
+
+def _why_not_opened(script: str, error: OSError) -> str:
+    """Return what to write in place of a script that cannot be opened."""
+    meant = file_like(script, (".py",)) or ";"
+    told = f"cannot open {script}: {error.strerror}{meant} name the script's .py file"
+    if os.path.splitext(script)[1]:
+        return told
+    return f"{told}, or, if it is a scene: simx-run --server {script} SCRIPT"
 
 
 def _prepare(options: argparse.Namespace, path: str, *, is_python2: bool) -> None:

@@ -1,7 +1,7 @@
 """Colours of shapes, which scripts set: by shape or by the name of a colour, for each component of V-REP.
 
 A geom shows its own colour, or that of its material, which other geoms may share. Highlights and emission belong to
-materials in MuJoCo, so a geom gets a separate material when one of them is set. V-REP's emission is a separate
+materials, so a geom gets a separate material when one of them is set. V-REP's emission is a separate
 colour, MuJoCo's is a share of the geom's colour: the brighter of the two colours is shown.
 """
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
+from simx_server.scene.geometry.highlights import add_highlight, highlights_of
 from simx_server.scene.objects import ObjectKind
 from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
 from simx_server.world.part import Part
@@ -172,6 +173,7 @@ class ShapeColors(Part):
             share = 1.0 if glows else sum(look.emission) / max(sum(look.diffuse), 1e-6)
             model.mat_emission[material] = share
             model.mat_specular[material] = sum(look.specular) / 3
+            highlights_of(model)[material][:] = look.specular
         if material >= 0 and np.allclose(rgba, _UNSET):
             rgba[0] += _NEARLY
         model.geom_rgba[geom] = rgba
@@ -186,9 +188,11 @@ class ShapeColors(Part):
         diffuse = (red, green, blue)
         if material < 0:
             return _Look(diffuse, (0.25, 0.25, 0.25), _BLACK)
-        emission, specular = float(model.mat_emission[material]), float(model.mat_specular[material])
+        emission = float(model.mat_emission[material])
+        highlight = highlights_of(model).get(material)
+        specular = np.repeat(model.mat_specular[material], 3) if highlight is None else highlight
         glow = (red * emission, green * emission, blue * emission)
-        return _Look(diffuse, (specular, specular, specular), glow)
+        return _Look(diffuse, (float(specular[0]), float(specular[1]), float(specular[2])), glow)
 
     def _rgba(self, geom: int) -> np.ndarray:
         """Return the colour that a geom shows."""
@@ -272,6 +276,8 @@ def _add_material(spec: mujoco.MjSpec, model: mujoco.MjModel, geom: int) -> None
     else:
         made.rgba = model.geom_rgba[geom].tolist()
         made.specular = 0.25
+    highlight = highlights_of(model).get(material)
+    add_highlight(spec, name, [float(made.specular)] * 3 if highlight is None else highlight.tolist())
     target.material = name
 
 

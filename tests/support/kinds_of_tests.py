@@ -22,7 +22,7 @@ GL = (
     "test_bench_smoke", "test_classroom", "test_classroom_browser",
     "test_detect_example", "test_determinism", "test_doctor", "test_faults_stops",
     "test_files", "test_filming", "test_first_picture", "test_fleet", "test_gl_backend",
-    "test_hostile_peers", "test_idioms_images", "test_keyboard_example", "test_legacy_scripts",
+    "test_hostile_peers", "test_idioms_images", "test_keyboard_example", "test_legacy_scripts", "test_light",
     "test_models_line_tracer", "test_models_scanner", "test_models_small", "test_models_vehicles",
     "test_original_commands", "test_original_hostile", "test_original_library", "test_over_zenoh", "test_pace",
     "test_parameter_functions", "test_readers_change_nothing", "test_readme",

@@ -138,14 +138,17 @@ class Shot:
         """
         if self._framed is None or self._framed[0] != self._sim.scene_id:
             self._sim.refresh()
-            free = self._free_viewpoint()
-            view = (
-                self._free_view(free)
-                if users_camera is None
-                else self._vision.view(users_camera.handle, self.size)
-            )
-            self._framed = self._sim.scene_id, framed(self._sim.model, self._sim.data, view, free)
+            free = self._free_view(self._free_viewpoint())
+            view = free if users_camera is None else self._vision.view(users_camera.handle, self.size)
+            whole = users_camera is not None and self._shows_whole(users_camera)
+            viewpoint = framed(self._sim.model, self._sim.data, view, free, whole=whole)
+            self._framed = self._sim.scene_id, viewpoint
         return self._framed[1]
+
+    def _shows_whole(self, camera: SceneObject) -> bool:
+        """Return whether a camera came with the surroundings of a model, and not with an author's scene."""
+        notes = self._sim.scene.annotations.objects.get(camera.name, {})
+        return bool(notes.get("camera", {}).get("whole", False))
 
     def _free_viewpoint(self) -> Viewpoint:
         if self._viewpoint is None or self._viewpoint[0] != self._sim.scene_id:

@@ -16,6 +16,7 @@ import mujoco
 from simx_server.scene.editing.element_copies import Copier, agree
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import PREFIX, Annotation
+from simx_server.scene.geometry.highlights import SPECULAR
 from simx_server.scene.names import copy_names
 from simx_server.scene.registered import renamed, renamed_registered
 from simx_server.scene.tree import GRAFT_END, Addition
@@ -76,6 +77,11 @@ def graft(world: World, addition: Graft) -> dict[Element, int]:
         agree(addition.spec, spec)
         with physics_warnings.collected() as told:
             spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        for numeric in spec.numerics:
+            if numeric.name.startswith(
+                prefix + SPECULAR
+            ):  # it has the name of the material, which got the prefix
+                numeric.name = SPECULAR + prefix + numeric.name.removeprefix(prefix + SPECULAR)
         for warning in told:
             # This warning concerns a scene with its files' bytes and a model without: no file is missing then.
             if not str(warning).startswith("Attaching a child without asset dict"):
@@ -130,7 +136,8 @@ def _strip(spec: mujoco.MjSpec) -> None:
     """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
     for many in (spec.keys, spec.tuples, spec.numerics):
         for element in list(many):
-            spec.delete(element)
+            if not element.name.startswith(SPECULAR):
+                spec.delete(element)
     for text in list(spec.texts):
         if text.name.startswith(PREFIX):
             spec.delete(text)

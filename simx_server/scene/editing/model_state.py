@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 
 _EDITABLE = (
-    "body_", "jnt_", "dof_", "geom_", "site_", "cam_", "light_", "actuator_", "tendon_", "eq_", "mat_", "pair_", "qpos",
+    "body_", "jnt_", "dof_", "geom_", "site_", "cam_", "light_", "actuator_", "tendon_", "eq_", "mat_", "pair_",
+    "numeric_data", "qpos",
 )  # fmt: skip
 """Prefixes of the names of model arrays a command may write; meshes, textures and the like are never written."""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from simx_server.scene.editing.model_state import option_values, write_options
 from simx_server.scene.editing.twins import Twins
+from simx_server.scene.geometry.highlights import highlights_of
 
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
@@ -93,6 +94,7 @@ def carry_over(
                 differs = True
     _unmark_simple(new_model)
     options = option_values(old_model)
+    differs |= _carry_highlights(old_model, new_model)
     differs |= not _are_equal(options, option_values(new_model))
     write_options(new_model, options)
     _carry_joints(old_model, old_data, new_model, new_data, *twins.pairs("jnt", copies))
@@ -103,6 +105,17 @@ def carry_over(
     if new_model.nuserdata == old_model.nuserdata:
         new_data.userdata[:] = old_data.userdata
     new_data.time = old_data.time
+    return differs
+
+
+def _carry_highlights(old_model: mujoco.MjModel, new_model: mujoco.MjModel) -> bool:
+    """Give the new model the colours of highlights; return whether one differs from the compiled one."""
+    differs, old = False, highlights_of(old_model)
+    for material, color in highlights_of(new_model).items():
+        before = mujoco.mj_name2id(old_model, mujoco.mjtObj.mjOBJ_MATERIAL, new_model.material(material).name)
+        if before in old and not np.array_equal(old[before], color):
+            color[:] = old[before]
+            differs = True
     return differs
 
 

@@ -32,6 +32,10 @@ def default_scene(sources: Sources) -> mujoco.MjSpec:
         return mujoco.MjSpec.from_string(text, vfs=files)
 
 
+_CAMERA = "DefaultCamera"
+"""Through it people look at the scene; its place is made for the floor, not for the model that stands there."""
+
+
 def surround(spec: mujoco.MjSpec, sources: Sources, *, with_settings: bool = True) -> None:
     """Add the floor, lights and view cameras of V-REP's default scene.
 
@@ -44,6 +48,7 @@ def surround(spec: mujoco.MjSpec, sources: Sources, *, with_settings: bool = Tru
         ValueError: MuJoCo cannot read the shipped parts.
     """
     scene = default_scene(sources)
+    scene.text(f"{PREFIX}camera:{_CAMERA}").data += " whole=yes"
     _rename(scene, spec)
     copier = Copier(lambda name: name)
     for kind in ("texture", "material", "text", "numeric"):

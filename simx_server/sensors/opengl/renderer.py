@@ -3,6 +3,8 @@
 Shadows and multisampling cost ten to twenty times the image itself in software and V-REP's sensors had neither, so
 both are off, as are reflections, fog and the skybox.
 
+Light, transparency and background are V-REP's (see `commands`).
+
 Each view has its own frustum with its own far plane, so OpenGL cuts colour and depth exactly where V-REP did, and
 cleared pixels mean that nothing is seen.
 
@@ -23,7 +25,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.geometry.highlights import highlights_of
 from simx_server.sensors.opengl.backend import make_gl_context
+from simx_server.sensors.opengl.commands import COUNT, Commands
 from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
 from simx_server.sensors.vision.image import (
     DEPTH_OFFSET,
@@ -35,7 +39,6 @@ from simx_server.sensors.vision.image import (
     nothing,
 )
 from simx_server.sensors.vision.visibility import (
-    OPAQUE_ALPHA,
     SENSORS_GROUP,
     VISIBLE_GROUPS,
     drawn,
@@ -82,7 +85,7 @@ class OpenGLRenderer:
             self._gl.make_current()
             _offset_depth()
             self._take(model)
-            if self._fine.currentBuffer != _OFFSCREEN:
+            if self._fine.drawing.currentBuffer != _OFFSCREEN:
                 raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
         except BaseException:
             self._gl.free()
@@ -101,11 +104,12 @@ class OpenGLRenderer:
     def _take(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._round = round_geoms(model)
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
+        self._highlights = highlights_of(model)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16 + COUNT)
         self._scene.flags[:] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
-        self._fine = _drawing(model)
-        self._coarse: mujoco.MjrContext | None = None
+        self._fine = Commands(_drawing(model))
+        self._coarse: Commands | None = None
 
     def render(
         self,
@@ -129,7 +133,7 @@ class OpenGLRenderer:
             mujoco.FatalError: OpenGL failed; make a new renderer.
         """
         view.check_camera(self._model)
-        masked = rgb and any(view.background_bytes())
+        masked = rgb and view.codes is not None
         colours = np.empty((view.height, view.width, 3), np.uint8) if rgb else None
         nearness = np.empty((view.height, view.width), np.float32) if depth or masked else None
         rows_at_once = max(1, PART // view.width)
@@ -140,8 +144,7 @@ class OpenGLRenderer:
             self._render_rows(data, view, rows, colours, nearness)
 
         if masked and colours is not None and nearness is not None:
-            # MuJoCo always clears to black. Filling each pixel as one item is seven times as fast as three
-            # bytes.
+            # MuJoCo clears to black. Filling each pixel as one item is seven times as fast as three bytes.
             background = np.array(view.background_bytes(), np.uint8)
             colours.view("V3")[..., 0][nearness == 0.0] = background.view("V3")
         if not depth or nearness is None:
@@ -164,7 +167,7 @@ class OpenGLRenderer:
         if self._option.geomgroup[_LAST_GROUP]:  # MuJoCo takes several groups for the last one
             near &= drawn(self._model, view)
         height = rows.stop - rows.start
-        drawing = self._drawing_for(data, view, height, near)
+        commands = self._commands_for(data, view, height, near)
         self._take_scene(data, view, rows)
         # Without colour, light and textures are not needed: constant colours are much cheaper.
         flat = colours is None or view.codes is not None
@@ -173,19 +176,25 @@ class OpenGLRenderer:
         self._leave_out(data, view, near, flat)
         if view.codes is not None:
             self._write_codes(view.codes)
+        if not flat:
+            self._tint(commands)
+            commands.add(self._scene, view.background)
         rect = mujoco.MjrRect(0, 0, view.width, height)
-        mujoco.mjr_render(rect, self._scene, drawing)
+        mujoco.mjr_render(rect, self._scene, commands.drawing)
+        commands.end()
         mujoco.mjr_readPixels(
             None if colours is None else colours[rows],
             None if nearness is None else nearness[rows],
             rect,
-            drawing,
+            commands.drawing,
         )
 
     def rest(self) -> None:
         """Shrink large offscreen buffers; the next image enlarges them as needed."""
         self._gl.make_current()
-        for drawing in (self._fine, self._coarse):
+        self._scene.ngeom = 0
+        for commands in (self._fine, self._coarse):
+            drawing = None if commands is None else commands.drawing
             if drawing is not None and drawing.offWidth * drawing.offHeight > _LARGE:
                 mujoco.mjr_resizeOffscreen(1, 1, drawing)
                 # A driver frees the old buffers when it has drawn to the new ones.
@@ -203,25 +212,26 @@ class OpenGLRenderer:
         self._gl.free()
 
     def _free_drawings(self) -> None:
-        for drawing in (self._fine, self._coarse):
-            if drawing is not None:
-                drawing.free()
+        for commands in (self._fine, self._coarse):
+            if commands is not None:
+                commands.free()
 
-    def _drawing_for(
+    def _commands_for(
         self, data: mujoco.MjData, view: CameraView, rows: int, near: NDArray[np.bool_]
-    ) -> mujoco.MjrContext:
-        """Return the context to draw this view with; its buffer is at least as large as the largest part so far."""
-        quality, drawing = self._model.vis.quality, self._fine
+    ) -> Commands:
+        """Return what to draw this view with; its buffer is at least as large as the largest part so far."""
+        quality, commands = self._model.vis.quality, self._fine
         corners = min(quality.numslices, 2 * quality.numstacks) // 2
         chosen = np.flatnonzero(near & self._round)
         if corners >= _FEWEST_CORNERS and may_be_coarse(self._model, data, view, chosen, corners):
             # Made on first use: it holds all meshes and textures a second time.
-            drawing = self._coarse = self._coarse or _drawing(self._model, is_coarse=True)
+            commands = self._coarse = self._coarse or Commands(_drawing(self._model, is_coarse=True))
+        drawing = commands.drawing
         mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
         if view.width > drawing.offWidth or rows > drawing.offHeight:
             width, height = max(view.width, drawing.offWidth), max(rows, drawing.offHeight)
             mujoco.mjr_resizeOffscreen(width, height, drawing)
-        return drawing
+        return commands
 
     def _take_scene(self, data: mujoco.MjData, view: CameraView, rows: slice) -> None:
         if (stand := view.viewpoint) is None:
@@ -247,14 +257,26 @@ class OpenGLRenderer:
         """Leave out geoms that need not be drawn.
 
         Geoms beside the view: their vertices cost as much as in the middle, and a hand camera has its robot behind
-        it. Flat drawing makes everything solid, so geoms that leave no depth in a coloured image are left out too.
+        it. Flat drawing makes everything solid, so planes that leave no depth in a coloured image are left out too.
         """
         eye, _ = view.pose(data)
         for geom in self._scene.geoms[: self._scene.ngeom]:
             beside = not near[geom.objid] if geom.objtype == _GEOM else view.only is not None
-            unseen = flat and (_is_back(geom, eye) or (view.codes is None and geom.rgba[3] < OPAQUE_ALPHA))
+            unseen = flat and _is_back(geom, eye)
+            geom.reflectance = 0.0  # MuJoCo draws one reflecting geom before all others
             if beside or unseen:
                 geom.type = _NOTHING
+
+    def _tint(self, commands: Commands) -> None:
+        """Give the geoms whose material says so highlights of a colour."""
+        if not self._highlights:
+            return
+        matid = self._model.geom_matid
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            if geom.objtype == _GEOM and geom.type != _NOTHING:
+                color = self._highlights.get(int(matid[geom.objid]))
+                if color is not None:
+                    commands.tint(geom, color)
 
     def _write_codes(self, codes: tuple[int, ...]) -> None:
         for geom in self._scene.geoms[: self._scene.ngeom]:

@@ -1,6 +1,6 @@
 """Images without OpenGL: MuJoCo's ray queries, one ray per pixel.
 
-Slower than OpenGL except for small images, and simpler: no highlights, no skins or flexes. It works wherever mujoco
+Slower than OpenGL except for small images, and simpler: no skins or flexes. It works wherever mujoco
 does, and each depth is exact before V-REP's polygon offset. Where two surfaces meet, the nearer one is seen; the offset
 of OpenGL moves such a line by up to half a pixel.
 """
@@ -102,6 +102,7 @@ class RaycastRenderer:
         colour = np.zeros((count, 3), np.float32)
         distance = np.full(count, view.far, np.float64)
         unblocked = np.ones(count, np.float32)
+        unmeasured = np.ones(count, bool)
 
         todo: list[tuple[NDArray[np.intp], tuple[int, ...]]] = [(np.arange(count), ())]
         while todo:
@@ -112,9 +113,9 @@ class RaycastRenderer:
             facing = np.einsum("ij,ij->i", normals, some.directions) < 0.0
             seen = hit & facing & (depths >= view.near)
             solid = seen & (alpha[geom_ids] >= OPAQUE_ALPHA)
-            distance[pixels[solid]] = seeing.drawn_depths(
-                some.of(np.flatnonzero(solid)), depths[solid], normals[solid]
-            )
+            first = np.flatnonzero(seen & unmeasured[pixels])
+            distance[pixels[first]] = seeing.drawn_depths(some.of(first), depths[first], normals[first])
+            unmeasured[pixels[first]] = False
             if rgb and seen.any():
                 lit = np.flatnonzero(seen)
                 where, geoms = pixels[lit], geom_ids[lit]

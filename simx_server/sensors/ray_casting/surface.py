@@ -1,15 +1,20 @@
 """The appearance of a surface to a cast ray: its colour and the light on it.
 
-Follows MuJoCo's OpenGL renderer (fixed-function lighting without highlights): emission plus, for every light,
-ambient plus diffuse times the cosine of the angle of incidence, times the colour, times the texture. A plane shows
-its texture; other geoms show the mean colour of theirs.
+Follows the OpenGL renderer, that is fixed-function lighting with an eye far away. Emission plus, for every light,
+ambient plus diffuse times the cosine of the angle of incidence, times the colour; plus the highlight of every light,
+specular light times specular colour times a power of the cosine between the surface's normal and the half-way vector
+of the directions to light and eye. All that times the texture: a plane shows its texture; other geoms show the mean
+colour of theirs.
 """
 
 import math
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from simx_server.scene.geometry.highlights import highlights_of
 
 Points = NDArray[np.float64]
 """(n, 3) in the world frame: metres or unit vectors."""
@@ -21,6 +26,9 @@ _MOST_LIGHTS = 8
 
 _WITHOUT_LIGHTS = 0.3
 """Ambient light that MuJoCo's renderer assumes for a scene without lights."""
+_WITHOUT_MATERIAL = (0.5, 0.5, 0.0)
+"""Specular part, shininess and emission that MuJoCo's renderer gives a geom without a material."""
+
 _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 """A geom's default colour, which the material's colour overrides."""
 
@@ -30,9 +38,10 @@ class Surfaces:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
+        self._tinted = highlights_of(model)
         self._scene = mujoco.MjvScene(model, maxgeom=1)
         for eye in self._scene.camera:
-            # Only so that mjv_makeLights accepts the scene; the headlight is aimed in _light.
+            # Only so that mjv_makeLights accepts the scene; the headlight is aimed later.
             eye.frustum_near, eye.forward, eye.up = 1.0, (0, 0, -1), (0, 1, 0)
         self._textures = [_texels(model, texid) for texid in range(model.ntex)]
         self._mean_colours = [texels.mean(axis=(0, 1)) for texels in self._textures]
@@ -54,41 +63,37 @@ class Surfaces:
         forward: NDArray[np.float64],
     ) -> NDArray[np.float32]:
         """Return (n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`."""
-        colours = self._light(data, points, normals, forward)
-        emission = self._emission()
+        mujoco.mjv_makeLights(self._model, data, self._scene)
+        lights = self._scene.lights[: min(self._scene.nlight, _MOST_LIGHTS)]
+        specular, shininess, emission = self._finish()
+        colours = _light(lights, points, normals, forward)
         if emission.any():
             colours += emission[geom_ids, np.newaxis]
         colours *= self.rgba()[geom_ids, :3]
+        shines = np.flatnonzero(specular[geom_ids] > 0.0)
+        if len(shines):
+            exponents = 128.0 * shininess[geom_ids[shines]]
+            highlights = _highlights(lights, points[shines], normals[shines], forward, exponents)
+            colours[shines] += self._highlight_colours(specular)[geom_ids[shines]] * highlights
         np.minimum(colours, 1.0, out=colours)
         self._apply_textures(data, geom_ids, points, colours)
         return colours
 
-    def _emission(self) -> NDArray[np.float32]:
-        matid = self._model.geom_matid
-        if not self._model.nmat:
-            return np.zeros(len(matid), np.float32)
-        return np.where(matid >= 0, self._model.mat_emission[np.maximum(matid, 0)], np.float32(0))
+    def _finish(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Return (ngeom,) each: specular part, shininess and emission of the geoms, 0..1."""
+        model = self._model
+        finish = np.stack((model.mat_specular, model.mat_shininess, model.mat_emission))
+        # The last column is that of geoms without a material, whose number is -1.
+        finish = np.column_stack((finish, _WITHOUT_MATERIAL)).astype(np.float32)
+        specular, shininess, emission = finish[:, model.geom_matid]
+        return specular, shininess, emission
 
-    def _light(
-        self, data: mujoco.MjData, points: Points, normals: Points, forward: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
-        """Return (n, 3): ambient and diffuse light that reaches each point."""
-        mujoco.mjv_makeLights(self._model, data, self._scene)
-        lights = self._scene.lights[: min(self._scene.nlight, _MOST_LIGHTS)]
-        parallel = [light for light in lights if _is_parallel(light)]
-        ambient = sum((light.ambient for light in parallel), np.zeros(3, np.float32))
-        total = np.empty(points.shape, np.float32)
-        total[:] = ambient if lights else _WITHOUT_LIGHTS
-        shining = [light for light in parallel if light.diffuse.any()]
-        if shining:
-            towards = -np.stack([forward if light.headlight else light.dir for light in shining])
-            incidence = normals.astype(np.float32) @ towards.T.astype(np.float32)
-            np.maximum(incidence, 0.0, out=incidence)
-            total += incidence @ np.stack([light.diffuse for light in shining])
-        for light in lights:
-            if not _is_parallel(light):
-                total += _from_a_point(light, points, normals)
-        return total
+    def _highlight_colours(self, specular: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return (ngeom, 3): the colours of highlights, whose strengths are `specular`."""
+        colours = np.repeat(specular[:, np.newaxis], 3, axis=1)
+        for material, color in self._tinted.items():
+            colours[self._model.geom_matid == material] = color
+        return colours
 
     def _apply_textures(
         self, data: mujoco.MjData, geom_ids: Ids, points: Points, colours: NDArray[np.float32]
@@ -149,8 +154,58 @@ def _is_parallel(light: mujoco.MjvLight) -> bool:
     return bool(light.headlight) or light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
 
 
-def _from_a_point(light: mujoco.MjvLight, points: Points, normals: Points) -> NDArray[np.float64]:
-    """Return (n, 3): light of a lamp with a position, weaker with distance and, for a spot, outside its cone."""
+def _light(
+    lights: Sequence[mujoco.MjvLight], points: Points, normals: Points, forward: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return (n, 3): ambient and diffuse light that reaches each point."""
+    parallel = [light for light in lights if _is_parallel(light)]
+    ambient = sum((light.ambient for light in parallel), np.zeros(3, np.float32))
+    total = np.empty(points.shape, np.float32)
+    total[:] = ambient if lights else _WITHOUT_LIGHTS
+    shining = [light for light in parallel if light.diffuse.any()]
+    if shining:
+        towards = -np.stack([forward if light.headlight else light.dir for light in shining])
+        incidence = normals.astype(np.float32) @ towards.T.astype(np.float32)
+        np.maximum(incidence, 0.0, out=incidence)
+        total += incidence @ np.stack([light.diffuse for light in shining])
+    for light in lights:
+        if not _is_parallel(light):
+            towards, strength = _from_a_point(light, points)
+            incidence = np.maximum(np.einsum("ij,ij->i", normals, towards), 0.0)
+            total += strength[:, np.newaxis] * (light.ambient + incidence[:, np.newaxis] * light.diffuse)
+    return total
+
+
+def _highlights(
+    lights: Sequence[mujoco.MjvLight],
+    points: Points,
+    normals: Points,
+    forward: NDArray[np.float64],
+    exponents: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Return (n, 3): light that each point reflects as a mirror with a specular colour of 1 would."""
+    total = np.zeros(points.shape, np.float32)
+    for light in lights:
+        if not np.any(light.specular):
+            continue
+        if _is_parallel(light):
+            towards = -np.broadcast_to(forward if light.headlight else light.dir, points.shape)
+            strength = np.ones(len(points))
+        else:
+            towards, strength = _from_a_point(light, points)
+        halfway = towards - forward
+        halfway /= np.maximum(np.linalg.norm(halfway, axis=1), 1e-9)[:, np.newaxis]
+        cosine = np.maximum(np.einsum("ij,ij->i", normals, halfway), 0.0)
+        is_lit = np.einsum("ij,ij->i", normals, towards) > 0.0
+        total += (is_lit * strength * cosine**exponents)[:, np.newaxis] * light.specular
+    return total
+
+
+def _from_a_point(light: mujoco.MjvLight, points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the directions (n, 3) to a lamp with a position, and its strength (n,) at points.
+
+    It is weaker with distance and, for a spot, outside its cone.
+    """
     towards = light.pos - points
     distance = np.linalg.norm(towards, axis=1)
     towards /= np.maximum(distance, 1e-9)[:, np.newaxis]
@@ -159,8 +214,7 @@ def _from_a_point(light: mujoco.MjvLight, points: Points, normals: Points) -> ND
     if light.type == mujoco.mjtLightType.mjLIGHT_SPOT and light.cutoff < 180.0:
         cosine = np.maximum(towards @ -np.asarray(light.dir, np.float64), 0.0)
         strength *= np.where(cosine > math.cos(math.radians(light.cutoff)), cosine**light.exponent, 0.0)
-    incidence = np.maximum(np.einsum("ij,ij->i", normals, towards), 0.0)
-    return strength[:, np.newaxis] * (light.ambient + incidence[:, np.newaxis] * light.diffuse)
+    return towards, strength
 
 
 def _texels(model: mujoco.MjModel, texid: int) -> NDArray[np.float32]:

@@ -72,28 +72,32 @@ def content_of(model: mujoco.MjModel, data: mujoco.MjData) -> Content | None:
     return Content(low[chosen].min(axis=0), high[chosen].max(axis=0)) if chosen.any() else None
 
 
-def framed(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView, far: Viewpoint) -> Viewpoint | None:
+def framed(
+    model: mujoco.MjModel, data: mujoco.MjData, view: CameraView, free: CameraView, *, whole: bool = False
+) -> Viewpoint | None:
     """Return a viewpoint that shows the content, None where a view shows it already.
 
     Args:
         model: the model.
         data: its state, with forward kinematics done.
         view: a perspective view; its direction is kept where it sees a part of the content.
-        far: gives the direction otherwise.
+        free: a view from a viewpoint, which can be elsewhere; gives the direction otherwise.
+        whole: whether the image shall show all of the content, as large as possible.
     """
     content = content_of(model, data)
-    if content is None or view.orthographic_size is not None:
+    far = free.viewpoint
+    if content is None or far is None or view.orthographic_size is not None:
         return None
     eye, turn = view.pose(data)
     half_width, half_height = view.half_extent()
     is_seen = bool(np.any(near_the_view(model, data, view) & _things(model, *geom_boxes(model, data))))
     depth = float((content.centre - eye) @ -turn[:, 2])
-    if is_seen and content.radius >= _FILLED * max(depth, 0.0) * max(half_width, half_height):
+    if is_seen and not whole and content.radius >= _FILLED * max(depth, 0.0) * max(half_width, half_height):
         return None
     forward = -turn[:, 2] if is_seen else _forward(far)
     azimuth = float(np.degrees(np.arctan2(forward[1], forward[0])))
     elevation = float(np.degrees(np.arcsin(np.clip(forward[2], -1.0, 1.0))))
-    distance = content.distance(forward, (half_width, half_height))
+    distance = content.distance(forward, free.half_extent())
     x, y, z = content.centre.tolist()
     return replace(far, lookat=(x, y, z), distance=distance, azimuth_deg=azimuth, elevation_deg=elevation)
 

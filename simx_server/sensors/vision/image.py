@@ -7,7 +7,7 @@ Rules, the same for OpenGL and for ray casting:
   plane RGB is the background and depth is 1, as in V-REP;
 * depth has V-REP's polygon offset, `DEPTH_OFFSET`: a tilted surface is a little farther away than it is;
 * only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces; users see those of `USERS_GROUP` too;
-* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and do not change the depth;
+* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and have a depth, as in V-REP;
 * an image of codes instead of colours has one code per pixel, exactly, and see-through geoms are solid in it.
 """
 

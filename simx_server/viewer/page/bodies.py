@@ -4,30 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from typing import cast
+from typing import Any
 
 import mujoco
 import numpy as np
 import trimesh
 import trimesh.visual
 import viser
-from mjviser.conversions import group_geoms_by_visual_compat, merge_geoms
+from mjviser.conversions import get_geom_texture_id, group_geoms_by_visual_compat, merge_geoms
 from PIL import Image
-from trimesh.graph import smooth_shade  # pyright: ignore[reportUnknownVariableType]
+
+from simx_server.sensors.vision.visibility import OPAQUE_ALPHA
+from simx_server.viewer.page.smoothing import smoothed
 
 _SELECTED = (255, 140, 0)
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _ENDLESS = 20.0
 """Half the side in metres at which an infinite plane is drawn."""
 
+_GAMMA = 2.2
+"""Exponent from colours of the screen to linear ones."""
+
 _SEEN_GROUPS = (0, 1, 2, 6)
 """Geoms of other groups only collide; the last group is that of shapes which vision sensors do not see."""
-
-_SHARP = np.radians(40.0)
-"""Angle between two faces from which their edge is shown."""
-
-_MOST_SMOOTHED = 100_000
-"""Faces of a mesh that is smoothed; that many take half a second."""
 
 _CONVERTED = frozenset(
     int(kind)
@@ -45,7 +44,7 @@ _CONVERTED = frozenset(
 
 
 def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
-    """Yield the visible meshes of a body, in the body's frame; geoms with one texture are one mesh."""
+    """Yield the visible meshes of a body, in the body's frame; opaque geoms without a texture are one mesh."""
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     seen = [geom for geom in range(first, first + count) if _is_seen(model, geom)]
     papered = {geom: texture for geom in seen if (texture := _paper(model, geom)) >= 0}
@@ -54,18 +53,37 @@ def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
     plain = [geom for geom in seen if geom not in papered]
     with _own_colors(model, plain):
         for group in group_geoms_by_visual_compat(model, plain):
-            yield smoothed(merge_geoms(model, group))
+            # Merged textures would be parts of one image, and could not be repeated.
+            if get_geom_texture_id(model, group[0]) >= 0:
+                for geom in group:
+                    yield _in_linear_colors(smoothed(merge_geoms(model, [geom])))
+                continue
+            if opaque := [geom for geom in group if _rgba(model, geom)[3] >= OPAQUE_ALPHA]:
+                yield smoothed(merge_geoms(model, opaque))
+            for geom in group:
+                if geom not in opaque:
+                    yield _see_through(smoothed(merge_geoms(model, [geom])), _rgba(model, geom))
 
 
-def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return a mesh whose faces share normals except at sharp edges: without normals browsers show each face flat."""
-    if not 0 < len(mesh.faces) <= _MOST_SMOOTHED:
-        return mesh
-    if isinstance(mesh.visual, trimesh.visual.ColorVisuals):  # corners of a texture may differ in one place
-        mesh.merge_vertices(merge_norm=True)
-    found = cast(trimesh.Trimesh, smooth_shade(mesh, angle=_SHARP))
-    _ = found.vertex_normals  # only normals that were computed are sent
-    return found
+def _see_through(mesh: trimesh.Trimesh, rgba: np.ndarray) -> trimesh.Trimesh:
+    """Return the mesh with a material that lets see through: colours of its points do not."""
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorFactor=np.asarray(rgba, float), metallicFactor=0.0, roughnessFactor=1.0
+    )
+    mesh.visual = trimesh.visual.TextureVisuals(material=material)
+    return _in_linear_colors(mesh)
+
+
+def _in_linear_colors(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Return the mesh; the colour by which its texture is multiplied is now in glTF's linear numbers."""
+    material: Any = getattr(mesh.visual, "material", None)  # trimesh declares little of it
+    factor = getattr(material, "baseColorFactor", None)
+    if factor is not None:
+        rgba = np.asarray(factor, float) / 255
+        material.baseColorFactor = [*rgba[:3] ** _GAMMA, rgba[3]]
+        if rgba[3] < 1:
+            material.alphaMode = "BLEND"
+    return mesh
 
 
 def appearance(model: mujoco.MjModel, body: int) -> bytes:
@@ -154,7 +172,7 @@ def _papered_plane(model: mujoco.MjModel, geom: int, texture: int) -> trimesh.Tr
     mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
     pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), model.geom_pos[geom]
     mesh.apply_transform(pose)  # pyright: ignore[reportUnknownMemberType]  # trimesh declares no result
-    return mesh
+    return _in_linear_colors(mesh)
 
 
 class Body:

@@ -38,13 +38,13 @@ class Drawings:
         places = np.array([item[: 3 * count] for item in drawing["items"]], np.float32).reshape(-1, count, 3)
         kind = drawing["flags"] & _KIND
         if kind == LINES:
-            self._scene.add_line_segments(path, places, color, thickness=max(1.0, drawing["size"]))
+            self._add_lines(path, places, drawing)
         elif kind == STRIP:
             joined = places[:, 0]
             ends = np.roll(joined, -1, axis=0) if drawing["flags"] & CYCLIC else joined[1:]
             pairs = np.stack([joined[: len(ends)], ends], axis=1)
             if len(pairs):
-                self._scene.add_line_segments(path, pairs, color, thickness=max(1.0, drawing["size"]))
+                self._add_lines(path, pairs, drawing)
         elif kind == TRIANGLES:
             corners = places.reshape(-1, 3)
             faces = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
@@ -54,3 +54,8 @@ class Drawings:
             # pixels.
             size = drawing["size"] if kind else _POINT_SIZE
             self._scene.add_point_cloud(path, places[:, 0], color, point_size=size, point_shape="circle")
+
+    def _add_lines(self, path: str, places: np.ndarray, drawing: Drawing) -> None:
+        """Add lines, whose size is a width in pixels."""
+        color, width = np.clip(drawing["color"], 0.0, 1.0), max(1.0, drawing["size"])
+        self._scene.add_line_segments(path, places, color, thickness=width, thickness_units="screen")

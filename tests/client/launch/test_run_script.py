@@ -143,6 +143,11 @@ def test_missing_script_is_said_in_one_line(tmp_path: Path) -> None:
             "simx-run: robot.ttt is a scene; name a script too: simx-run --server robot.ttt SCRIPT",
         ),
         (("robot.c",), "simx-run: robot.c is no Python script; "),
+        (
+            ("ur5",),
+            "simx-run: cannot open ur5: No such file or directory; name the script's .py file, or, if it is a scene: "
+            "simx-run --server ur5 SCRIPT",
+        ),
     ],
 )
 def test_what_is_no_script_is_named_for_what_it_is(

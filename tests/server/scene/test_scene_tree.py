@@ -236,7 +236,8 @@ def annotated(custom: str) -> None:
         ('<text name="simx:vision:c" data="near=-1"/>', "valid for near is a number above 0"),
         ('<text name="simx:joint:j" data="P=nan"/>', "valid for P is a finite number"),
         ('<numeric name="simx:time_step" data="0"/>', "valid is one number above 0"),
-        ('<numeric name="simx:time_stop" data="1"/>', "valid is 'simx:time_step'"),
+        ('<numeric name="simx:time_stop" data="1"/>', "valid are 'simx:time_step' and 'simx:spec"),
+        ('<numeric name="simx:specular:gold" data="1 2 0"/>', "red, green and blue, each from 0 to 1"),
     ],
 )
 def test_bad_annotation_names_the_element_and_what_is_valid(custom: str, message: str) -> None:
@@ -330,7 +331,12 @@ def test_a_folder_is_no_scene_and_its_scenes_are_listed(
         (
             "robot.c",
             "int main() {}",
-            r"cannot read 'robot.c': it is no scene; files that the server opens end with \.xml, .*\.ttt",
+            r"cannot read 'robot.c': it is a program in C or C\+\+, for V-REP's own library: .*--legacy-port",
+        ),
+        (
+            "robot.txt",
+            "robot",
+            r"cannot read 'robot.txt': it is no scene; files that the server opens end with \.xml, .*\.ttt",
         ),
         (
             "robot.xml",

@@ -221,15 +221,33 @@ def test_collision_shapes_sites_and_invisible_geoms_are_not_seen(make_renderer) 
     assert np.abs(alone.depth - picture.depth).max() < 1e-5
 
 
-def test_a_see_through_geom_tints_and_leaves_no_depth(make_renderer) -> None:
+def test_a_see_through_geom_tints_by_its_opacity_and_has_depth(make_renderer) -> None:
     pane = '<geom type="box" size="0.2 0.01 0.2" rgba="1 0 0 0.5"/><site name="dummy"'
-    xml = SCENE.replace('<site name="dummy"', pane)
-    clear, tinted = picture_of(make_renderer), picture_of(make_renderer, xml)
-    assert np.abs(clear.depth - tinted.depth).max() < 1e-5
-    assert tinted.rgb[60, 80, 0] > clear.rgb[60, 80, 0] + 30
+    solid, xml = (SCENE.replace('<site name="dummy"', text) for text in (pane.replace("0.5", "1"), pane))
+    clear, tinted, opaque = (picture_of(make_renderer, each) for each in (SCENE, xml, solid))
+    assert np.array_equal(tinted.depth, opaque.depth)
+    assert tinted.depth[60, 80] < clear.depth[60, 80]
+    middle = (clear.rgb[60, 80].astype(float) + opaque.rgb[60, 80]) / 2
+    assert tinted.rgb[60, 80] == pytest.approx(middle, abs=1)
     model, data = load(xml)
     alone = make_renderer(model).render(data, FRONT, rgb=False, depth=True)
-    assert np.abs(alone.depth - clear.depth).max() < 1e-5
+    assert np.abs(alone.depth - opaque.depth).max() < 1e-5
+
+
+def test_what_is_see_through_lies_over_the_background_and_over_what_is_farther(make_renderer) -> None:
+    panes = """
+    <mujoco>
+      <visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
+      <worldbody>
+        <geom type="box" size="9 0.01 9" pos="0 2 0" rgba="0 1 0 0.5"/>
+        <geom type="box" size="9 0.01 9" pos="0 4 0" rgba="0 0 1 0.2"/>
+        <camera name="eye" xyaxes="1 0 0 0 0 1"/>
+      </worldbody>
+    </mujoco>
+    """
+    view = dataclasses.replace(FRONT, background=(1.0, 0.0, 0.0))
+    picture = picture_of(make_renderer, panes, view)
+    assert picture.rgb[60, 80] == pytest.approx([0.4 * 255, 0.5 * 255, 0.1 * 255], abs=1)
 
 
 @pytest.mark.parametrize("size", [None, 2.0], ids=["perspective", "orthographic"])

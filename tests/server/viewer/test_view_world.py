@@ -7,9 +7,11 @@ from typing import Any, cast
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 
 pytest.importorskip("viser", reason="needs the extra viewer")
 
+import trimesh
 import viser
 from browser_panels import browser
 from trimesh.visual import ColorVisuals, TextureVisuals
@@ -21,6 +23,7 @@ from simx_server.viewer.page.drawings import Drawings
 from simx_server.viewer.page.lights import lit
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.selected import Selected
+from simx_server.viewer.page.smoothing import smoothed
 from simx_server.viewer.page.tools.gizmo import Gizmo
 from simx_server.viewer.page.world import World, contact_forces
 
@@ -190,3 +193,38 @@ def test_drawing_objects_are_shown_as_what_they_are(
     drawings.update([])
     assert "/drawings/1" not in browser.scene._handle_from_node_name
     assert not drawings.frame.visible
+
+
+def test_a_textured_mesh_of_many_parts_gets_normals_and_keeps_its_texture() -> None:
+    corners = trimesh.creation.box().triangles.reshape(-1, 3)
+    points = np.concatenate([corners + np.array((3 * n, 0, 0)) for n in range(20)])
+    faces = np.arange(len(points)).reshape(-1, 3)  # no two share a point
+    uv = points[:, :2] / 60
+    paper: Any = TextureVisuals(uv=uv, image=Image.new("RGB", (64, 64), "red"))
+    found: Any = smoothed(trimesh.Trimesh(points, faces, visual=paper, process=False))
+    assert len(found.vertices) == 20 * 36
+    assert np.abs(found.vertex_normals).max(axis=1) == pytest.approx(1.0), "all edges of a box are sharp"
+    assert found.visual.material is paper.material
+    assert found.visual.uv == pytest.approx(found.vertices[:, :2] / 60)
+
+
+def test_what_is_see_through_has_a_material_that_blends() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><geom size="1" rgba="1 0 0 1"/><geom size="1" rgba="0 0.5 1 0.4"/>
+        <geom size="1" rgba="0 1 0 1"/></worldbody></mujoco>"""
+    )
+    opaque, clear = meshes_of(model, 0)
+    assert isinstance(opaque.visual, ColorVisuals)
+    assert isinstance(clear.visual, TextureVisuals)
+    material = cast(PBRMaterial, clear.visual.material)
+    assert material.alphaMode == "BLEND"
+    assert np.array(material.baseColorFactor) / 255 == pytest.approx([0, 0.5**2.2, 1, 0.4], abs=0.01)
+
+
+def test_faces_that_meet_at_a_small_angle_share_a_normal_and_reversed_ones_do_not() -> None:
+    points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0.2], [-1, 0, 0.2]], float)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 1, 2], [0, 3, 1]])  # a roof, and the same from below
+    found = smoothed(trimesh.Trimesh(points, faces, process=False))
+    ridge = found.vertex_normals[np.abs(found.vertices[:, 0]) < 1e-6]
+    assert np.abs(ridge[:, 2]) == pytest.approx(1.0)
+    assert set(ridge[:, 2].round()) == {-1.0, 1.0}

@@ -95,7 +95,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "filters": filters,
         "single_pixel": switch,
     },
-    "camera": {"view": switch},
+    "camera": {"view": switch, "whole": switch},
     "dummy": {"linked": str, "link": one_of("physics", "ik")},
     "proximity": {
         "type": one_of("ray", "cone", "cylinder", "pyramid", "disc", "random_rays"),

@@ -40,8 +40,12 @@ def read_annotations(spec: mujoco.MjSpec) -> Annotations:
     for numeric in spec.numerics:
         if numeric.name == PREFIX + "time_step":
             found.time_step = _read_time_step(list(numeric.data))
+        elif numeric.name.startswith(f"{PREFIX}specular:"):
+            _check_color(numeric.name, list(numeric.data))
         elif numeric.name.startswith(PREFIX):
-            raise SceneError(f"numeric '{numeric.name}' is not known; valid is '{PREFIX}time_step'")
+            raise SceneError(
+                f"numeric '{numeric.name}' is not known; valid are '{PREFIX}time_step' and '{PREFIX}specular:MATERIAL'"
+            )
     return found
 
 
@@ -62,6 +66,13 @@ def _file(found: Annotations, kind: str, name: str, note: Annotation) -> None:
         first, second = (kind, name) if is_registered else (name, kind)
         place = found.registered if is_registered else found.objects
         place.setdefault(first, {}).setdefault(second, {}).update(note)
+
+
+def _check_color(name: str, values: list[float]) -> None:
+    if len(values) != 3 or not all(0 <= value <= 1 for value in values):
+        raise SceneError(
+            f"numeric '{name}' has data {values}; valid are red, green and blue, each from 0 to 1"
+        )
 
 
 def _read_time_step(values: list[float]) -> float:

@@ -89,6 +89,8 @@ def _foreign(data: bytes) -> SceneError:
         return SceneError(
             "it is a Git LFS pointer, not the file itself; run 'git lfs pull' in the repository it came from"
         )
+    if start[:14].lower().startswith((b"<!doctype html", b"<html")):
+        return SceneError("it is a web page, not the file itself; download the file that the page shows")
     if start.startswith(b"<"):
         return SceneError(
             "it is XML; CoppeliaSim's XML scenes and models are not read. Open it in CoppeliaSim and save it as "
@@ -97,5 +99,5 @@ def _foreign(data: bytes) -> SceneError:
     if data[:4] == b"VREP"[: len(data)]:
         return SceneError("it ends within the header; the file is cut off")
     return SceneError(
-        f"it begins with {data[:4]!r} instead of b'VREP', so it is not a file of V-REP or CoppeliaSim"
+        f"it begins with {data[:4].decode('latin-1')!r} instead of 'VREP', so it is not a file of V-REP or CoppeliaSim"
     )

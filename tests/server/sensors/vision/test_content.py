@@ -23,7 +23,15 @@ SCENE = """
 </mujoco>
 """
 ROBOT = '<geom type="box" size="0.1 0.1 0.1" pos="1 0 0.1"/>'
-FREE = Viewpoint((0.0, 0.0, 0.0), 15.0, 90.0, -45.0)
+FREE = CameraView(
+    camera_id=-1,
+    width=160,
+    height=90,
+    fovy_deg=30.0,
+    near=0.01,
+    far=100.0,
+    viewpoint=Viewpoint((0.0, 0.0, 0.0), 15.0, 90.0, -45.0),
+)
 
 
 def scene(things: str = ROBOT) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -58,7 +66,7 @@ def test_a_view_in_which_the_content_is_small_comes_nearer_in_its_direction() ->
     assert (found.azimuth_deg, found.elevation_deg) == (pytest.approx(90.0), pytest.approx(0.0))
     eye, turn = found.pose()
     corner = (np.array((1.1, -0.1, 0.2)) - eye) @ turn
-    assert 0.7 < -corner[1] / corner[2] / np.tan(np.radians(22.5)) < 1.0  # inside, near the upper border
+    assert 0.7 < -corner[1] / corner[2] / np.tan(np.radians(15.0)) < 1.0  # inside, near the upper border
 
 
 def test_a_view_that_shows_the_content_is_kept() -> None:
@@ -71,4 +79,11 @@ def test_a_view_that_sees_nothing_gives_way_to_the_free_camera() -> None:
     found = framed(model, data, seen_from(model, "away"), FREE)
     assert found is not None
     assert (found.azimuth_deg, found.elevation_deg) == (pytest.approx(90.0), pytest.approx(-45.0))
+    assert found.lookat == pytest.approx((1.0, 0.0, 0.1))
+
+
+def test_a_view_that_shall_show_everything_does_so_from_as_near_as_possible() -> None:
+    model, data = scene()
+    found = framed(model, data, seen_from(model, "near"), FREE, whole=True)
+    assert found is not None
     assert found.lookat == pytest.approx((1.0, 0.0, 0.1))

@@ -48,7 +48,7 @@ def add_path(conversion: Conversion, path: Path, body: mujoco.MjsBody, at: Pose)
         geom = own.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, mass=0.0)
         geom.contype = geom.conaffinity = 0
         geom.group = SEEN if path.properties & _RENDERABLE else UNDRAWN
-        geom.material = Looks.of(conversion).material_of(leaf, is_flat=True, texture=False)
+        geom.material = Looks.of(conversion).material_of(leaf, texture=False)
     _annotate(conversion, path, name)
 
 

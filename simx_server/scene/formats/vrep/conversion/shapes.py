@@ -23,7 +23,7 @@ from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition 
 from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
 from simx_server.scene.formats.vrep.conversion.geometry.ground import deepened
 from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add_height_field
-from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks, is_flat
+from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
 from simx_server.scene.formats.vrep.conversion.geometry.meshes import LEAST_EXTENT, Meshes
 from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form, form_of, looks_round
@@ -104,9 +104,7 @@ class _Builder:
         is_textured = self._looks.has_texture(leaf, self._name)
         if form is not None and not is_textured and looks_round(leaf) and not leaf.is_wireframe:
             geom = self._geom(leaf, SEEN, type=form.type, size=form.size)
-            # The sheen of a box lies beside that of V-REP; a round geom's does not.
-            is_box = form.type == mujoco.mjtGeom.mjGEOM_BOX
-            geom.material = self._looks.material_of(leaf, is_flat=is_box, texture=False)
+            geom.material = self._looks.material_of(leaf, texture=False)
             solid, at = self._collision_form(leaf, form)
             if solid is form:
                 self._collide(geom)
@@ -144,7 +142,7 @@ class _Builder:
             return None
         group = UNDRAWN if leaf.is_wireframe else SEEN
         geom = self._geom(leaf, group, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh)
-        geom.material = self._looks.material_of(leaf, is_flat=is_flat(leaf), texture=textured)
+        geom.material = self._looks.material_of(leaf, texture=textured)
         return geom
 
     def _add_solids(self, leaf: Leaf, name: str, shown: Any) -> None:

@@ -22,7 +22,9 @@ def material_of(chunks: Chunks | None) -> Material:
         values = chunks.reals(tag, *(0.5,) * (15 if tag == "Cl2" else 12))
         ambient = sum(values[3:6]) / 3
         diffuse = [(value + 0.5 * ambient) / 0.85 for value in values[:3]]
-        values = (*diffuse, *values[3:])
+        brightest = max(1.0, *diffuse)
+        # V-REP takes the mean for the colour of a light, too.
+        values = (*(value / brightest for value in diffuse), ambient, ambient, ambient, *values[6:])
     material.diffuse, material.light = color(values), color(values[3:])
     material.specular, material.emission = color(values[6:]), color(values[9:])
     (flags,) = chunks.ints("Var", OPAQUE)

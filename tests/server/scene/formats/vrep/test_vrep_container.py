@@ -28,7 +28,8 @@ def small() -> VrepWriter:
         (b"\xef\xbb\xbf<CoppeliaSim>", "XML"),
         (b"VR", "ends within the header"),
         (b"VREP" + bytes(100), "ends within the header, at byte 104"),
-        (b"PK\x03\x04 something", r"begins with b'PK\\x03\\x04'"),
+        (b"PK\x03\x04 something", r"begins with 'PK\\x03\\x04'"),
+        (b"\n<!DOCTYPE html><html>", "it is a web page"),
     ],
 )
 def test_what_is_no_such_file_is_named(data: bytes, message: str) -> None:

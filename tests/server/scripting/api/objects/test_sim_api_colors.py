@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from sim_api_calls import ScriptWorld
 
+from simx_server.scene.geometry.highlights import highlights_of
+
 SCENE = """
 <mujoco>
   <asset>
@@ -115,7 +117,9 @@ def test_a_highlight_and_an_auxiliary_colour_are_kept(world: ScriptWorld) -> Non
     assert color(world, "painted", component=2) == [0.3, 0.6, 0.9]
     model = world.sim.model
     geom = int(model.body("painted").geomadr[0])
-    assert model.mat_specular[model.geom_matid[geom]] == pytest.approx(0.6)
+    material = int(model.geom_matid[geom])
+    assert model.mat_specular[material] == pytest.approx(0.6)
+    assert highlights_of(model)[material] == pytest.approx([0.3, 0.6, 0.9]), "cameras show it"
     assert paint(world, "painted", "1, 0, 1", component=5) == 1
     assert color(world, "painted", component=5) == [1, 0, 1]
     assert color(world, "painted") == [0, 0, 1]

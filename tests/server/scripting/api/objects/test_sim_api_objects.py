@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from sim_api_calls import ScriptWorld, world
 
+from simx_server.scene.geometry.highlights import highlights_of
+
 __all__ = ["world"]
 
 NAMES = ("robot", "mark", "hinge", "arm", "tip", "eye", "cube", "wall", "ray")
@@ -237,6 +239,19 @@ def test_copies_leave_out_what_the_options_say(world: ScriptWorld) -> None:
     (bare,) = world.value("sim.copyPasteObjects({robot}, 1 + 4 + 8)")
     assert world.value(f"sim.getReferencedHandles({bare})") == []
     assert world.value(f"sim.readCustomDataBlock({bare}, 'tag')") is None
+
+
+def test_a_model_that_is_loaded_keeps_the_colours_of_its_highlights(world: ScriptWorld, tmp_path) -> None:
+    (tmp_path / "gold.xml").write_text(
+        """<mujoco model="gold"><asset><material name="gold" specular="0.5"/></asset>
+        <worldbody><body name="coin"><geom name="coin" size="0.1" material="gold"/></body></worldbody>
+        <custom><numeric name="simx:specular:gold" data="0.8 0.6 0.1"/></custom></mujoco>"""
+    )
+    coin = world.value("sim.loadModel('gold.xml')")
+    model = world.sim.model
+    geom = next(g for g in range(model.ngeom) if model.geom(g).name.endswith("coin"))
+    assert highlights_of(model)[int(model.geom_matid[geom])] == pytest.approx([0.8, 0.6, 0.1])
+    assert world.value(f"{{sim.getShapeColor({coin}, nil, 2)}}")[1] == pytest.approx([0.8, 0.6, 0.1])
 
 
 def test_a_model_is_loaded_and_selected(world: ScriptWorld, tmp_path) -> None:

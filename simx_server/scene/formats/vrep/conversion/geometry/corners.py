@@ -63,11 +63,6 @@ def surface(
     )
 
 
-def is_flat_shaded(normals: NDArray[np.float32] | None) -> bool:
-    """Return whether each face has one normal (m, 3, 3) at all its corners."""
-    return normals is not None and bool((np.abs(normals - normals[:, :1]) < 0.05).all())
-
-
 def _combine(key: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return a key that is equal where both keys are."""
     places = [np.unique(each, return_inverse=True)[1].reshape(-1) for each in (key, other)]

@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.corners import is_flat_shaded
 from simx_server.scene.formats.vrep.conversion.geometry.damage import within
 from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import DECAL, INTERPOLATED
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.objects import Color, Leaf, Material, VisionSensor
+from simx_server.scene.geometry.highlights import add_highlight
 
 _SHINIEST = 128
 """Greatest shininess in OpenGL's numbers."""
+
+_GREY = 0.01
+"""Most difference of the parts of a colour that counts as grey."""
 
 _LARGEST = 4096
 """Largest side of a texture in pixels."""
@@ -47,12 +50,10 @@ class Looks:
         """Return whether the scene gets a leaf's texture; the report names the ones that it does not get."""
         return leaf.texture is not None and self._texture(leaf.texture.texture, owner) is not None
 
-    def material_of(self, leaf: Leaf, *, is_flat: bool, texture: bool) -> str:
+    def material_of(self, leaf: Leaf, *, texture: bool) -> str:
         """Return the material of a leaf.
 
         Args:
-            is_flat: whether its faces are flat. V-REP computes their light for an eye far away, so they have no sheen;
-                MuJoCo's would have one.
             texture: whether the leaf shows its texture.
         """
         use = leaf.texture if texture else None
@@ -60,17 +61,18 @@ class Looks:
         rgb, emission = _glow(leaf.material)
         if is_decal:  # light does not change it
             rgb, emission = (1.0, 1.0, 1.0), 1.0
-        specular = (
-            0.0 if is_flat or is_decal else sum(within(value, 0.0) for value in leaf.material.specular) / 3
-        )
+        highlight = (0.0,) * 3 if is_decal else tuple(within(value, 0.0) for value in leaf.material.specular)
+        specular = sum(highlight) / 3
         image = None if use is None else self.textures[use.texture]
         alpha = within(leaf.material.opacity, 1.0)
         shininess = min(max(leaf.material.shininess, 0), _SHINIEST) / _SHINIEST if specular else 0.0
-        numbers = (round(value, 4) for value in (*rgb, alpha, emission, specular, shininess))
+        numbers = (round(value, 4) for value in (*rgb, alpha, emission, *highlight, shininess))
         key = (leaf.material.name, *numbers, image)  # scripts find colours by their names
         if key not in self.materials:
             sheen = specular, shininess
             self.materials[key] = self._add(leaf.material.name, rgb, alpha, emission, sheen, image)
+            if max(highlight) - min(highlight) > _GREY:
+                add_highlight(self.conversion.spec, self.materials[key], highlight)
         if use is not None and not use.flags & INTERPOLATED:
             self.conversion.report.approximate(_SMOOTHED)
         return self.materials[key]
@@ -126,11 +128,6 @@ class Looks:
         added.file = f"{name}.png"
         self.conversion.spec.assets[added.file] = _png(pixels)
         return name
-
-
-def is_flat(leaf: Leaf) -> bool:
-    """Return whether all faces of a leaf look flat."""
-    return is_flat_shaded(leaf.normals)
 
 
 def _glow(material: Material) -> tuple[Color, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vrep_shapes import cube, flat_normals
 
-from simx_server.scene.formats.vrep.conversion.geometry.corners import is_flat_shaded, surface
+from simx_server.scene.formats.vrep.conversion.geometry.corners import surface
 
 
 def test_a_flat_cube_has_a_point_per_corner_of_each_side_and_a_smooth_one_per_corner() -> None:
@@ -17,9 +17,6 @@ def test_a_flat_cube_has_a_point_per_corner_of_each_side_and_a_smooth_one_per_co
     assert np.allclose(flat.normals[flat.faces], flat_normals(points, faces), atol=2e-3)
     smooth = points[faces] / np.linalg.norm(points[faces], axis=2, keepdims=True)
     assert len(surface(points, faces, smooth).points) == 8
-    assert is_flat_shaded(flat_normals(points, faces))
-    assert not is_flat_shaded(smooth)
-    assert not is_flat_shaded(None)
 
 
 def test_missing_and_reversed_normals_become_the_faces_own() -> None:

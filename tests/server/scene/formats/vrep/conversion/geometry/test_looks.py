@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -13,11 +12,11 @@ from vrep_shapes import box_leaf, converted, cube, file_of, mesh_leaf, shape_of
 from simx_server.scene.formats.vrep.objects import (
     Leaf,
     Material,
-    Primitive,
     Texture,
     TextureUse,
     VisionSensor,
 )
+from simx_server.scene.geometry.highlights import highlights_of
 
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 PIXELS = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [9, 9, 9]], [[1, 2, 3], [4, 5, 6]]], np.uint8)
@@ -37,19 +36,16 @@ def test_leaves_of_one_look_share_a_material_that_has_the_name_of_the_colour() -
     assert model.material(0).name == "UR5_BLUE"
 
 
-def test_round_leaves_have_a_sheen_and_flat_ones_have_none() -> None:
-    shiny = Material(specular=(0.2, 0.4, 0.6))
-    ball = Leaf(primitive=Primitive.SPHEROID, size=(1, 1, 1), material=shiny)
-    points, faces = cube()
-    smooth = mesh_leaf(points, faces, material=shiny, normals=points[faces] * np.float32(1.1547))
-    model, _ = model_of(ball, smooth, box_leaf(material=shiny), mesh_leaf(points, faces, material=shiny))
-    specular = model.mat_specular[model.geom_matid]
-    assert specular == pytest.approx([0.4, 0.4, 0.0, 0.0])
-    assert model.mat_shininess[model.geom_matid[0]] == pytest.approx(48 / 128)
-    model, _ = model_of(
-        Leaf(primitive=Primitive.SPHEROID, size=(1, 1, 1), material=replace(shiny, shininess=100))
-    )
-    assert model.mat_shininess == pytest.approx([100 / 128])
+def test_highlights_have_a_strength_a_size_and_a_colour_that_is_not_grey() -> None:
+    gold, grey = Material(specular=(0.2, 0.4, 0.6)), Material(specular=(0.3, 0.3, 0.3), shininess=100)
+    leaves = box_leaf(material=gold), mesh_leaf(*cube(), material=gold), box_leaf(material=grey)
+    model, _ = model_of(*leaves)
+    assert model.geom_matid.tolist() == [0, 0, 1]
+    assert model.mat_specular == pytest.approx([0.4, 0.3])
+    assert model.mat_shininess == pytest.approx([48 / 128, 100 / 128])
+    colors = highlights_of(model)
+    assert list(colors) == [0]
+    assert colors[0] == pytest.approx([0.2, 0.4, 0.6])
 
 
 @pytest.mark.parametrize(

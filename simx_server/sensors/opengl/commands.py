@@ -1,0 +1,175 @@
+"""Commands to OpenGL between MuJoCo's own, for a background, light and transparency as V-REP has them.
+
+MuJoCo sets OpenGL's state itself each time it draws: the background is black, highlights are computed for an eye at
+the camera, and what is transparent is drawn twice, from front to back and from back to front, without depth. V-REP
+computed highlights, which have colours, for an eye far away, and drew what is transparent once, from back to front,
+with depth.
+
+MuJoCo draws a mesh by calling a display list, whose number the geom has. A geom with the number of another list runs
+the commands in that list when its turn comes, and draws nothing.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+_FAR = 1e15
+"""Distance beyond everything; MuJoCo takes 1e10 for planes that are seen from behind."""
+
+_BEFORE_PLANES = 4e9, 5e9
+"""Distances beyond everything but such planes."""
+
+Color = tuple[float, float, float]
+
+COUNT = 5
+"""Geoms that are added to a scene."""
+
+_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+_SOLIDS = {
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): 0,
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): 0,
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): 3,
+    int(mujoco.mjtGeom.mjGEOM_BOX): 6,
+}
+"""Kinds of geoms that MuJoCo draws as one of its built-in lists, and the number of the list."""
+
+_ROLES = int(mujoco.mjtTextureRole.mjNTEXROLE)
+_RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+
+_NO_ROTATION = np.eye(3).ravel()
+
+
+class Commands:
+    """One of MuJoCo's contexts with its display lists; its OpenGL context must be current whenever they are used."""
+
+    def __init__(self, drawing: mujoco.MjrContext) -> None:
+        # Imported late: a back end must choose PyOpenGL's platform before.
+        self._gl: Any = importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_1")
+        gl = self._gl
+        self.drawing, self._numbers = drawing, list[int]()
+        self._start = self._list_of(lambda: None)
+        self._background: Color | None = None
+        self._tinted: dict[int, tuple[tuple[Any, ...], int]] = {}
+        """The content and number of each geom's list, by MuJoCo's id of the geom."""
+        self._hide = self._list_of(lambda: gl.glColorMask(False, False, False, False))
+        self._show = self._list_of(lambda: gl.glColorMask(True, True, True, True))
+        self._with_depth = self._list_of(lambda: gl.glDepthMask(True))
+        self._without_depth = self._list_of(lambda: gl.glDepthMask(False))
+
+    def add(self, scene: mujoco.MjvScene, background: Color) -> None:
+        """Add the commands to a scene that is drawn with colours.
+
+        Args:
+            scene: the scene, with room for `COUNT` geoms.
+            background: RGB 0..1.
+        """
+        self._set_start(background)
+        eye = np.mean([camera.pos for camera in scene.camera], axis=0)
+        # MuJoCo draws a reflecting plane before all others. It is level and below the eye, so it is seen from above.
+        below = eye - (0.0, 0.0, 1.0)
+        first = _add(scene, mujoco.mjtGeom.mjGEOM_PLANE, below, self._start - self.drawing.basePlane - 1)
+        first.reflectance = 1.0
+        # Transparent geoms are drawn from near to far, without effect here, and then from far to near.
+        before, behind = _BEFORE_PLANES
+        for distance, commands in (
+            (-_FAR, self._hide),
+            (before, self._with_depth),
+            (behind, self._without_depth),
+            (_FAR, self._show),
+        ):
+            geom = _add(scene, mujoco.mjtGeom.mjGEOM_MESH, eye, commands - self.drawing.baseMesh)
+            geom.rgba[3] = 0.5
+            if distance < 0:  # MuJoCo subtracts the size
+                geom.size[:] = -distance
+            else:
+                geom.pos[0] += distance
+
+    def tint(self, geom: Any, color: NDArray[np.float64]) -> None:
+        """Give a geom of a scene highlights of a colour, RGB 0..1; those of planes and capsules stay white."""
+        kind = int(geom.type)
+        if kind == _MESH and geom.dataid >= 0:
+            drawn, size = self.drawing.baseMesh + geom.dataid, None
+        elif kind in _SOLIDS and not self._has_texture(geom):
+            drawn, size = self.drawing.baseBuiltin + _SOLIDS[kind], tuple(geom.size.tolist())
+        else:
+            return
+        red, green, blue = color.tolist()
+        wanted = (drawn, size, red, green, blue)
+        made, number = self._tinted.get(geom.objid, (None, None))
+        if made != wanted:
+            gl = self._gl
+            part = (ctypes.c_float * 4)(red, green, blue, 1.0)
+
+            def draw() -> None:
+                gl.glMaterialfv(gl.GL_FRONT_AND_BACK, gl.GL_SPECULAR, part)
+                if size is not None:
+                    gl.glScalef(*size)
+                gl.glCallList(drawn)
+
+            number = self._list_of(draw, number)
+            self._tinted[geom.objid] = wanted, number
+        assert number is not None
+        geom.type, geom.dataid = _MESH, number - self.drawing.baseMesh
+
+    def _has_texture(self, geom: Any) -> bool:
+        return geom.matid >= 0 and self.drawing.mat_texid[_ROLES * geom.matid + _RGB] >= 0
+
+    def end(self) -> None:
+        """Show colours again, after a scene has been drawn."""
+        self._gl.glColorMask(True, True, True, True)
+
+    def _set_start(self, background: Color) -> None:
+        """Fill the list that runs after MuJoCo has cleared the picture and before it draws."""
+        if background == self._background:
+            return
+        gl = self._gl
+
+        def start() -> None:
+            gl.glLightModeli(gl.GL_LIGHT_MODEL_LOCAL_VIEWER, 0)
+            gl.glEnable(gl.GL_SCISSOR_TEST)  # MuJoCo has set it to the picture
+            gl.glClearColor(*background, 0.0)
+            gl.glClear(gl.GL_COLOR_BUFFER_BIT)
+            gl.glDisable(gl.GL_SCISSOR_TEST)
+
+        self._list_of(start, self._start)
+        self._background = background
+
+    def free(self) -> None:
+        """Free the context and its lists. A second call does nothing."""
+        while self._numbers:
+            self._gl.glDeleteLists(self._numbers.pop(), 1)
+        self.drawing.free()
+
+    def _list_of(self, commands: Callable[[], None], number: int | None = None) -> int:
+        """Return the number of a display list of these commands; `number`: an older list, which they replace."""
+        if number is None:
+            number = self._unused()
+        self._gl.glNewList(number, self._gl.GL_COMPILE)
+        commands()
+        self._gl.glEndList()
+        return number
+
+    def _unused(self) -> int:
+        """Return a number that is not used: one that geoms can have, which count from MuJoCo's first list."""
+        first = max(self.drawing.basePlane + 1, self.drawing.baseMesh)
+        while True:
+            number = int(self._gl.glGenLists(1))
+            self._numbers.append(number)
+            if number >= first:
+                return number
+
+
+def _add(scene: mujoco.MjvScene, kind: mujoco.mjtGeom, place: np.ndarray, number: int) -> Any:
+    """Add a geom that runs the list with this number, counted from MuJoCo's first one of its kind; return it."""
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, kind, np.ones(3), place, _NO_ROTATION, np.ones(4, np.float32))
+    geom.dataid = number
+    scene.ngeom += 1
+    return geom
