@@ -13,7 +13,7 @@ import logging
 import os
 import platform
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from importlib import metadata
@@ -200,7 +200,7 @@ def _serve(settings: Settings) -> int:
 
 
 @contextmanager
-def _without_collections() -> Iterator[None]:
+def _without_collections() -> Generator[None]:
     """Collect no garbage meanwhile: imports make little of it, and collections are a tenth of their time."""
     gc.disable()
     try:

@@ -144,9 +144,10 @@ def functions(doors: Doors, chance: Random, end: float) -> None:
     while time.monotonic() < end:
         client = ZmqPeer(chance.choice((doors.zmq, doors.viewers)))
         with contextlib.suppress(zmq.ZMQError):
-            answer = client.ask(
-                *chance.choice((("sim.visitTree", -1, "f@func"), ("sim.testCB", 1, "f@func", 2, 9999)))
-            )
+            if chance.random() < 0.5:
+                answer = client.ask("sim.visitTree", -1, "f@func")
+            else:
+                answer = client.ask("sim.testCB", 1, "f@func", 2, 9999)
             pause = chance.choice((0.0, 0.01, 0.3, 5.0))
             for _ in range(100):
                 if "func" not in answer:
