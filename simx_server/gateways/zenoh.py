@@ -26,9 +26,9 @@ from simx_client.protocol.messages import (
 from simx_client.protocol.reports import Health, Metrics, encode_report
 from simx_server import __version__
 from simx_server.parts.status_bar import as_log_line
+from simx_server.runtime.admission.places import Entrance
 from simx_server.runtime.monitoring import report
 from simx_server.runtime.monitoring.load import LoadMeter
-from simx_server.runtime.places import Entrance
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState

@@ -24,6 +24,8 @@ from simx_server.processes.heap import Unused, give_back
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
+from .admission.places import Entrance, Places
+from .admission.unfinished import Unfinished
 from .batches import Batches
 from .box import Arrival, Event
 from .busy import BusyDesk, Doing
@@ -34,12 +36,10 @@ from .executor import Executor
 from .inbox import Inbox, interfere
 from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
-from .places import Entrance, Places
 from .publishing import Publisher
 from .replies import Messages
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 from .sockets import Sockets
-from .unfinished import Unfinished
 
 if TYPE_CHECKING:
     from simx_server.history import History, LogOfCalls

@@ -15,9 +15,9 @@ from simx_client.protocol.link import LEASE_MS
 from simx_client.protocol.messages import Call, Reply
 from simx_server.errors import CommandError
 
+from .admission.places import Entrance
 from .background import Unfinished
 from .pacing import PacedCalls
-from .places import Entrance
 from .streams import Stream, Streams
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from logging import INFO, WARNING
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Pace
 from simx_server.limits import LimitReached
-from simx_server.runtime.places import Entrance
+from simx_server.runtime.admission.places import Entrance
 from simx_server.runtime.server_loop import ServerLoop
 from simx_server.runtime.sessions import FROZEN
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.local.frames import MESSAGE, BadFrame, Frames
 from simx_client.protocol.local.offer import Offer, is_same_user, made_folder, new_name, new_token, path_of
-from simx_server.runtime.unfinished import Unfinished
+from simx_server.runtime.admission.unfinished import Unfinished
 
 from ..outsider_log import OutsiderLog
 from .link import LocalLink

@@ -17,7 +17,7 @@ from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Oper
 from simx_client.protocol.messages import Call as TableCall
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
-from simx_server.runtime.places import Entrance
+from simx_server.runtime.admission.places import Entrance
 
 from .endpoints import Call
 

@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
-from simx_server.runtime.places import Entrance
+from simx_server.runtime.admission.places import Entrance
 from simx_server.runtime.sessions import ClientSession
 from simx_server.scripting.interpreter import PATIENCE
 from simx_server.scripting.namespaces import Namespaces

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.keys import VIEWER
-from simx_server.runtime.places import is_elsewhere
+from simx_server.runtime.admission.places import is_elsewhere
 from simx_server.runtime.sessions import FROZEN
 from simx_server.runtime.sockets import LOOK
 

@@ -19,7 +19,7 @@ from simx_server.gateways.local import gateway as local
 from simx_server.gateways.local.gateway import LocalGateway
 from simx_server.gateways.zmq import clients, gateway
 from simx_server.limits import LimitReached, Limits
-from simx_server.runtime.places import Entrance, Places
+from simx_server.runtime.admission.places import Entrance, Places
 from simx_server.runtime.sessions import ClientSession
 
 PATIENCE = 20.0

@@ -27,7 +27,7 @@ from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.gateways.zmq.zmtp import GREETING, READY
 from simx_server.limits import Limits
-from simx_server.runtime.unfinished import Unfinished
+from simx_server.runtime.admission.unfinished import Unfinished
 
 PATIENCE = 20.0
 PART = bytes(100_000)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from simx_server.limits import Limits
 
 if TYPE_CHECKING:
-    from .sessions import ClientSession
+    from ..sessions import ClientSession
 
 SHARE = 16
 """Each open door keeps one place of this number for its own clients."""
