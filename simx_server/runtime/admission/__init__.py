@@ -1,1 +1,1 @@
-"""What is counted at all doors together: places for clients, and messages that have not arrived completely."""
+"""Counters over all doors: places for clients, and messages that have not arrived completely."""
