@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from bench.motion.arms import arm
+from bench.motion.balance import ASIDE, FOLLOW, SPEED, STAND, balance
+from bench.motion.cars import CARS, drive
 from bench.motion.drives import Differential, differential, mecanum
 from bench.motion.grasps import Hand, trial
 from bench.motion.hands import SHIPPED, STOCK
@@ -18,6 +20,7 @@ from bench.motion.lines import follow
 from bench.motion.opened import running
 from bench.motion.rest import jitter
 from bench.motion.samples import samples
+from bench.motion.tower import build_tower
 from bench.motion.walkers import BASES, rest, walk
 from simx_server.files.library import list_scenes
 
@@ -73,7 +76,7 @@ def page(sampled: Path | None, stock: Path | None) -> str:
         sampled: folder with scenes of V-REP; None: their table is left out.
         stock: V-REP's folder `models`; None: rows of its models are left out.
     """
-    parts = [INTRODUCTION, *_wheels(), *_arms(), *_others(), *_grasps(stock)]
+    parts = [INTRODUCTION, *_wheels(), *_cars(stock), *_arms(), *_others(stock), *_grasps(stock)]
     if stock is not None:
         parts += _walkers(stock)
     parts += _rest()
@@ -125,6 +128,44 @@ def _wheels() -> list[str]:
     ]
 
 
+def _cars(stock: Path | None) -> list[str]:
+    rows: list[list[str]] = []
+    for name, car in CARS.items():
+        files = {"shipped": SCENES / "models" / f"{name.replace(' ', '_').lower()}.xml"}
+        if stock is not None:
+            files["V-REP's"] = next(stock.rglob(f"{name}.ttm"))
+        for source, file in files.items():
+            found = drive(file, car)
+            rows.append(
+                [
+                    f"{name}, {source}",
+                    f"{found.speed:.4f}",
+                    f"{1000 * found.side:.2f} mm",
+                    f"{math.degrees(found.yaw):.3f}°",
+                    f"{found.radius:.3f} m",
+                    f"{found.geometry:.3f} m",
+                    f"{100 * found.share:.1f} %",
+                ]
+            )
+    return [
+        "Cars with steered front wheels stand on an endless floor, drive straight for 20 s, and turn to the left\n"
+        "for 10 s with the front wheels at 0.4 rad. The radius is that of the middle of the rear axle, beside the\n"
+        "point where the axes of the front wheels meet that of the rear ones. Speeds are 0.5 to 1 m/s.\n",
+        _table(
+            (
+                "car",
+                "speed",
+                "beside its line, per m",
+                "turned",
+                "radius",
+                "by the wheels' axes",
+                "of real time",
+            ),
+            rows,
+        ),
+    ]
+
+
 def _arms() -> list[str]:
     rows: list[list[str]] = []
     for name, model in ARMS.items():
@@ -160,10 +201,10 @@ def _arms() -> list[str]:
     ]
 
 
-def _others() -> list[str]:
+def _others(stock: Path | None) -> list[str]:
     flight, line = hover(), follow()
     return [
-        "## Flying, following a line\n",
+        "## Flying, following a line, balancing, stacking\n",
         _table(
             ("robot", "what it does", "found", "of real time"),
             [
@@ -180,8 +221,31 @@ def _others() -> list[str]:
                     f"at most {1000 * line.farthest:.0f} mm from the line, {math.degrees(line.way):.0f}° of the round",
                     f"{100 * line.share:.1f} %",
                 ],
+                *([_ball_robot(stock), _tower(stock)] if stock is not None else []),
             ],
         ),
+    ]
+
+
+def _ball_robot(stock: Path) -> list[str]:
+    found = balance(next(stock.rglob("ball robot.ttm")))
+    return [
+        "ball robot, V-REP's",
+        f"balances {STAND:g} s on its ball, follows its target for {ASIDE:g} m at {SPEED:g} m/s, {FOLLOW:g} s in all",
+        f"tilts by {math.degrees(found.standing):.2f}° and {math.degrees(found.tilt):.2f}°; rests "
+        f"{1000 * found.error:.2f} mm from its target",
+        f"{100 * found.share:.1f} %",
+    ]
+
+
+def _tower(stock: Path) -> list[str]:
+    found = build_tower(stock.parent / "scenes" / "ur5WithRg2Grasping.ttt")
+    return [
+        "ur5WithRg2Grasping, V-REP's",
+        "takes six cuboids from a belt, lays two by two crosswise on one another",
+        f"{', '.join(map(str, found.layers))} in its layers, tilted by at most {math.degrees(found.tilt):.2f}°; "
+        f"its script ends it after {found.seconds:.1f} s",
+        f"{100 * found.share:.1f} %",
     ]
 
 
@@ -196,7 +260,8 @@ def _grasps(stock: Path | None) -> list[str]:
         "the default force. The movement is that in the hand, of the objects that were not lost: while they were\n"
         "carried, and in the 30 s. The force is the greatest mean of a motor, with its standard deviation.\n\n"
         "In brackets: the friction that the closed fingers can give, as a part of the object's weight. Holding it\n"
-        "against gravity alone needs 1, to turn and swing it needs more: motors of 10 N cannot hold 1 kg.\n",
+        "against gravity alone needs 1, to turn and swing it needs more: motors of 10 N cannot hold 1 kg.\n"
+        "Fingers of the simplified Barrett hand have two free joints each, and yield before their tips slip.\n",
         _table(("gripper", "held, of 12", "lost", "while carried", "in 30 s", "force"), rows),
     ]
 

@@ -16,13 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.motion.held_objects import add_object, add_pedestal
+from bench.motion.models import build_model, read_model
 from simx_client.protocol.constants import sim_buttonproperty_isdown
 from simx_server.scene.formats.annotations import PREFIX
-from simx_server.scene.formats.loader import build
-from simx_server.scene.formats.specs import read_spec
-from simx_server.world.building import build_world
-
-_SHIPPED_SCENES = Path(__file__).parents[2] / "scenes"
 
 _STEP = 0.05
 """Simulation step in seconds."""
@@ -86,7 +82,7 @@ def trial(file: Path, hand: Hand, kind: str, mass: float, seconds: float = 30.0)
     Raises:
         RuntimeError: the physics diverged.
     """
-    spec: Any = _read(file, hand)
+    spec = read_model(file, scripted=bool(hand.signal or hand.button))
     body = spec.body(hand.body)
     for joint in list(body.joints):
         spec.delete(joint)
@@ -94,27 +90,7 @@ def trial(file: Path, hand: Hand, kind: str, mass: float, seconds: float = 30.0)
     _add_carriage(spec, body)
     add_object(spec, kind, mass, (0.0, 0.0, _HEIGHT))
     add_pedestal(spec, (0.0, 0.0, _HEIGHT))
-    if file.suffix == ".xml":
-        _set_shipped_physics(spec)
-    world = build_world(None, workspace=None)  # pyright: ignore[reportArgumentType]
-    world.simulation.use(*build(spec, file))
-    return _carry(world, hand, seconds)
-
-
-def _read(file: Path, hand: Hand) -> Any:
-    spec: Any = read_spec(file.resolve()).spec
-    if not (hand.signal or hand.button):
-        for text in list(spec.texts):
-            if text.name.startswith((f"{PREFIX}script:", f"{PREFIX}lua:")):
-                spec.delete(text)
-    return spec
-
-
-def _set_shipped_physics(spec: Any) -> None:
-    """Simulate a shipped model as in the shipped scenes."""
-    settings: Any = mujoco.MjSpec.from_file(str(_SHIPPED_SCENES / "ur5_rg2_kinect.xml"))
-    for name in ("timestep", "integrator", "cone", "impratio", "noslip_iterations"):
-        setattr(spec.option, name, getattr(settings.option, name))
+    return _carry(build_model(spec, file), hand, seconds)
 
 
 def _turn_down(body: Any, hand: Hand) -> None:

@@ -9,6 +9,8 @@ from bench.motion.grasps import Hand
 _RG2 = ("RG2_openCloseJoint",)
 _ROBOTIQ = ("ROBOTIQ_85_active1", "ROBOTIQ_85_active2")
 _JACO = tuple(f"JacoHand_{fingers}_motor{i}" for fingers in ("fingers12", "finger3") for i in (1, 2))
+_MICO = tuple(f"MicoHand_fingers12_motor{i}" for i in (1, 2))
+_CABLES = ("Barrett_openCloseJoint", "Barrett_openCloseJoint0")
 _BARRETT = tuple(f"BarrettHand_jointB_{i}" for i in range(3))
 
 SHIPPED: Mapping[str, Hand] = {
@@ -27,6 +29,21 @@ STOCK: Mapping[str, Hand] = {
         button=("ROBOTIQ_85_UI", 3),
     ),
     "Jaco hand.ttm": Hand("JacoHand", 0.205, dict.fromkeys(_JACO, 0.04), dict.fromkeys(_JACO, -0.04)),
+    "Mico hand.ttm": Hand(
+        "MicoHand",
+        0.195,
+        dict.fromkeys(_MICO, 0.04),
+        dict.fromkeys(_MICO, -0.04),
+        button=("MicoHand", 20),
+    ),
+    "Barrett Hand (simplified).ttm": Hand(
+        "BarrettHand",
+        0.17,
+        dict.fromkeys(_CABLES, 0.02),
+        dict.fromkeys(_CABLES, -0.02),
+        button=("BarrettHand", 20),
+        closing=8.0,
+    ),
     "Barrett Hand.ttm": Hand(
         "BarrettHand",
         0.19,

@@ -1,3 +1,3 @@
 """The project's version; packages, programs and messages use this one."""
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"

@@ -68,6 +68,7 @@ class EmbeddedServer:
                 self.world, settings, stack, self._recorder.began if self._recorder else time.time_ns()
             )
             self.loop = make_loop(self.world, settings)
+            self.world.rendering.warms_on_demand = self._recorder is None
             has_gateways = any(getattr(settings, name) for name in _WAYS_IN)
             if has_gateways:
                 self._open_ways_in(settings, stack)

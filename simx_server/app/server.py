@@ -246,8 +246,8 @@ def run_server(
     Args:
         say_ready: called when clients can reach the server.
         page_listener: the socket of the web viewer; None for no viewer.
-        is_one_of_many: save memory: the renderer of a scene with cameras is not made in advance but for the first
-            image, which then comes half a second later.
+        is_one_of_many: save memory: the renderer of a scene with cameras is not made in advance but when a program
+            gets the handle of one of them.
         attach: called before the loop runs, for a way in that others do not have.
         is_listed: other programs of this user find the server, see `roster`.
     """
@@ -297,7 +297,9 @@ def run_server(
 
 
 def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_of_many: bool) -> None:
-    if not is_one_of_many:
+    if is_one_of_many:
+        world.rendering.warms_on_demand = settings.record is None
+    else:
         world.simulation.attach(WarmUp(world))
     if settings.quit_after_stop:
         world.simulation.attach(_QuitAfterStop(loop))

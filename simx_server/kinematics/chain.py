@@ -57,6 +57,9 @@ class Element:
     """Metres and radians that count as reached; V-REP's initial values."""
     weights: tuple[float, float] = (1.0, 1.0)
     """Weights of position and orientation."""
+    axes: int = -1
+    """The object along whose axes single coordinates count; -1: the base."""
+    enabled: bool = True
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,8 @@ class Joints:
     low: Array
     high: Array
     """(m,) rad or m; infinite for a joint without limit."""
+    is_hinge: NDArray[np.bool_]
+    """(m,) which columns are angles; the others are lengths."""
     max_step: Array
     """(m,) the maximum that one iteration moves a joint: V-REP's 10 degrees or 0.1 m."""
     weights: Array
@@ -134,7 +139,7 @@ def make_arms(
     owners = [*ids, *(joint for joint in turning for _ in range(3))]
     handles = tuple(_handle(sim, joint) for joint in ids)
     bounds = [_limits(sim, handle) for handle in handles]
-    hinge = np.array([model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE for joint in ids], dtype=bool)
+    is_hinge = [model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_SLIDE for joint in owners]
     joints = Joints(
         handles=handles,
         addresses=np.array([model.jnt_qposadr[joint] for joint in ids], dtype=np.intp),
@@ -147,12 +152,8 @@ def make_arms(
         ),
         low=np.array([*(low for low, _ in bounds), *[-math.inf] * 3 * len(turning)], dtype=float),
         high=np.array([*(high for _, high in bounds), *[math.inf] * 3 * len(turning)], dtype=float),
-        max_step=np.concatenate(
-            [
-                [largest_step(is_hinge=bool(each)) for each in hinge],
-                np.full(3 * len(turning), largest_step(is_hinge=True)),
-            ]
-        ),
+        is_hinge=np.array(is_hinge, dtype=bool),
+        max_step=np.array([largest_step(is_hinge=bool(each)) for each in is_hinge], dtype=float),
         weights=np.array([sim.joints.ik_weight(_handle(sim, joint)) for joint in owners], dtype=float),
         balls=tuple(Ball(_handle(sim, joint), int(model.jnt_qposadr[joint])) for joint in turning),
     )
@@ -160,7 +161,7 @@ def make_arms(
     for element, chain in zip(elements, chains, strict=True):
         tip = sim.scene.get(element.tip)
         body, local = carrier_body(sim, tip), fixed_pose(sim, tip)
-        base = sim.scene.objects.get(element.base)
+        base = sim.scene.objects.get(element.base if element.axes == -1 else element.axes)
         base_body, base_pose = (
             (0, IDENTITY) if base is None else (carrier_body(sim, base), fixed_pose(sim, base))
         )

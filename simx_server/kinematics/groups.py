@@ -6,9 +6,11 @@ They are handled in each simulation step as in V-REP's main script.
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-FIRST_GROUP = 2_030_000
+FIRST_GROUP, FIRST_MADE = 2_030_000, 2_035_000
 
 CONSTRAINTS = {
     "pose": Constraint.POSE,
@@ -72,6 +74,10 @@ class Group:
     """Of position and orientation: the joints stay where they are when the tips do not reach this part."""
     after: str = ""
     """Name of another group: this one is handled only when that one has failed."""
+    ignores_steps: bool = False
+    """One iteration may move a joint as far as it likes."""
+    margins: tuple[float, float] = (0.0, 0.0)
+    """How far slides (m) and hinges (rad) stay away from their limits."""
     result: Result = field(default=Result.NOT_PERFORMED)
     """The result of the last handling."""
 
@@ -86,12 +92,20 @@ class IkGroups(Part):
         self.random = np.random.default_rng(0)
         """For searching and planning; seeded again for each run, so that equal runs give equal numbers."""
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
+        self._made: dict[int, Group] = {}
+        """Groups that scripts have made, by handle."""
+        self._removed: frozenset[int] = frozenset()
+        """Handles of groups that scripts have removed."""
+        self._before_run = self._made, self._removed
+        self._next = FIRST_MADE
         self._at_start: list[tuple[Group, Group]] = []
         """Groups, and copies of their state at the start of the run."""
         self._complaints: set[str] = set()
 
     def scene_changed(self) -> None:
         self._registry.forget()
+        self._made, self._removed, self._next = {}, frozenset(), FIRST_MADE
+        self._before_run = self._made, self._removed
 
     def scene_loaded(self) -> None:
         self._complaints.clear()
@@ -103,11 +117,11 @@ class IkGroups(Part):
         self._stop()
 
     def remember(self) -> object:
-        groups = [(group, replace(group, elements=list(group.elements))) for group in self._groups()]
-        return self.random.bit_generator.state, groups
+        groups = [(each, replace(each, elements=list(each.elements))) for each in self._every().values()]
+        return self.random.bit_generator.state, groups, self._made, self._removed, self._next
 
     def recall(self, memory: Any) -> None:
-        self.random.bit_generator.state, groups = memory
+        self.random.bit_generator.state, groups, self._made, self._removed, self._next = memory
         for group, before in groups:
             group.elements, group.how, group.explicit = list(before.elements), before.how, before.explicit
             group.enabled, group.result = before.enabled, before.result
@@ -118,22 +132,57 @@ class IkGroups(Part):
         Raises:
             CommandError: the name is unknown; the text lists the groups.
         """
-        return self._registry.handle_of(name, "inverse kinematics group")
+        made = next((h for h, each in self._made.items() if each.name == name), None)
+        if made is not None and made not in self._removed:
+            return made
+        handle = self._registry.handle_of(name, "inverse kinematics group")
+        return handle if handle not in self._removed else self._unknown(handle)
 
     def __contains__(self, handle: int) -> bool:
-        return self._registry.get(handle) is not None
+        return handle in self.all()
 
     def names(self) -> list[str]:
-        return [name for name, _ in self._registry.all().values()]
+        """Return the names of the groups that the scene registers and no script has removed."""
+        return [name for handle, (name, _) in self._registry.all().items() if handle not in self._removed]
+
+    def create(self, group: Group) -> int:
+        """Add a group without elements and return its handle; it lasts until the stop, or while no run has started.
+
+        Raises:
+            LimitReached: there are too many.
+        """
+        made = len(self._made.keys() - self._removed)
+        self._sim.limits.check("collections", made + 1, "remove some groups of inverse kinematics")
+        taken = {each.name for each in self._groups()}
+        names = (f"{group.name}{number}" for number in range(made + len(taken)))
+        group.name = (
+            group.name if group.name not in taken else next(each for each in names if each not in taken)
+        )
+        handle, self._next = self._next, self._next + 1
+        self._made = {**self._made, handle: group}
+        return handle
+
+    def remove(self, handle: int) -> None:
+        """Remove a group until the stop. Raises CommandError."""
+        self.get(handle)
+        self._removed |= {handle}
+
+    def active(self, group: Group) -> list[Element]:
+        """Return the elements of a group that take part: enabled ones whose objects exist."""
+        return [element for element in group.elements if element.enabled and self._exist(element)]
 
     def elements(self) -> list[Element]:
         """Return the elements of all groups."""
         return [element for group in self._groups() for element in group.elements]
 
+    def links(self) -> dict[int, int]:
+        """Return the target of each tip, also of tips of removed groups: the link is the dummies', as in V-REP."""
+        return {each.tip: each.target for group in self._every().values() for each in group.elements}
+
     def retarget(self, tip: int, target: int) -> bool:
         """Give all elements with this tip another target, until the stop; return False if none has this tip."""
         found = False
-        for group in self._groups():
+        for group in self._every().values():
             for number, element in enumerate(group.elements):
                 if element.tip == tip:
                     group.elements[number] = replace(element, target=target)
@@ -146,17 +195,24 @@ class IkGroups(Part):
         Raises:
             CommandError: the handle is unknown; the text lists the groups.
         """
-        group = self._registry.get(handle)
-        if group is None:
-            known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"
-            raise CommandError(
-                f"no inverse kinematics group with handle {handle}; those of this scene: {known}"
-            )
-        return group
+        group = self.all().get(handle)
+        return group if group is not None else self._unknown(handle)
+
+    def _unknown(self, handle: int) -> NoReturn:
+        known = ", ".join(f"{h} '{group.name}'" for h, group in self.all().items()) or "none"
+        raise CommandError(f"no inverse kinematics group with handle {handle}; those of this scene: {known}")
+
+    def all(self) -> dict[int, Group]:
+        """Return all present groups by handle."""
+        return {handle: group for handle, group in self._every().items() if handle not in self._removed}
+
+    def _every(self) -> dict[int, Group]:
+        """Return all groups by handle, also the removed ones."""
+        return {handle: group for handle, (_, group) in self._registry.all().items()} | self._made
 
     def handle_automatic(self) -> int:
         """Handle all groups that are not explicit; return their number."""
-        if not self._registry:
+        if not self._registry and not self._made:
             return 0
         return sum(self._handle_or_complain(group) for group in self._groups() if not group.explicit)
 
@@ -175,7 +231,12 @@ class IkGroups(Part):
         return self._handle(self.get(handle))
 
     def solver(
-        self, group: Group, more: Collection[int] = (), *, without: Collection[int] = ()
+        self,
+        group: Group,
+        more: Collection[int] = (),
+        *,
+        without: Collection[int] = (),
+        weights: Mapping[int, float] = MappingProxyType({}),
     ) -> tuple[Joints, Solver]:
         """Return joints with a single value and solver of a group; the scratch state is that of the scene.
 
@@ -183,21 +244,34 @@ class IkGroups(Part):
             group: the group.
             more: joints that take part whatever their mode is.
             without: joints that take no part.
+            weights: how readily joints move, as a factor of their usual weight.
 
         Raises:
             CommandError: no joint takes part.
         """
-        return self._solver(group, more, without)
+        return self._solver(group, more, without, weights)
 
     def _solver(
-        self, group: Group, more: Collection[int] = (), without: Collection[int] = (), *, balls: bool = False
+        self,
+        group: Group,
+        more: Collection[int] = (),
+        without: Collection[int] = (),
+        weights: Mapping[int, float] = MappingProxyType({}),
+        *,
+        balls: bool = False,
     ) -> tuple[Joints, Solver]:
         is_usual = is_in_ik_mode(self._sim)
 
         def takes_part(joint: int) -> bool:
             return joint not in without and (joint in more or is_usual(joint))
 
-        joints, arms = make_arms(self._sim, group.elements, takes_part, balls=balls)
+        elements = self.active(group)
+        if not elements:
+            raise CommandError(f"the group '{group.name}' has no element whose tip has a target")
+        joints, arms = make_arms(self._sim, elements, takes_part, balls=balls)
+        joints = _as_asked(group, joints)
+        for number, handle in enumerate(joints.handles):
+            joints.weights[number] *= weights.get(handle, 1.0)
         self.scratch.load()
         return joints, Solver(self.scratch, joints, arms)
 
@@ -209,16 +283,17 @@ class IkGroups(Part):
         """
         joints, solver = self._solver(group, balls=True)
         scene = self._sim.scene
-        goals = [object_pose(self._sim, scene.get(element.target)) for element in group.elements]
+        goals = [object_pose(self._sim, scene.get(element.target)) for element in self.active(group)]
         return joints, solver.solve(self._sim.data.qpos[joints.addresses], goals, group.how)
 
     def _handle(self, group: Group) -> Result:
         group.result = Result.NOT_PERFORMED
-        if not group.enabled or not self._is_due(group):
+        elements = self.active(group)
+        if not group.enabled or not elements or not self._is_due(group):
             return group.result
         joints, solution = self.solve(group)
         group.result = solution.result
-        if must_stay(group.elements, group.restore, solution):
+        if must_stay(elements, group.restore, solution):
             return group.result
         before = self._sim.data.qpos[joints.addresses]
         for handle, value, old in zip(joints.handles, solution.values.tolist(), before, strict=True):
@@ -249,7 +324,7 @@ class IkGroups(Part):
         return True
 
     def _groups(self) -> list[Group]:
-        return [group for _, group in self._registry.all().values()]
+        return list(self.all().values())
 
     def _read(self, name: str, note: Annotation) -> Group:
         return Group(
@@ -292,17 +367,23 @@ class IkGroups(Part):
 
     def _is_alive(self, group: Group) -> bool:
         """Return whether its tip, target and base still exist; the group is removed with them."""
+        return all(self._exist(element) for element in group.elements)
+
+    def _exist(self, element: Element) -> bool:
         objects = self._sim.scene.objects
-        return all(
+        return (
             element.tip in objects
             and element.target in objects
             and (element.base == -1 or element.base in objects)
-            for element in group.elements
+            and (element.axes == -1 or element.axes in objects)
         )
 
     def _start(self) -> None:
+        self._before_run = self._made, self._removed
         self.random = np.random.default_rng(0)
-        self._at_start = [(group, replace(group, elements=list(group.elements))) for group in self._groups()]
+        self._at_start = [
+            (each, replace(each, elements=list(each.elements))) for each in self._every().values()
+        ]
 
     def _stop(self) -> None:
         for group, before in self._at_start:
@@ -310,6 +391,19 @@ class IkGroups(Part):
             group.enabled = before.enabled
             group.result = Result.NOT_PERFORMED
         self._at_start = []
+        self._made, self._removed = self._before_run
+
+
+def _as_asked(group: Group, joints: Joints) -> Joints:
+    """Return the joints with the steps and the limits that a group asks for."""
+    if group.ignores_steps:
+        joints = replace(joints, max_step=np.full(len(joints.max_step), math.inf))
+    if any(group.margins):
+        slide, hinge = group.margins
+        margins = np.where(joints.is_hinge, hinge, slide)
+        margins = np.minimum(margins, (joints.high - joints.low) / 2)
+        joints = replace(joints, low=joints.low + margins, high=joints.high - margins)
+    return joints
 
 
 def must_stay(elements: Sequence[Element], restore: Collection[str], solution: Solution) -> bool:

@@ -181,6 +181,7 @@ class OwnObjects:
             dofs=np.array(model.jnt_dofadr[ids], dtype=np.intp),
             low=np.full(count, -math.inf),
             high=np.full(count, math.inf),
+            is_hinge=np.array(turns, dtype=bool),
             max_step=np.array([largest_step(is_hinge=each) for each in turns]),
             weights=np.ones(count),
         )

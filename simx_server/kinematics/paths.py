@@ -20,6 +20,7 @@ from itertools import pairwise
 import numpy as np
 
 from .scratch import Array
+from .space import Line, Space
 
 Check = Callable[[Array], bool]
 
@@ -28,66 +29,6 @@ _PATIENCE = 0.005
 
 _LEAST = 400
 """Checks in each part of a search, so that it adds a branch or two however short its time is."""
-
-
-@dataclass(frozen=True)
-class Space:
-    """The space of the states."""
-
-    low: Array
-    high: Array
-    """(n,) maximum of each coordinate."""
-    weights: Array
-    """(n,) weight of each coordinate in distances."""
-    endless: Array
-    """(n,) bool: coordinates that are angles, for which 2 pi equals 0."""
-    resolution: float = 0.005
-    """Maximum weighted distance between two states that are checked along a path: an arm of 1 m moves by 5 mm."""
-    step: float = 0.3
-    """Maximum weighted length of a tree's branch."""
-    quaternions: tuple[slice, ...] = ()
-    """Coordinates that are a rotation, of which q and -q are the same. They change linearly: the length of a change is
-    about half the angle.
-    """
-
-    def difference(self, start: Array, end: Array) -> Array:
-        """Return the change from start to end (..., n), angles and rotations the short way round."""
-        change = end - start
-        if self.endless.any():
-            turned = np.remainder(change + np.pi, 2 * np.pi) - np.pi
-            change = np.where(self.endless, turned, change)
-        for part in self.quaternions:
-            a, b = start[..., part], end[..., part]
-            is_far = np.sum(a * b, axis=-1, keepdims=True) < 0.0
-            change[..., part] = np.where(is_far, -b, b) - a
-        return change
-
-    def normalised(self, state: Array) -> Array:
-        """Return the state (n,) with quaternions of length 1."""
-        if not self.quaternions:
-            return state
-        state = state.copy()
-        for part in self.quaternions:
-            state[part] /= max(float(np.linalg.norm(state[part])), 1e-12)
-        return state
-
-    def length(self, change: Array) -> float:
-        """Return the weighted length: the greatest coordinate, so that no joint moves farther between two checks."""
-        return float(np.max(np.abs(change) * self.weights))
-
-    def distances(self, states: Array, to: Array) -> Array:
-        """Return the distances (m,) of states (m, n)."""
-        change = self.difference(states, to) * self.weights
-        return np.einsum("mi,mi->m", change, change)
-
-    def sample(self, random: np.random.Generator) -> Array:
-        state = self.low + (self.high - self.low) * random.random(len(self.low))
-        for part in self.quaternions:
-            state[part] = random.standard_normal(4)
-        return self.normalised(state)
-
-    def contains(self, state: Array) -> bool:
-        return bool(np.all((state >= self.low - 1e-9) & (state <= self.high + 1e-9)))
 
 
 class Failure(Enum):
@@ -147,7 +88,6 @@ class Planner:
         progress = progress or Progress()
         self._end = time.monotonic() + seconds
         self._check = self._accepts
-        space = self._space
         try:
             if not self._is_valid(start):
                 return Failure.START
@@ -157,9 +97,10 @@ class Planner:
             self._choose_check(start, good)
             if progress.trees is not None:
                 return self._connect(progress.trees)
-            progress.trees = (_Tree([start]), _Tree(good))
-            for goal in sorted(good, key=lambda each: space.length(space.difference(start, each))):
-                if self._is_free(start, goal):
+            progress.trees = (_Tree([start]), _Tree(good, is_backward=bool(self._space.cars)))
+            lines = [(self._space.line(start, goal), goal) for goal in good]
+            for line, goal in sorted(lines, key=lambda each: each[0].extent):
+                if self._is_free(line):
                     return [start, goal]
             return self._connect(progress.trees)
         except _TimeIsUpError:
@@ -187,7 +128,7 @@ class Planner:
             between = [a, *path[i + 1 : j + 1], b]
             saved = self._lengths(between) - self._lengths([a, b])
             try:
-                is_better = saved > 1e-6 and self._is_free(a, b)
+                is_better = saved > 1e-6 and self._is_free(self._space.line(a, b))
             except _TimeIsUpError:
                 break
             if is_better:
@@ -195,15 +136,14 @@ class Planner:
             idle = 0 if is_better and saved > 0.01 * self._lengths(path) else idle + 1
         return path
 
-    def _is_free(self, start: Array, end: Array) -> bool:
-        """Return whether all states of the straight line are valid; its ends are not checked."""
-        change = self._space.difference(start, end)
-        count = int(np.ceil(self._space.length(change) / self._space.resolution))
+    def _is_free(self, line: Line) -> bool:
+        """Return whether all states of a line are valid; its ends are not checked."""
+        count = int(np.ceil(line.extent / self._space.resolution))
         # The middle first, then the middles of the halves: a blocked line is mostly blocked in its middle.
         width = 1 << max(0, count - 1).bit_length()
         while width > 1:
             for at in range(width >> 1, count, width):
-                if not self._is_valid(start + change * (at / count)):
+                if not self._is_valid(line.at(at / count)):
                     return False
             width >>= 1
         return True
@@ -244,26 +184,22 @@ class Planner:
     def _extend(self, tree: _Tree, towards: Array) -> int | None:
         """Add one branch from the nearest state; return its index, or None if something is in the way."""
         space = self._space
-        near = int(np.argmin(space.distances(tree.array(), towards)))
-        change = space.difference(tree.states[near], towards)
-        length = space.length(change)
-        if length < 1e-12:
+        near = int(np.argmin(space.distances(tree.array(), towards, is_backward=tree.is_backward)))
+        line = tree.line(space, tree.states[near], towards)
+        if line.extent < 1e-12:
             return near
-        state = space.normalised(tree.states[near] + change * min(1.0, space.step / length))
-        if self._is_valid(state) and self._is_free(tree.states[near], state):
+        share = min(1.0, space.step / line.extent)
+        state = space.normalised(line.at(1.0 - share if tree.is_backward else share))
+        if self._is_valid(state) and self._is_free(tree.line(space, tree.states[near], state)):
             return tree.add(state, near)
         return None
 
     def _at(self, path: list[Array], where: float) -> Array:
         index = min(int(where), len(path) - 2)
-        change = self._space.difference(path[index], path[index + 1])
-        return self._space.normalised(path[index] + change * (where - index))
+        return self._space.normalised(self._space.line(path[index], path[index + 1]).at(where - index))
 
     def _lengths(self, path: list[Array]) -> float:
-        return sum(
-            float(np.linalg.norm(self._space.difference(a, b) * self._space.weights))
-            for a, b in pairwise(path)
-        )
+        return sum(self._space.line(a, b).length for a, b in pairwise(path))
 
     def _without_repeats(self, path: list[Array]) -> list[Array]:
         kept = [path[0]]
@@ -280,8 +216,12 @@ class _TimeIsUpError(Exception):
 class _Tree:
     """States, each with the index of its parent; -1 for roots."""
 
-    def __init__(self, roots: list[Array]) -> None:
+    def __init__(self, roots: list[Array], *, is_backward: bool = False) -> None:
+        """Start with the roots; `is_backward`: ways lead from the branches to the roots, which
+        makes a difference for cars.
+        """
         self.states = list(roots)
+        self.is_backward = is_backward
         self._parents = [-1] * len(roots)
         self._array = np.array(roots)
 
@@ -293,6 +233,10 @@ class _Tree:
             self._array = np.concatenate([self._array, np.zeros_like(self._array)])
         self._array[count - 1] = state
         return count - 1
+
+    def line(self, space: Space, state: Array, other: Array) -> Line:
+        """Return the way between a state of the tree and another state, in its direction."""
+        return space.line(other, state) if self.is_backward else space.line(state, other)
 
     def array(self) -> Array:
         return self._array[: len(self.states)]
@@ -313,14 +257,14 @@ def interpolate(space: Space, path: Sequence[Array], count: int) -> list[Array]:
     """
     if count <= len(path) or len(path) < 2:
         return list(path)
-    pieces = [space.difference(a, b) for a, b in pairwise(path)]
-    lengths = np.array([np.linalg.norm(piece * space.weights) for piece in pieces])
+    lines = [space.line(a, b) for a, b in pairwise(path)]
+    lengths = np.array([line.length for line in lines])
     # Corners stay states, else the path would cut them; the other states are distributed by length.
     shares = lengths / max(lengths.sum(), 1e-12) * (count - len(path))
     extra = np.floor(shares).astype(int)
     for index in np.argsort(extra - shares)[: count - len(path) - int(extra.sum())]:
         extra[index] += 1
     states = [path[0]]
-    for begin, piece, more in zip(path, pieces, extra.tolist(), strict=False):
-        states += [space.normalised(begin + piece * (step / (more + 1))) for step in range(1, more + 2)]
+    for line, more in zip(lines, extra.tolist(), strict=True):
+        states += [space.normalised(line.at(step / (more + 1))) for step in range(1, more + 2)]
     return states

@@ -7,7 +7,7 @@ move keep the values of the start.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -200,7 +200,7 @@ class PlannedChain:
         start: Sequence[float],
         goal: Sequence[float],
         ways: Sequence[Pose] | None,
-        fixed: Collection[int],
+        eagerness: Mapping[int, float],
         step: float,
         out_step: float,
     ) -> TipPath | None:
@@ -211,7 +211,7 @@ class PlannedChain:
             goal: the last one.
             ways: the tip moves on straight lines through these poses (world); empty: on one line from the start to the
                 goal; None: all joints change evenly.
-            fixed: joints that change evenly in any case.
+            eagerness: how readily joints move to keep the tip on its way, 1 for those left out; 0: they change evenly.
             step: longest step of the tip while it is computed.
             out_step: longest step between two states of the result, in weighted rad or m.
         """
@@ -220,7 +220,7 @@ class PlannedChain:
             count = self._count(self._distance(begin, end), min(step, out_step))
             states = [begin + (end - begin) * (number / count) for number in range(count + 1)]
         else:
-            found = self._along(begin, end, ways, fixed, step)
+            found = self._along(begin, end, ways, eagerness, step)
             if found is None:
                 return None
             states = found
@@ -229,15 +229,17 @@ class PlannedChain:
         return self._told(states, out_step)
 
     def _along(
-        self, begin: Array, end: Array, ways: Sequence[Pose], fixed: Collection[int], step: float
+        self, begin: Array, end: Array, ways: Sequence[Pose], eagerness: Mapping[int, float], step: float
     ) -> list[Array] | None:
         """Return states whose tip moves through poses, from the first configuration to the last; None: not possible."""
         tips = [self._solver.tips(self._place(state))[0] for state in (begin, end)]
         corners = [tips[0], *(ways or [tips[1]])]
         lines = [(a, b, self._count(self._tip_distance(a, b), step)) for a, b in pairwise(corners)]
         total = sum(count for _, _, count in lines)
+        fixed = [handle for handle, share in eagerness.items() if share == 0.0]
         states, even = [begin], np.array([handle in fixed for handle in self.handles])
-        joints, solver = self._world.ik_groups.solver(self._group, self.handles, without=fixed)
+        groups = self._world.ik_groups
+        joints, solver = groups.solver(self._group, self.handles, without=fixed, weights=eagerness)
         places = [self.handles.index(handle) for handle in joints.handles if handle in self.handles]
         chosen = [number for number, handle in enumerate(joints.handles) if handle in self.handles]
         done = 0

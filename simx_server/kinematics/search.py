@@ -112,7 +112,7 @@ def straight_path(
 
 def sampling_range(joints: Joints) -> tuple[Array, Array]:
     """Return (minimum, range) of each joint; a joint without limits turns once, or moves by 1 m to both sides."""
-    no_limit = np.where(joints.max_step < 0.1 + 1e-9, 1.0, math.pi)
+    no_limit = np.where(joints.is_hinge, math.pi, 1.0)
     low = np.where(np.isfinite(joints.low), joints.low, -no_limit)
     high = np.where(np.isfinite(joints.high), joints.high, no_limit)
     return low, high - low
@@ -144,7 +144,7 @@ def asked_range(
 
 def wrapped(joints: Joints, values: Array) -> Array:
     """Return joint values with those of cyclic joints in -pi..pi."""
-    endless = ~np.isfinite(joints.low) & (joints.max_step > 0.1 + 1e-9)
+    endless = ~np.isfinite(joints.low) & joints.is_hinge
     return np.where(endless, np.remainder(values + math.pi, 2 * math.pi) - math.pi, values)
 
 

@@ -25,9 +25,10 @@ from simx_server.scene.geometry.poses import Pose, compose, inverse, normalised
 
 from ..errors import CommandError
 from ..scene.objects import ObjectKind
-from .paths import Failure, Planner, Progress, Space, interpolate
+from .paths import Failure, Planner, Progress, interpolate
 from .scratch import Array
 from .search import MOST_STATES
+from .space import Car, Space
 from .validity import Pairs, Validity
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class SpaceKind(IntEnum):
     POSITION3D = 30003
     POSE3D = 30004
     JOINT = 30005
+    DUBINS = 30006
 
 
 _COUNTS = {
@@ -52,9 +54,10 @@ _COUNTS = {
     SpaceKind.POSITION3D: 3,
     SpaceKind.POSE3D: 7,
     SpaceKind.JOINT: 1,
+    SpaceKind.DUBINS: 3,
 }
 
-ROTATIONS = {SpaceKind.POSE2D: (math.pi,), SpaceKind.POSE3D: (1.0,) * 4}
+ROTATIONS = {SpaceKind.POSE2D: (math.pi,), SpaceKind.DUBINS: (math.pi,), SpaceKind.POSE3D: (1.0,) * 4}
 """Upper bounds of the coordinates that are a rotation, gamma or the quaternion x, y, z, w; the lower are the same below
 0.
 """
@@ -72,6 +75,10 @@ class StateSpace:
     weight: float = 1.0
     reference: int = -1
     """Frame of positions; -1: the world."""
+    radius: float = 1.0
+    """Smallest radius of the turns of a DUBINS space in metres."""
+    is_symmetric: bool = False
+    """Ways in a DUBINS space may lead backwards."""
 
     @property
     def count(self) -> int:
@@ -100,6 +107,8 @@ class Task:
         """Return the number of coordinates in a state."""
         return sum(space.count for space in self.spaces)
 
+
+_FLAT_POSES = (SpaceKind.POSE2D, SpaceKind.DUBINS)
 
 _EFFORT, _PATIENCE = 3000, 10.0
 """Number of checks for shortening a path, which takes about 1 s for a UR5, and maximum seconds on any machine."""
@@ -138,7 +147,11 @@ class Solving:
         self.space = self._space()
 
     def is_valid(self, state: Array, margin: float = 0.0) -> bool:
-        """Return whether nothing comes nearer than the margin (m), and the script agrees."""
+        """Return whether nothing comes nearer than the margin (m), and the script agrees. A car stays in its bounds,
+        which its ways may leave.
+        """
+        if self.space.cars and not self.space.contains(state):
+            return False
         if self._validity is not None and not self._validity.at(
             lambda data: self._write(data, state), margin
         ):
@@ -193,7 +206,7 @@ class Solving:
         if count > MOST_STATES:
             raise CommandError(f"a path has up to {MOST_STATES} states, not {count}")
         if count <= 0:
-            length = sum(self.space.length(self.space.difference(a, b)) for a, b in pairwise(path))
+            length = sum(self.space.line(a, b).extent for a, b in pairwise(path))
             count = min(max(len(path), math.ceil(length / self.space.resolution)), MOST_STATES)
         self._task.path = [state.tolist() for state in interpolate(self.space, path, count)]
 
@@ -217,11 +230,16 @@ class Solving:
             for space, end in zip(self._task.spaces, ends, strict=True)
             if space.kind == SpaceKind.POSE3D
         )
+        cars = tuple(
+            Car(slice(end - 3, end), space.radius, space.is_symmetric)
+            for space, end in zip(self._task.spaces, ends, strict=True)
+            if space.kind == SpaceKind.DUBINS
+        )
         extent = float(np.max(high - low))
         coarsest = _COARSEST_OF_POSES if quaternions else COARSEST
         resolution = min(max(self._task.resolution * extent, FINEST), coarsest)
         step = max(0.05 * extent, 10 * resolution)
-        return Space(low, high, weights, endless, resolution, step, quaternions)
+        return Space(low, high, weights, endless, resolution, step, quaternions, cars)
 
 
 class _Writer:
@@ -257,7 +275,7 @@ class _Writer:
         self._above = body_pose(sim, parent)
         self._reference: Pose = get_pose(sim, space.reference) if space.reference != -1 else _WORLD
         self._pose = compose(inverse(self._reference), get_pose(sim, space.handle))
-        if space.kind == SpaceKind.POSE2D:
+        if space.kind in _FLAT_POSES:
             self.endless = [False, False, True]
         self._qpos = int(model.jnt_qposadr[self._free]) if self._free >= 0 else -1
 
@@ -287,7 +305,7 @@ def pose_at(kind: SpaceKind, present: Pose, values: Sequence[float] | Array) -> 
         return (x, y, z), normalised((turn[3], *turn[:3]))
     if kind == SpaceKind.POSITION3D:
         return (float(values[0]), float(values[1]), float(values[2])), quat
-    if kind == SpaceKind.POSE2D:
+    if kind in _FLAT_POSES:
         alpha, beta, _ = euler_from_quat(quat)
         quat = quat_from_euler([alpha, beta, float(values[2])])
     return (float(values[0]), float(values[1]), z), quat
@@ -309,7 +327,7 @@ def coordinates(kind: SpaceKind, pose: Pose) -> list[float]:
     (x, y, z), quat = pose
     if kind == SpaceKind.POSE3D:
         return [x, y, z, *xyzw_from_wxyz(quat)]
-    if kind == SpaceKind.POSE2D:
+    if kind in _FLAT_POSES:
         return [x, y, euler_from_quat(quat)[2]]
     return [x, y, z] if kind == SpaceKind.POSITION3D else [x, y]
 

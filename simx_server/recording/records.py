@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, cast
 
-BEHAVIOUR = 4
+BEHAVIOUR = 5
 """Counts up when the same calls may lead to other states than before.
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
@@ -14,6 +14,8 @@ sign, long loops of scripts serve other clients.
 have physics steps of 5 ms, wheels that roll on one point, and concave static shapes that collide as they are.
 4: each blocking call that changes something takes a step at the pace `repeat`, functions of `sim` return as many values
 as in CoppeliaSim, and closed fingers press with no more than their friction.
+5: loops of V-REP's files are rigid, the velocity of a shape is that of its mass centre, an old joint call-back that
+returns nothing leaves its joint free, and images, which scripts may use, have V-REP's light.
 """
 
 

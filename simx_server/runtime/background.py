@@ -38,6 +38,8 @@ class Task(Generic[Result]):
         self._work = work
         self.give_up = give_up
         self.done: Future[Result] = Future()
+        self.may_be_skipped = False
+        """The call goes on without the work where it cannot wait: it only saves time later."""
 
     def start(self) -> None:
         """Start the work. ``done`` gets the result on that thread."""
@@ -81,12 +83,18 @@ def wait_for_step(call: Unfinished) -> Unfinished:
     return call
 
 
-def refuse_steps(call: Unfinished) -> None:
-    """Refuse a call of a stream, which would take longer than one simulation step.
+def refuse_steps(call: Unfinished) -> Any:
+    """Refuse a call of a stream, which would take longer than one simulation step; or return its result without a
+    last step that may be skipped.
 
     Raises:
-        CommandError: always.
+        CommandError: the step is necessary.
     """
+    if call.task.may_be_skipped:
+        try:
+            next(call.steps)
+        except StopIteration as end:
+            return end.value
     call.abandon()
     raise CommandError(
         "a file of a client, or of V-REP, cannot be loaded by a stream; call it with a blocking mode"

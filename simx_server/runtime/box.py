@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from .demands import Demands, demands_of_batch
+
 Event = Callable[[], object]
 
 
@@ -31,17 +33,23 @@ class Item(NamedTuple):
     waits_for_scripts: bool | None
     """None: it depends on the calls."""
 
+    stops: Callable[[], bool] | None = None
+    """Returns whether an event would stop the simulation; None: it would not."""
+
 
 class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
     __slots__ = (
-        "aftermath", "always_waits", "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving",
-        "is_parked", "is_suspended", "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
+        "aftermath", "client", "demands", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving",
+        "is_parked", "is_suspended", "items", "lock", "recent", "size_put", "size_taken", "stop", "tick", "waits",
     )  # fmt: skip
 
-    def __init__(self, client: str = "") -> None:
+    def __init__(self, client: str = "", demands: Callable[[bytes], Demands] = demands_of_batch) -> None:
         self.client = client
+        self.demands = demands
+        """Reads what a message would do to a script that runs."""
+
         self.items: deque[Item] = deque()
         self.lock = threading.RLock()
         """Lock of the threads that put something in; a signal handler may do so while its own thread does. The physics
@@ -53,9 +61,6 @@ class Box:
 
         self.size_taken = 0
         """Bytes of them that the physics thread took out."""
-
-        self.always_waits: bool | None = None
-        """True: no message is served while a script runs; None: it depends on the calls in it."""
 
         self.is_in_line = False
         """For the physics thread: the queue waits for its turn."""
@@ -87,8 +92,11 @@ class Box:
         self.recent = 0
         """Messages of that moment."""
 
-        self.waits: tuple[int, bool, bool] | None = None
-        """Number of an item, whether it has to wait for scripts, and whether it stops the simulation."""
+        self.waits: tuple[int, bool] | None = None
+        """Number of an item, and whether it has to wait for scripts."""
+
+        self.stop: tuple[int, int] = (0, 0)
+        """Numbers of the newest item that was examined for a stop, and of the newest that has one."""
 
     @property
     def is_waiting(self) -> bool:

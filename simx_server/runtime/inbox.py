@@ -19,16 +19,15 @@ import queue
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from simx_client.protocol.codec import MAX_BATCH, CodecError, decode_batch
-from simx_client.protocol.commands import ANSWERED, Command
-from simx_client.protocol.messages import Call
+from simx_client.protocol.codec import MAX_BATCH
+from simx_client.protocol.keys import VIEWER
 from simx_server.limits import Limits
 
-from .awaited import divide
 from .box import Arrival, Box, Event, Item
+from .demands import STOP_MARK, Demands, demands_of_batch, divide
 from .sockets import Sockets
 
 CREDIT = 0.001
@@ -69,8 +68,6 @@ _COST = 1000
 
 MOST_QUESTIONS = 100
 """Waiting questions of one kind; further ones get no answer, and their senders may ask again."""
-
-_STOP = "simxStopSimulation"
 
 
 class Inbox:
@@ -138,16 +135,15 @@ class Inbox:
 
     # --- any thread ------------------------------------------------------------------------------
 
-    def open(self, client: str, *, always_waits: bool = False) -> None:
+    def open(self, client: str, demands: Callable[[bytes], Demands] = demands_of_batch) -> None:
         """Accept messages of a client from now on; those of unknown clients are thrown away.
 
         Args:
-            always_waits: none of them is served while a script runs, because they hold no calls of the table.
+            demands: reads what a message demands of a script that runs.
         """
         with self._lock:
             if client not in self._boxes:
-                self._boxes[client] = box = Box(client)
-                box.always_waits = True if always_waits else None
+                self._boxes[client] = Box(client, demands)
 
     def close(self, client: str) -> None:
         """Accept no more messages of a client, and throw away those that wait."""
@@ -183,7 +179,7 @@ class Inbox:
                 self.had_much = True
             is_flood = self._is_flood(box, size, waiting)
             # Last, as it wakes the physics thread up, which needs the interpreter.
-            self._add(box, Arrival(client, read(payload)), box.always_waits)
+            self._add(box, Arrival(client, read(payload)), None)
             return not is_flood
 
     def _is_flood(self, box: Box, size: int, waiting: int) -> bool:
@@ -226,8 +222,15 @@ class Inbox:
         with box.lock:
             return self._limit_reached(box, size)
 
-    def _add(self, box: Box, what: Event | Arrival, waits_for_scripts: bool | None) -> None:
-        box.items.append(Item(what, self._virtual, next(self._numbers), time.monotonic(), waits_for_scripts))
+    def _add(
+        self,
+        box: Box,
+        what: Event | Arrival,
+        waits_for_scripts: bool | None,
+        stops: Callable[[], bool] | None = None,
+    ) -> None:
+        number, now = next(self._numbers), time.monotonic()
+        box.items.append(Item(what, self._virtual, number, now, waits_for_scripts, stops))
         self._announce(box)
 
     def _announce(self, box: Box) -> None:
@@ -308,18 +311,26 @@ class Inbox:
         box = self._boxes.get(client)
         return box is not None and (len(box.items) >= MUCH or box.size > MUCH_BYTES)
 
-    def put_last(self, client: str, event: Event, *, waits_for_scripts: bool = False) -> None:
+    def put_last(
+        self,
+        client: str,
+        event: Event,
+        *,
+        waits_for_scripts: bool = False,
+        stops: Callable[[], bool] | None = None,
+    ) -> None:
         """Queue an event behind the messages of a client; it is served while a script runs, as soon as they are.
 
         Args:
             waits_for_scripts: it is served after scripts.
+            stops: returns whether it would stop the simulation; None: it would not. Physics thread.
         """
         box = self._boxes.get(client)
         if box is None:
             return
         with box.lock:
             if not box.is_leaving:
-                self._add(box, event, waits_for_scripts)
+                self._add(box, event, waits_for_scripts, stops)
 
     def put_first(self, client: str, event: Event) -> None:
         """Queue an event for the client's next turn, in front of its messages, and after scripts."""
@@ -408,7 +419,7 @@ class Inbox:
         if not self._is_waiting or self.has_work() or len(payload) > LARGE:
             return False
         box = self._boxes.get(client)
-        if box is None or box.items or box.is_waiting or box.is_leaving or box.always_waits:
+        if box is None or box.items or box.is_waiting or box.is_leaving:
             return False
         self._held.append(Arrival(client, payload))
         return True
@@ -513,7 +524,7 @@ class Inbox:
                 is_to_stay = box.client and (box.client == executing or waits(box.client))
                 if is_to_stay or self._must_wait(box):
                     staying.append(box)
-                    has_stop = has_stop or (not is_to_stay and box.waits is not None and box.waits[2])
+                    has_stop = has_stop or (not is_to_stay and self._has_stop(box))
                 elif (taken := self._take(box)) is not None:
                     yield taken
         finally:
@@ -611,10 +622,22 @@ class Inbox:
             return item.waits_for_scripts
         if box.waits is None or box.waits[0] != item.number:
             assert isinstance(item.what, Arrival)
-            commands = _commands(item.what.payload)
-            waits = any(command.waits_for_scripts for command in commands)
-            box.waits = item.number, waits, any(command.name == _STOP for command in commands)
+            box.waits = item.number, box.demands(item.what.payload).waits
         return box.waits[1]
+
+    def _has_stop(self, box: Box) -> bool:
+        """Return whether anything that waits in a queue stops the simulation. Each item is examined once."""
+        items = box.items.copy()  # at once, as other threads add some meanwhile
+        if not items or box.client.startswith(VIEWER):  # a viewer's is refused
+            return False
+        examined, stop = box.stop
+        for item in reversed(items):
+            if item.number <= examined:
+                break
+            if _stops(box, item):
+                stop = max(stop, item.number)
+        box.stop = max(examined, items[-1].number), stop
+        return any(item.number == stop for item in items)
 
 
 def _first_of(box: Box) -> Item | None:
@@ -627,17 +650,8 @@ def _first_of(box: Box) -> Item | None:
         return None
 
 
-def interfere(calls: Iterable[Call]) -> bool:
-    """Return whether any of these calls must not be executed while a script runs."""
-    return any(command.waits_for_scripts for command in _known(calls))
-
-
-def _commands(payload: bytes) -> list[Command]:
-    try:
-        return _known(decode_batch(payload).calls)
-    except CodecError:
-        return []
-
-
-def _known(calls: Iterable[Call]) -> list[Command]:
-    return [command for call in calls if (command := ANSWERED.get(call.command)) is not None]
+def _stops(box: Box, item: Item) -> bool:
+    """Return whether an item stops the simulation."""
+    if isinstance(item.what, Arrival):
+        return STOP_MARK in item.what.payload and box.demands(item.what.payload).stops
+    return item.stops is not None and item.stops()

@@ -30,10 +30,11 @@ from .batches import Batches
 from .box import Arrival, Event
 from .busy import BusyDesk, Doing
 from .clock import Pacer
+from .demands import Demands, demands_of_batch, interfere
 from .direct import DirectCall
 from .dispatch import Dispatch
 from .executor import Executor
-from .inbox import Inbox, interfere
+from .inbox import Inbox
 from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
@@ -167,7 +168,7 @@ class ServerLoop(Part):
 
         simulation.attach(self)
         simulation.interruptions.serve_others = self.serve_others
-        simulation.interruptions.is_end_wanted = lambda: self._is_ending or self._inbox.has_stop_waiting
+        simulation.interruptions.is_end_wanted = self._is_end_wanted
 
     # --- from any thread -------------------------------------------------------------------------
 
@@ -222,13 +223,21 @@ class ServerLoop(Part):
         """Execute a batch next that the physics thread has read while it waited; False: ``submit`` it."""
         return self._inbox.hand_over(client, payload)
 
-    def post_behind(self, client: str, event: Event, *, waits_for_scripts: bool = False) -> None:
+    def post_behind(
+        self,
+        client: str,
+        event: Event,
+        *,
+        waits_for_scripts: bool = False,
+        stops: Callable[[], bool] | None = None,
+    ) -> None:
         """Schedule an event behind the messages of a client that wait now.
 
         Args:
             waits_for_scripts: it does what must not be done while a script runs.
+            stops: returns whether it would stop the simulation; None: it would not. Physics thread.
         """
-        self._inbox.put_last(client, event, waits_for_scripts=waits_for_scripts)
+        self._inbox.put_last(client, event, waits_for_scripts=waits_for_scripts, stops=stops)
 
     @property
     def sockets(self) -> Sockets:
@@ -433,6 +442,11 @@ class ServerLoop(Part):
         finally:
             self._is_serving = False
 
+    def _is_end_wanted(self) -> bool:
+        """Return whether the server ends, or a client of any gateway waits for the run to stop."""
+        is_stopped = self.simulation.state is SimulationState.STOPPED
+        return self._is_ending or (self._inbox.has_stop_waiting and not is_stopped)
+
     def _brings_on_what_interferes(self, client: str) -> bool:
         """Return whether a batch of this client continues behind a trigger with calls that must wait for a script."""
         session = self.sessions.get(client)
@@ -612,16 +626,18 @@ class ServerLoop(Part):
         port: int,
         link: Link,
         serve: Callable[[bytes], object] | None = None,
+        demands: Callable[[bytes], Demands] = demands_of_batch,
         entrance: Entrance | None = None,
     ) -> ClientSession:
         """Add a client that says hello. A second hello (after a loss) starts a new session.
 
         Args:
             serve: executes its messages, when they hold other calls than the table's.
+            demands: reads what these messages demand of a script that runs.
             entrance: where it has come in; `places` has checked it.
         """
         self._end_session(client)
-        self._inbox.open(client, always_waits=serve is not None)
+        self._inbox.open(client, demands)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
         session = ClientSession(client, name, port, link, serve=serve, entrance=entrance or Entrance())

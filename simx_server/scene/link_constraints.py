@@ -20,9 +20,14 @@ EQUALITY = INTERNAL + "link:"
 CLOSED = (0.005, 1.0)
 """Time constant (s) and damping ratio: V-REP closes a loop within one of its dynamics steps of 5 ms."""
 
-IMPEDANCE = (0.97, 0.97, 0.0001)
-"""Part of the stiffness that a loop has, of what it joins: loops of light links are a little soft in V-REP's engines,
-and a gripper with two motors in one loop needs that, since each of them works against the other.
+RIGID = (0.9999, 0.9999, 0.0001)
+"""Impedance of a loop. MuJoCo measures softness by the lightest body in it, often one with next to no inertia that
+carries only a dummy: at 0.97 a tie rod turned a wheel with 30 N m by half a radian.
+"""
+
+SOFT = (0.97, 0.97, 0.0001)
+"""The same of a loop with a motor at its end: loops of light links are a little soft in V-REP's engines, and a gripper
+with two motors in one loop needs that, since each of them works against the other.
 """
 
 
@@ -42,11 +47,19 @@ def site_of(spec: mujoco.MjSpec, item: SceneObject) -> str:
     return name
 
 
-def add_weld(spec: Any, name: str, first: str, second: str, reference: tuple[float, float] = CLOSED) -> None:
+def add_weld(
+    spec: Any,
+    name: str,
+    first: str,
+    second: str,
+    *,
+    reference: tuple[float, float] = CLOSED,
+    impedance: tuple[float, float, float] = RIGID,
+) -> None:
     """Add a constraint that holds two sites together in place and orientation."""
     weld = spec.add_equality(
         name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_SITE, name1=first, name2=second
     )
     weld.solref[:2] = reference
-    weld.solimp[:3] = IMPEDANCE
+    weld.solimp[:3] = impedance
     weld.data[10] = 1.0  # orientations count like positions

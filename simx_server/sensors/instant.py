@@ -19,6 +19,7 @@ from simx_client.protocol import constants as c
 from ..scene.geometry.pose_copies import PoseCopies, Poses
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import ObjectKind, Scene
+from .distance.box_tree import BoxTree
 from .proximity.bundles import Bundles
 from .triangles import GeomTriangles
 from .vision.visibility import VISIBLE_GROUPS
@@ -41,6 +42,10 @@ class Surroundings:
         """Handles of those shapes."""
         self.triangles = GeomTriangles(model)
         self.bundles = Bundles(self.triangles, model.ngeom)
+        self.trees: dict[int, BoxTree] = {}
+        """Triangles under boxes, by geom, made on first use."""
+        self.nearest_triangles: dict[tuple[int, int], tuple[int, int]] = {}
+        """The nearest triangles of pairs of geoms when they were last measured: they are near still."""
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
 

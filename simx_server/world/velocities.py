@@ -1,4 +1,7 @@
-"""Velocities of objects as V-REP measures them: from the poses at the ends of the last two simulation steps."""
+"""Velocities of objects as V-REP measures them: from the poses at the ends of the last two simulation steps.
+
+The physics engine's own velocity of a moving body is another one: at the end of the step, of the centre of mass.
+"""
 
 from __future__ import annotations
 
@@ -83,6 +86,15 @@ class Velocities(Part):
         linear = scale(subtract(new[0], old[0]), rate)
         euler = [angle * rate for angle in euler_from_quat(turn)]
         return list(linear), euler, list(scale(poses.rotation_vector(turn), rate))
+
+    def of_mass_centre(self, body: int) -> tuple[list[float], list[float]]:
+        """Return the velocity of a body's centre of mass (m/s) and its angular velocity (rad/s) in world axes."""
+        sim = self._sim
+        sim.refresh()
+        mujoco.mj_comVel(sim.model, sim.data)
+        motion = np.empty(6)
+        mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)
+        return motion[3:].tolist(), motion[:3].tolist()
 
     def _poses(self, item: SceneObject) -> tuple[Pose, Pose]:
         if item.element in POSES:

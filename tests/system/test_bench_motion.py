@@ -6,6 +6,7 @@ import pytest
 
 from bench.motion.__main__ import ARMS, DRIVES, SCENES
 from bench.motion.arms import arm
+from bench.motion.cars import CARS, drive
 from bench.motion.drives import differential, mecanum
 from bench.motion.grasps import trial
 from bench.motion.hands import SHIPPED
@@ -23,6 +24,14 @@ def test_a_mecanum_base_follows_its_kinematics_without_jitter() -> None:
     base = mecanum()
     assert base.error < 0.03
     assert base.jump < 0.002
+
+
+def test_a_car_turns_about_the_point_where_its_wheels_axes_meet() -> None:
+    name = "simple Ackermann steering"
+    found = drive(SCENES / "models" / f"{name.replace(' ', '_').lower()}.xml", CARS[name])
+    assert found.radius == pytest.approx(found.geometry, rel=0.003)
+    assert found.geometry == pytest.approx(2.5772 / 0.4228, rel=0.003), "wheelbase / tan(0.4)"
+    assert found.side < 0.001
 
 
 def test_an_arm_lags_by_vreps_law_and_reports_the_inverse_dynamics() -> None:

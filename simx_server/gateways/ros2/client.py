@@ -89,9 +89,13 @@ class Ros2Client:
             self._batches += 1
             self._loop.execute(self.key, self._pack(Batch(self._batches, 0, calls)))
 
-    def post(self, event: Callable[[], object]) -> None:
-        """Have the physics thread do something in the turn of this client, when no script runs. Any thread."""
-        self._loop.post_behind(self.key, event, waits_for_scripts=True)
+    def post(self, event: Callable[[], object], stops: Callable[[], bool] | None = None) -> None:
+        """Have the physics thread do something in the turn of this client, when no script runs. Any thread.
+
+        Args:
+            stops: returns whether it would stop the simulation; None: it would not.
+        """
+        self._loop.post_behind(self.key, event, waits_for_scripts=True, stops=stops)
 
     def failed(self, name: str, problem: Exception) -> None:
         """Count and log that a message could not be executed, each reason once.

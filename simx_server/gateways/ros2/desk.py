@@ -127,6 +127,16 @@ class Desk:
     def endpoint(self) -> Endpoint:
         return self.service
 
+    def wants_stop(self) -> bool:
+        """Return whether a request that waits stops the simulation."""
+        return any(self._stops(payload) for payload in self.service.waiting())
+
+    def _stops(self, payload: bytes) -> bool:
+        try:
+            return self.offer.stops(self._type.request.decode(payload))
+        except MessageError:  # its answer says what is wrong
+            return False
+
     def serve(self) -> None:
         """Answer the next request, or have it answered later."""
         request = self.service.take()

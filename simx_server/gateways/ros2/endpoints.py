@@ -123,6 +123,9 @@ class Served:
     refusal: Callable[[str], Message]
     """Returns the response that says that a request was not executed, and why."""
 
+    stops: Callable[[Mapping[str, Any]], bool] = lambda _: False
+    """Returns whether a request stops the simulation, so that a search that runs gives up for it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Followed:

@@ -118,7 +118,7 @@ class Offered:
         type_ = self._types.services[offer.type]
 
         def arrived(_: Service) -> None:
-            self._client.post(desk.serve)
+            self._client.post(desk.serve, desk.wants_stop)
 
         def refusal(why: str) -> bytes:
             return type_.response.encode(desk.offer.refusal(why))

@@ -23,6 +23,7 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.world.part import Part
 
 from .connection import Connection, too_long
+from .demands import demands_of_message
 from .functions import described
 from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
 from .reading import only_reads
@@ -179,9 +180,8 @@ class ZmqClients(Part):
         self._next_handle += 1
         serve = partial(self._serve, client)
         self._clients[key] = client
-        client.session = self.loop.join(
-            key, name, port, _Link(partial(self._forget, client)), serve, entrance
-        )
+        link = _Link(partial(self._forget, client))
+        client.session = self.loop.join(key, name, port, link, serve, demands_of_message, entrance=entrance)
 
     def peer(self, number: int) -> Peer | None:
         """Return an open connection."""

@@ -207,8 +207,8 @@ class Connection:
         """Send the results of a call, after what it has left for later: a start, a stop, another scene."""
         if self._has_gone_on():
             return
-        simulation = self._world.simulation
-        if not simulation.is_settled and (problems := simulation.settle()):
+        simulation, is_within_script = self._world.simulation, self._clients.loop.is_serving
+        if not simulation.is_settled and not is_within_script and (problems := simulation.settle()):
             self._refuse(self._function, problems[0])
             return
         self._send_results(self._function, results)

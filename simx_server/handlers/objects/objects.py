@@ -8,9 +8,11 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.handlers.registry import handler
 from simx_server.parts.communication.simulator_messages import SELECTION_CHANGED
+from simx_server.runtime.background import Steps
 from simx_server.scene import properties
 from simx_server.scene.editing import editing
 from simx_server.scene.editing.copying import copy_objects
+from simx_server.sensors.vision.warm_up import with_images
 
 if TYPE_CHECKING:
     from simx_server.runtime.sessions import ClientSession
@@ -24,9 +26,9 @@ _LEAST_DUMMY, _LARGEST_DUMMY = 1e-4, 999.0
 
 
 @handler("simxGetObjectHandle")
-def get_object_handle(world: World, name: str) -> int:
+def get_object_handle(world: World, name: str) -> int | Steps[int]:
     """Raises UnknownName, which lists the nearest names."""
-    return world.simulation.scene.resolve(name)
+    return with_images(world, world.simulation.scene.resolve(name))
 
 
 @handler("simxGetObjects")

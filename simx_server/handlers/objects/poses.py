@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_server.handlers.objects.shape_properties import is_static
 from simx_server.handlers.registry import handler
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import Pose
@@ -82,3 +83,14 @@ def get_object_velocity(world: World, handle: int) -> tuple[list[float], list[fl
     flagged = handle > 0 and bool(handle & AXIS_FLAG)
     linear, euler_rates, angular = world.velocities.measure(handle & ~AXIS_FLAG if flagged else handle)
     return linear, angular if flagged else euler_rates
+
+
+def get_velocity(world: World, shape: int) -> tuple[list[float], list[float]]:
+    """Return the velocity of a shape's centre of mass (m/s) and its angular velocity (rad/s), in world axes.
+
+    They are physics' own, at the end of the last step; those of a static shape are measured from its poses.
+    """
+    if is_static(world.simulation, shape):
+        linear, _, angular = world.velocities.measure(shape)
+        return linear, angular
+    return world.velocities.of_mass_centre(world.simulation.scene.get(shape).body)

@@ -199,10 +199,12 @@ def _place_link(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
 
 def _stop_motion(sim: LiveScene, body: int) -> None:
     """Set the velocity to zero for all degrees of freedom of a body and the bodies below it."""
-    model, data = sim.model, sim.data
-    for dof in range(model.nv):
-        if is_carried(model, int(model.dof_bodyid[dof]), body):
-            data.qvel[dof] = 0.0
+    model = sim.model
+    end = body + 1  # MuJoCo numbers the bodies below a body, and their degrees of freedom, directly behind it
+    while end < model.nbody and model.body_parentid[end] >= body:
+        end += 1
+    first, behind = np.searchsorted(model.dof_bodyid, (body, end))
+    sim.data.qvel[first:behind] = 0.0
 
 
 def _local_pose(sim: LiveScene, item: SceneObject) -> Pose:

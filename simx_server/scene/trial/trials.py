@@ -20,7 +20,7 @@ from simx_server.scene.formats.contents import contents_of
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.scene.trial.kinds import SCENE
-from simx_server.scene.trial.pool import Pool
+from simx_server.scene.trial.pool import Loan, Pool
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -157,34 +157,33 @@ class _Trial:
     def __init__(self, pool: Pool, request: dict[str, Any], seconds: float) -> None:
         """Store the request; `seconds`: wall time to wait for a helper; the child has separate limits."""
         self._pool, self._request, self._seconds = pool, request, seconds
-        self._helper: Helper | None = None
+        self._loan: Loan | None = None
         self._is_late = self._is_given_up = False
 
     def make(self) -> dict[str, Any]:
         """Make the trial and return its result. Raises TimeoutError, or EOFError: the helper has ended."""
-        used = self._helper = self._pool.take(self._seconds)
+        loan = self._loan = self._pool.take(self._seconds)
         clock = threading.Timer(self._seconds + _GRACE, self._end_late)
         clock.daemon = True
         clock.start()
         try:
             if self._is_given_up:
                 raise EOFError
-            return used.ask(self._request)
+            return loan.helper.ask(self._request)
         except EOFError:
-            used.kill()
+            loan.kill()
             if self._is_late:
                 raise TimeoutError from None
             raise
         finally:
             clock.cancel()
-            self._helper = None
-            self._pool.give_back(used)
+            self._pool.give_back(loan)
 
     def give_up(self) -> None:
         """Discard the trial: its result is not needed any more."""
         self._is_given_up = True
-        if (used := self._helper) is not None:
-            used.kill()
+        if (loan := self._loan) is not None:
+            loan.kill()
 
     def _end_late(self) -> None:
         self._is_late = True

@@ -26,6 +26,7 @@ from .looks.textures import TextureFunctions
 from .messages import MessageFunctions
 from .motion.configurations import ConfigurationFunctions
 from .motion.ik import IkFunctions
+from .motion.ik_making import IkMakingFunctions
 from .motion.motion import MotionFunctions
 from .motion.motion_planning import MotionPlanningFunctions
 from .motion.moves import MoveFunctions
@@ -143,6 +144,7 @@ class SimApi(
     MainScriptFunctions,
     GraphFunctions,
     IkFunctions,
+    IkMakingFunctions,
     FlatOmplFunctions,
     ProfileFunctions,
     MotionFunctions,

@@ -296,12 +296,13 @@ class PythonProcess:
         ready = select.poll()
         ready.register(self._errors, select.POLLIN)
         text = ""
-        end = time.monotonic() + _LAST_WORDS
-        while (
-            len(text) < _LONGEST_WORDS
-            and not _OUTERMOST.search(text)
-            and ready.poll(max(0.0, 1000 * (end - time.monotonic())))
-        ):
+        end = time.monotonic() + _LAST_WORDS - self._delay()
+        while len(text) < _LONGEST_WORDS and not _OUTERMOST.search(text):
+            left = end + self._delay() - time.monotonic()
+            if left <= 0:
+                break
+            if not ready.poll(1000 * left):
+                continue  # on a busy machine the process may have had no processor yet
             data = os.read(self._errors, _CHUNK)
             if not data:
                 break

@@ -21,6 +21,7 @@ from simx_server.sensors.proximity.optics import Optics
 from simx_server.sensors.proximity.volume import cone
 from simx_server.sensors.triangles import Array, plane_triangles
 
+from .box_tree import BoxTree, Placed
 from .triangle_pairs import Gap, least_gap
 
 FAR = 1e6
@@ -148,20 +149,41 @@ def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
     ):
         return _UNKNOWN  # a surface is not nearer than its hull, which MuJoCo measures much faster
     else:
-        found = least_gap(
-            triangles_in_world(instant, first, second), triangles_in_world(instant, second, first), limit
+        guesses = instant.surroundings.nearest_triangles
+        found, pair = least_gap(
+            _placed(instant, first, second),
+            _placed(instant, second, first),
+            limit,
+            guesses.get((first, second)),
         )
+        if pair is not None:
+            guesses[first, second] = pair
     return found if found.distance < limit else _UNKNOWN
+
+
+def _placed(instant: Instant, geom: int, other: int) -> Placed:
+    """Return a geom's triangles in its pose; of an infinite plane, the part under another geom."""
+    turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
+    if int(instant.model.geom_type[geom]) == _PLANE:
+        return Placed(BoxTree(_of_plane(instant, geom, other)), turn, place)
+    trees = instant.surroundings.trees
+    if geom not in trees:
+        trees[geom] = BoxTree(instant.surroundings.triangles.of(geom)[0])
+    return Placed(trees[geom], turn, place)
+
+
+def _of_plane(instant: Instant, geom: int, other: int) -> Array:
+    """Return the triangles (2, 3, 3) of the part of a plane under another geom, in the plane's frame."""
+    turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
+    towards = (instant.geom_xpos[other] - place) @ turn
+    return plane_triangles(instant.model.geom_size[geom], towards, float(instant.model.geom_rbound[other]))
 
 
 def triangles_in_world(instant: Instant, geom: int, other: int) -> Array:
     """Return a geom's triangles (n, 3, 3) in the world; of an infinite plane, the part under another geom."""
     turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
     if int(instant.model.geom_type[geom]) == _PLANE:
-        towards = (instant.geom_xpos[other] - place) @ turn
-        corners = plane_triangles(
-            instant.model.geom_size[geom], towards, float(instant.model.geom_rbound[other])
-        )
+        corners = _of_plane(instant, geom, other)
     else:
         corners = instant.surroundings.triangles.of(geom)[0]
     return corners @ turn.T + place

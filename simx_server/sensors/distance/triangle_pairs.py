@@ -1,7 +1,7 @@
-"""The minimum distance between two sets of triangles: exact for surfaces of any shape, hollow or not.
+"""The minimum distance between two surfaces of triangles: exact for surfaces of any shape, hollow or not.
 
-Consecutive triangles are bundled, and the bundles too; `GeomTriangles` puts neighbours side by side. Pairs of
-bundles are examined from the nearest on, so time and memory grow with the number of near pairs, not with all pairs.
+Pairs of boxes are examined from the nearest on, so time and memory grow with the number of near pairs, not with all
+pairs.
 """
 
 from __future__ import annotations
@@ -13,14 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.sensors.proximity.seen import cross
-from simx_server.sensors.triangles import TOGETHER, Array, bundled, with_balls
+from simx_server.sensors.triangles import Array
 
-_BUNDLES_AT_ONCE = 32
-_PAIRS_AT_ONCE = 4096
-_ROUNDING = 1e-12
-_SAMPLE = 256
+from .box_tree import Bounds, Indices, Placed
+
+_BOXES_AT_ONCE, _PAIRS_AT_ONCE = 32, 512
+
+_ROUNDING = 1e-9
+"""Share of a distance by which a bound or a known distance may be wrong."""
+
+_SMALLEST = 1e-12
+"""The same in metres."""
 
 _NEXT = [1, 2, 0]
+
+Pair = tuple[int, int]
+"""Numbers of two triangles in the trees of their geoms."""
 
 
 class Gap(NamedTuple):
@@ -31,126 +39,87 @@ class Gap(NamedTuple):
     first: Array
     second: Array
     """(3,) each: the nearest points; nan when only a limit of the distance is known."""
+    row: int = -1
+    """Number of the pair of triangles among those that were examined together."""
 
 
 _NOWHERE = np.full(3, np.nan)
 
 
-def least_distance(first: Array, second: Array, limit: float) -> float:
-    """Return metres between triangles (n, 3, 3) and (m, 3, 3), 0 where they meet.
+class Found(NamedTuple):
+    """The minimum distance, and the triangles that are this far apart."""
 
-    The result is `limit` if none are closer than that.
+    gap: Gap
+    pair: Pair | None = None
+
+
+def least_gap(first: Placed, second: Placed, limit: float, guess: Pair | None = None) -> Found:
+    """Return metres between two surfaces, 0 where they meet; the limit and no pair if they are not nearer.
+
+    Args:
+        first: triangles.
+        second: triangles.
+        limit: metres from which on a distance does not matter.
+        guess: triangles that were nearest in a similar pose. The result does not depend on it, only the time does.
     """
-    return least_gap(first, second, limit).distance
-
-
-def least_gap(first: Array, second: Array, limit: float) -> Gap:
-    """Return the same with the points."""
-    height = max(_height(len(first)), _height(len(second)))
-    along = second.mean(axis=(0, 1)) - first.mean(axis=(0, 1)) if len(first) and len(second) else np.zeros(3)
-    along /= max(math.sqrt(_dot(along, along)), 1e-300)
-    one, other = _Tree(first, height, -along), _Tree(second, height, along)
-    best = _first_guess(one, other, Gap(limit, _NOWHERE, _NOWHERE))
-    top = (np.arange(len(tree.levels[-1].radii)) for tree in (one, other))
+    search = _Search(first, second, limit, guess)
+    height = max(len(first.tree.levels), len(second.tree.levels)) - 1
+    top = (np.arange(len(each.tree.level(height).centres)) for each in (first, second))
     mine, theirs = (each.ravel() for each in np.meshgrid(*top, indexing="ij"))
-    return _search(one, other, height, _sorted(one, other, height, mine, theirs, best.distance), best)
+    search.examine(height, mine, theirs)
+    return search.best
 
 
-def _first_guess(one: _Tree, other: _Tree, best: Gap) -> Gap:
-    """Return the gap between the centres of a few triangles, which lie on the surfaces; or `best` if smaller."""
-    mine, theirs = one.sample(), other.sample()
-    away = mine[:, np.newaxis] - theirs
-    squares = _dot(away, away)
-    if squares.size == 0:
-        return best
-    row, column = np.unravel_index(int(squares.argmin()), squares.shape)
-    found = Gap(math.sqrt(squares[row, column]), mine[row], theirs[column])
-    return min(best, found, key=_by_distance)
+class _Search:
+    """One search for the minimum distance."""
 
+    def __init__(self, first: Placed, second: Placed, limit: float, guess: Pair | None) -> None:
+        """Leave out all that is farther than the limit, and than the guessed triangles, which are examined again."""
+        self._first, self._second = first, second
+        self._bounds = Bounds(first, second)
+        direction = second.middle - first.middle
+        if guess is not None:
+            gap = _pairs(first.corners(np.array(guess[:1])), second.corners(np.array(guess[1:])))
+            limit = min(limit, _beyond(gap.distance))
+            direction = gap.second - gap.first if gap.distance > 0.0 else direction
+        self._bounds.look_along(direction)
+        self.best = Found(Gap(limit, _NOWHERE, _NOWHERE))
 
-class _Nodes(NamedTuple):
-    """Nodes of a level: balls that hold all below a node, (n, 3) and (n,), and its minimum along a direction, (n,)."""
+    def examine(self, level: int, mine: Indices, theirs: Indices) -> None:
+        """Examine boxes of a level pair by pair, the nearest first, and what is below them."""
+        bounds = self._bounds.between(level, mine, theirs)
+        near = np.flatnonzero(bounds <= _beyond(self.best.gap.distance))
+        near = near[np.argsort(bounds[near], kind="stable")]
+        mine, theirs, bounds = mine[near], theirs[near], bounds[near]
+        at_once = _BOXES_AT_ONCE if level else _PAIRS_AT_ONCE
+        for start in range(0, len(near), at_once):
+            least = self.best.gap.distance
+            if least <= 0.0 or bounds[start] > _beyond(least):
+                return
+            some = slice(start, start + at_once)
+            if level == 0:
+                self._compare(mine[some], theirs[some])
+            else:
+                self.examine(level - 1, *self._below(level - 1, mine[some], theirs[some]))
 
-    centres: Array
-    radii: Array
-    begins: Array
-
-
-def _height(triangles: int) -> int:
-    """Return the number of levels of bundles above this many triangles, until few bundles are left."""
-    return 0 if triangles <= TOGETHER else 1 + _height(-(-triangles // TOGETHER))
-
-
-class _Tree:
-    """Triangles, bundles of them, bundles of these and so on; the children of node i start at node i * `TOGETHER`."""
-
-    def __init__(self, corners: Array, height: int, direction: Array) -> None:
-        """Bundle triangles. `direction`: from the other set; along it these start behind the gap."""
-        self.corners, centres, radii = with_balls(corners)
-        begins = (corners @ direction).min(axis=1, initial=math.inf)
-        self.levels = [_Nodes(centres, radii, begins)]
-        for _ in range(height):
-            starts, _, centres, radii = bundled(centres, radii)
-            begins = np.minimum.reduceat(begins, starts)
-            self.levels.append(_Nodes(centres, radii, begins))
-
-    def sample(self) -> Array:
-        """Return (n, 3) centres of triangles from all over the surface, at most `_SAMPLE`."""
-        centres = self.levels[0].centres
-        step = TOGETHER * max(1, math.ceil(len(centres) / (TOGETHER * _SAMPLE)))
-        return centres[::step]
-
-    def below(self, level: int, nodes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """Return the child nodes (n, TOGETHER) at a level, and which of them exist: the last node may have fewer."""
-        found = nodes[:, np.newaxis] * TOGETHER + np.arange(TOGETHER)
-        real = found < len(self.levels[level].radii)
-        return np.where(real, found, 0), real
-
-
-class _Pairs(NamedTuple):
-    """Pairs of nodes of a level, the nearest first."""
-
-    mine: NDArray[np.intp]
-    theirs: NDArray[np.intp]
-    bounds: Array
-    """Lower bounds in metres: no triangles of a pair are nearer."""
-
-
-def _sorted(
-    one: _Tree, other: _Tree, level: int, mine: NDArray[np.intp], theirs: NDArray[np.intp], limit: float
-) -> _Pairs:
-    """Return the pairs that may come as near as the limit."""
-    ours, yours = one.levels[level], other.levels[level]
-    away = ours.centres[mine] - yours.centres[theirs]
-    bounds = np.sqrt(_dot(away, away)) - ours.radii[mine] - yours.radii[theirs]
-    # A plane between bodies that are far apart separates them better than balls, which are all about as
-    # near.
-    begins = ours.begins[mine], yours.begins[theirs]
-    bounds = np.maximum(bounds, sum(begins) - _ROUNDING * sum(map(np.abs, begins)))
-    near = np.flatnonzero(bounds <= limit)
-    near = near[np.argsort(bounds[near])]
-    return _Pairs(mine[near], theirs[near], bounds[near])
-
-
-def _search(one: _Tree, other: _Tree, level: int, pairs: _Pairs, best: Gap) -> Gap:
-    """Return the minimum gap between nodes pair by pair, or `best` if that is smaller."""
-    at_once = _PAIRS_AT_ONCE if level == 0 else _BUNDLES_AT_ONCE
-    for start in range(0, len(pairs.bounds), at_once):
-        if pairs.bounds[start] > best.distance or best.distance <= 0.0:
-            break
-        mine, theirs = pairs.mine[start : start + at_once], pairs.theirs[start : start + at_once]
-        if level == 0:
-            best = min(best, _pairs(one.corners[mine], other.corners[theirs]), key=_by_distance)
-            continue
-        (ours, are_ours), (yours, are_yours) = one.below(level - 1, mine), other.below(level - 1, theirs)
+    def _below(self, level: int, mine: Indices, theirs: Indices) -> tuple[Indices, Indices]:
+        ours, are_ours = self._first.tree.below(level, mine)
+        yours, are_yours = self._second.tree.below(level, theirs)
         are_real = are_ours[:, :, np.newaxis] & are_yours[:, np.newaxis]
-        rows, columns = (
-            np.broadcast_to(nodes, are_real.shape)[are_real]
-            for nodes in (ours[:, :, np.newaxis], yours[:, np.newaxis])
-        )
-        below = _sorted(one, other, level - 1, rows, columns, best.distance)
-        best = _search(one, other, level - 1, below, best)
-    return best
+        rows, columns = np.broadcast_arrays(ours[:, :, np.newaxis], yours[:, np.newaxis])
+        return rows[are_real], columns[are_real]
+
+    def _compare(self, mine: Indices, theirs: Indices) -> None:
+        found = _pairs(self._first.corners(mine), self._second.corners(theirs))
+        if found.distance < self.best.gap.distance:
+            self.best = Found(found, (int(mine[found.row]), int(theirs[found.row])))
+            if found.distance > 0.0:
+                self._bounds.look_along(found.second - found.first)
+
+
+def _beyond(distance: float) -> float:
+    """Return a distance with what rounding may add to it."""
+    return distance * (1.0 + _ROUNDING) + _SMALLEST
 
 
 def _by_distance(gap: Gap) -> float:
@@ -161,13 +130,13 @@ def _pairs(first: Array, second: Array) -> Gap:
     """Return the minimum gap of triangles pair by pair, (n, 3, 3) each."""
     edges, others = first[:, _NEXT] - first, second[:, _NEXT] - second
     for corners, sides, faces in ((first, edges, second), (second, others, first)):
-        point = _pierced(corners, sides, faces)
-        if point is not None:
-            return Gap(0.0, point, point)
+        through = _pierced(corners, sides, faces)
+        if through is not None:
+            return through
     back = _face_gap(second, first)
     found = (
         _face_gap(first, second),
-        Gap(back.distance, back.second, back.first),
+        Gap(back.distance, back.second, back.first, back.row),
         _edge_gap(first, edges, second, others),
     )
     return min(found, key=_by_distance)
@@ -195,6 +164,7 @@ def _edge_gap(first: Array, edges: Array, second: Array, others: Array) -> Gap:
         math.sqrt(least),
         first[pair, edge] + s[pair, edge, side] * edges[pair, edge],
         second[pair, side] + t[pair, edge, side] * others[pair, side],
+        int(pair),
     )
 
 
@@ -208,11 +178,11 @@ def _face_gap(corners: Array, faces: Array) -> Gap:
     feet = corners - heights[..., np.newaxis] * normal[:, np.newaxis]
     away = np.where(_held(feet, faces, normal), np.abs(heights), math.inf)
     pair, corner = np.unravel_index(int(away.argmin()), away.shape)
-    return Gap(float(away[pair, corner]), corners[pair, corner], feet[pair, corner])
+    return Gap(float(away[pair, corner]), corners[pair, corner], feet[pair, corner], int(pair))
 
 
-def _pierced(corners: Array, edges: Array, faces: Array) -> Array | None:
-    """Return a point (3,) where an edge passes through the other triangle of its pair, or None."""
+def _pierced(corners: Array, edges: Array, faces: Array) -> Gap | None:
+    """Return a point where an edge passes through the other triangle of its pair as a gap of 0, or None."""
     normal = cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     heights = np.einsum("nki,ni->nk", corners - faces[:, :1], normal)
     ends = heights[:, _NEXT]
@@ -221,7 +191,10 @@ def _pierced(corners: Array, edges: Array, faces: Array) -> Array | None:
         where = np.where(crosses, heights / (heights - ends), 0.0)
     points = corners + where[..., np.newaxis] * edges
     through = crosses & _held(points, faces, normal)
-    return points[through][0] if through.any() else None
+    if not through.any():
+        return None
+    pair, edge = np.unravel_index(int(through.argmax()), through.shape)
+    return Gap(0.0, points[pair, edge], points[pair, edge], int(pair))
 
 
 def _held(points: Array, faces: Array, normal: Array) -> NDArray[np.bool_]:

@@ -146,6 +146,9 @@ class RenderThread:
         self._running: _Job | None = None
         self._doing: _Doing | None = None
         self._is_hanging = False
+        self.warms_on_demand = False
+        """The first image is prepared when a program gets the handle of a vision sensor; see `warm_up`."""
+
         self._to_prepare: _Preparation | None = None
         self._prepared = _nothing_to_do()
         """The newest preparation."""

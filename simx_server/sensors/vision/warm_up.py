@@ -1,5 +1,6 @@
 """Prepare images in advance: before the server is ready, and when a scene with vision sensors is loaded or gets its
-first one.
+first one. One of many servers, and an embedded simulation, prepare them when a program gets the handle of a vision
+sensor, so that those without such programs stay small.
 
 The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
 came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no
@@ -14,7 +15,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.runtime.background import Steps, beside
+from simx_server.runtime.background import Steps, Task, beside
 from simx_server.scene.objects import ObjectKind
 from simx_server.world.part import Part
 
@@ -72,6 +73,25 @@ def warmed(world: World) -> Steps[None]:
         yield from beside(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN))
     # A replay prepares no images, and executes the calls of others during the wait here too.
     sim.interruptions.script_point()
+
+
+def with_images(world: World, handle: int) -> int | Steps[int]:
+    """Return a handle for a program, of a vision sensor after its images are prepared, where that is due."""
+    rendering, scene = world.rendering, world.simulation.scene
+    if not rendering.warms_on_demand or scene.get(handle).kind is not ObjectKind.VISION_SENSOR:
+        return handle
+    if not rendering.is_begun:
+        warm_up(world)
+    return handle if rendering.wait_until_prepared(0) else _when_warm(world, handle)
+
+
+def _when_warm(world: World, handle: int) -> Steps[int]:
+    """Wait beside the physics thread; a stream, which cannot wait, goes on at once."""
+    rendering, sim = world.rendering, world.simulation
+    task = Task(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN), lambda: None)
+    task.may_be_skipped = True
+    yield task
+    return handle
 
 
 class WarmUp(Part):

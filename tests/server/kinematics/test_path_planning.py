@@ -15,9 +15,10 @@ from scenes_for_tests import world_of
 from sim_api_calls import ScriptWorld
 
 from simx_server.files.library import find_scene
-from simx_server.kinematics import Element
+from simx_server.kinematics import Element, dubins
 from simx_server.kinematics.chain import make_arms
-from simx_server.kinematics.paths import Failure, Planner, Space, interpolate
+from simx_server.kinematics.paths import Failure, Planner, interpolate
+from simx_server.kinematics.space import Space
 from simx_server.kinematics.tasks import MARGIN
 from simx_server.kinematics.validity import of_joints
 from simx_server.scene.geometry.frames import get_position
@@ -294,6 +295,60 @@ return simOMPL.getPathStateCount(task), ends, simOMPL.stateDistance(task, {0, 0}
     assert (far, inside, state) == (pytest.approx(0.5), True, [0, 0])
 
 
+CAR_TASK = """
+local cart, wall = sim.getObjectHandle('cart'), sim.getObjectHandle('wall')
+local task = simOMPL.createTask('park')
+local space = simOMPL.createStateSpace('car', simOMPL.StateSpaceType.dubins, cart, {{-2.5, -1}}, {{0.5, 2}}, 1)
+simOMPL.setStateSpace(task, {{space}})
+simOMPL.setDubinsParams(space, 0.3, {})
+simOMPL.setCollisionPairs(task, {{cart, wall}})
+simOMPL.setStartState(task, {{-1, 0, 0}})
+"""
+
+
+def test_a_car_drives_around_the_wall_in_curves_of_its_radius(world: ScriptWorld) -> None:
+    found, path = world.lua(
+        CAR_TASK.format("false")
+        + "simOMPL.setGoalState(task, {-1, 1, math.pi}) return simOMPL.compute(task, 20, -1, 400)"
+    )
+    assert found is True
+    listed = np.array(states(path, 3))
+    assert np.allclose(listed[[0, -1]], [[-1, 0, 0], [-1, 1, math.pi]])
+    assert np.all(np.abs(listed[:, :2] - [-1, 0.5]) <= [1.5, 1.5])
+    blocked = (np.abs(listed[:, 0] + 1) < 0.5) & (np.abs(listed[:, 1] - 0.5) < 0.02)
+    assert not blocked.any()
+    moved, turned = np.diff(listed[:, :2], axis=0), np.diff(np.unwrap(listed[:, 2]))
+    lengths = np.linalg.norm(moved, axis=1)
+    assert np.all(np.abs(turned) <= lengths / 0.3 * 1.01 + 1e-9)
+    middle = np.unwrap(listed[:, 2])[:-1] + turned / 2
+    ahead = np.stack([np.cos(middle), np.sin(middle)], axis=1)
+    assert np.allclose(moved, ahead * lengths[:, np.newaxis], atol=1e-4), "it never slides sideways"
+
+
+def test_a_symmetric_car_backs_up_and_others_take_the_long_way(world: ScriptWorld) -> None:
+    distance = "return simOMPL.stateDistance(task, {-1, 0, 0}, {-1.5, 0, 0})"
+    assert world.lua(CAR_TASK.format("true") + distance) == [pytest.approx(0.5)]
+    (around,) = world.lua(CAR_TASK.format("false") + distance)
+    assert around > 2 * math.pi * 0.3
+
+
+def test_all_curves_of_cars_lead_to_their_ends_at_full_speed() -> None:
+    random = np.random.default_rng(1)
+    low, high = np.array([-2, -2, -4]), np.array([2, 2, 4])
+    starts, ends = random.uniform(low, high, (2, 200, 3))
+    found = dubins.lengths(starts, ends, 0.7)
+    for start, end, length in zip(starts, ends, found, strict=True):
+        curve = dubins.Curve(start, end, 0.7)
+        assert curve.length == pytest.approx(length)
+        steps = np.diff([curve.at(share) for share in np.linspace(0, 1, 50)], axis=0)
+        assert np.all(np.hypot(steps[:, 0], steps[:, 1]) <= length / 49 + 1e-9)
+        assert np.all(np.hypot(steps[:, 0], steps[:, 1]) >= 0.9 * length / 49)
+        head, tail = dubins.Curve(start, curve.at(0.3), 0.7), dubins.Curve(curve.at(0.3), end, 0.7)
+        assert head.length + tail.length == pytest.approx(length, abs=1e-5), (
+            "parts of a shortest way are shortest"
+        )
+
+
 def test_mistakes_are_told(world: ScriptWorld) -> None:
     world.fails("simOMPL.solve(7)", "no planning task 7")
     world.fails("local t = simOMPL.createTask('t') simOMPL.solve(t)", "no state space")
@@ -305,9 +360,10 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
         ARM_TASK + "simOMPL.createStateSpace('s', 30005, js[1], {-1e300}, {1e300})", "bounds are at most"
     )
     world.fails(
-        "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.dubins, sim.getObjectHandle('cart'), {}, {})",
+        "simOMPL.createStateSpace('s', 30007, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",
     )
+    world.fails(ARM_TASK + "simOMPL.setDubinsParams(spaces[1], 1, true)", "'j1' is no dubins space")
 
 
 def test_a_path_keeps_its_corners_when_it_is_made_even() -> None:

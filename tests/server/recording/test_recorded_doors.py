@@ -99,6 +99,8 @@ def drive(server: ZmqWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     gone.close()
     monkeypatch.setattr(connection, "SILENCE", 0.02)
     assert "func" in silent.ask("sim.testCB", 1, "f@func", 2, 1)
+    sim.setFloatSignal("within", sim.getSimulationTime())
+    sim.announceSceneContentChange()  # waits until the function is not waited for any longer
     sim.setFloatSignal("after", sim.getSimulationTime())
     assert "took too long" in silent.ask("_*executed*_", 3)["err"]
     assert "err" in silent.ask_bytes(b"\xff"), "nonsense is recorded too"

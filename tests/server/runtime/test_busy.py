@@ -18,8 +18,8 @@ from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.runtime import busy
-from simx_server.runtime.awaited import divide
 from simx_server.runtime.box import Arrival
+from simx_server.runtime.demands import divide
 from simx_server.runtime.inbox import Inbox
 from simx_server.runtime.monitoring import report
 from simx_server.scene.editing import recompile

@@ -19,6 +19,7 @@ from scenes_for_tests import ARM
 
 import simx_client as v
 from simx_server.scene.trial import helper as trial_helper
+from simx_server.scene.trial.pool import Pool
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 TETRAHEDRON = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -209,6 +210,22 @@ def test_the_next_file_is_tried_after_the_helper_has_died(world, client, send) -
     assert v.simxLoadScene(client, "s.xml", 0, BLOCKING) == REMOTE_ERROR
     assert "load it again" in error_of(client)
     assert v.simxLoadScene(client, "s.xml", 0, BLOCKING) == 0, error_of(client)
+
+
+def test_a_trial_that_is_given_up_too_late_ends_no_other_trial() -> None:
+    pool = Pool()
+    pool.add(trial_helper.start())
+    try:
+        over = pool.take(1.0)
+        pool.give_back(over)
+        running = pool.take(1.0)
+        assert running.helper is over.helper
+        over.kill()
+        assert running.helper.is_usable
+        running.kill()
+        assert not running.helper.is_usable
+    finally:
+        pool.close()
 
 
 def test_a_trial_that_the_system_kills_is_not_taken_for_one_that_takes_too_long(

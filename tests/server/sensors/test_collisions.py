@@ -13,7 +13,8 @@ from handler_calls import World
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
 from simx_server.sensors.distance import measuring
-from simx_server.sensors.distance.triangle_pairs import least_distance, least_gap
+from simx_server.sensors.distance.box_tree import BoxTree, Placed
+from simx_server.sensors.distance.triangle_pairs import least_gap
 from simx_server.sensors.triangles import GeomTriangles
 
 ALL = -2
@@ -114,9 +115,9 @@ def test_dummies_are_measured_as_points_but_do_not_collide(world: World) -> None
 def test_triangles_are_examined_only_where_hulls_meet(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     examined: list[float] = []
 
-    def counted(first: Any, second: Any, limit: float) -> Any:
+    def counted(first: Any, second: Any, limit: float, guess: Any) -> Any:
         examined.append(limit)
-        return least_gap(first, second, limit)
+        return least_gap(first, second, limit, guess)
 
     monkeypatch.setattr(measuring, "least_gap", counted)
     place(world, "pea", 22, 0, 0.5)
@@ -367,12 +368,18 @@ def test_triangles_are_as_far_apart_as_mujoco_says_of_the_same_boxes() -> None:
         mujoco.mj_forward(model, data)
         triangles = GeomTriangles(model)
         first, second = (
-            triangles.of(g)[0] @ data.geom_xmat[g].reshape(3, 3).T + data.geom_xpos[g] for g in (0, 1)
+            Placed(BoxTree(triangles.of(g)[0]), data.geom_xmat[g].reshape(3, 3), data.geom_xpos[g])
+            for g in (0, 1)
         )
         expected = max(0.0, mujoco.mj_geomDistance(model, data, 0, 1, 100.0, None))
         meetings += expected == 0.0
-        assert least_distance(first, second, 100.0) == pytest.approx(expected, abs=1e-9)
-        assert least_distance(first, second, 0.01) == pytest.approx(min(expected, 0.01), abs=1e-9)
+        found = least_gap(first, second, 100.0)
+        assert found.gap.distance == pytest.approx(expected, abs=1e-9)
+        assert least_gap(first, second, 0.01).gap.distance == pytest.approx(min(expected, 0.01), abs=1e-9)
+        for guess in ((0, 0), (5, 7), found.pair):
+            again = least_gap(first, second, 100.0, guess)
+            assert again.gap.distance == pytest.approx(found.gap.distance, abs=1e-12)
+            assert found.gap.distance == 0.0 or np.allclose(again.gap.first, found.gap.first)
     assert 0 < meetings < 60
 
 
@@ -388,7 +395,11 @@ def test_large_meshes_are_measured_by_their_neighbourhoods() -> None:
         return np.concatenate([np.stack(t, 2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))])
 
     shuffled = np.random.default_rng(0).permutation(surface(flat))
-    assert least_distance(surface(spiked), shuffled, 9.0) == pytest.approx(0.25)
+    one, other = (Placed(BoxTree(each), np.eye(3), np.zeros(3)) for each in (surface(spiked), shuffled))
+    found = least_gap(one, other, 9.0)
+    assert found.gap.distance == pytest.approx(0.25)
+    assert found.pair is not None
+    assert math.dist(one.tree.corners[found.pair[0]][0], found.gap.first) < 1.0
 
 
 def _words(values: np.ndarray) -> str:

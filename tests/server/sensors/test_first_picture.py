@@ -21,6 +21,7 @@ from real_world import RealWorld
 import simx_client as vrep
 from simx_client.connection.discovery import measure_servers
 from simx_client.protocol.reports import Metrics
+from simx_server.app import embedding
 from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
 from simx_server.sensors.vision.image import CameraView
@@ -155,6 +156,55 @@ def test_the_first_vision_sensor_that_a_client_makes_is_warmed_up_and_further_ed
     assert world.parts.rendering.is_begun
     monkeypatch.setattr(world.parts.rendering, "prepare", pytest.fail)
     vrep.simxCreateDummy(client, 0.1, None, vrep.simx_opmode_blocking)
+
+
+@pytest.fixture
+def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld]:
+    """One of many servers, with a camera."""
+    (tmp_path / "eyes.xml").write_text(ROOM.format(EYE))
+    world = RealWorld(tmp_path / "eyes.xml")
+    world.parts.rendering.warms_on_demand = True
+    monkeypatch.setattr(gl_backend, "candidates", lambda: ())
+    yield world
+    world.close()
+
+
+def test_one_of_many_servers_prepares_images_for_who_gets_the_handle_of_a_camera(small: RealWorld) -> None:
+    client, rendering = small.client(), small.parts.rendering
+    assert vrep.simxGetObjectHandle(client, "box", vrep.simx_opmode_blocking)[0] == vrep.simx_return_ok
+    assert not rendering.is_begun
+    assert vrep.simxGetObjectHandle(client, "eye", vrep.simx_opmode_blocking)[0] == vrep.simx_return_ok
+    assert rendering.backend is not None
+    assert rendering.wait_until_prepared(0)
+
+
+def test_a_stream_of_the_handle_of_a_camera_does_not_wait(small: RealWorld) -> None:
+    client, rendering, may_draw = small.client(), small.parts.rendering, threading.Event()
+    make = rendering._make
+
+    def make_later(model: Any, backend: Any) -> Any:
+        may_draw.wait(START_TIMEOUT)
+        return make(model, backend)
+
+    rendering._make = make_later
+    try:
+        get = lambda mode: vrep.simxGetObjectHandle(client, "eye", mode)  # noqa: E731
+        get(vrep.simx_opmode_streaming)
+        assert wait_until(lambda: get(vrep.simx_opmode_buffer)[0] == vrep.simx_return_ok, START_TIMEOUT)
+        assert not rendering.wait_until_prepared(0)
+    finally:
+        may_draw.set()
+
+
+def test_an_embedded_simulation_prepares_images_for_who_gets_the_handle_of_a_camera(tmp_path: Path) -> None:
+    (tmp_path / "eyes.xml").write_text(ROOM.format(EYE))
+    server = embedding.start([str(tmp_path / "eyes.xml")])
+    try:
+        rendering = server.world.rendering
+        assert rendering.warms_on_demand
+        assert not rendering.is_begun
+    finally:
+        server.close()
 
 
 @pytest.fixture

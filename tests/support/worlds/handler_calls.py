@@ -23,6 +23,7 @@ class PaintingThread:
     """Stands in for the render thread: pictures are a red, green, blue ramp, made when `paint` is called."""
 
     def __init__(self) -> None:
+        self.warms_on_demand = False
         self.views: list[CameraView] = []
         self.versions: list[int] = []
         self._waiting: list[tuple[CameraView, Future[Picture]]] = []

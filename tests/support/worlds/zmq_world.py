@@ -59,6 +59,9 @@ class RawClient:
     def ask(self, function: Any, *arguments: Any, **more: Any) -> Any:
         """Send a call and return the answer, whatever it is."""
         self.send(function, *arguments, **more)
+        return self.answer()
+
+    def answer(self) -> Any:
         return cbor2.loads(self.socket.recv())
 
     def send(self, function: Any, *arguments: Any, **more: Any) -> None:

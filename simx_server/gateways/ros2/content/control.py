@@ -59,16 +59,17 @@ class Control(Content):
             ("pause", run.pause),
             ("reset", run.reset),
         ):
-            yield Served(f"~/{name}", TRIGGER, partial(_trigger, action), _not_triggered)
+            stops = _always if name in ("stop", "reset") else _never
+            yield Served(f"~/{name}", TRIGGER, partial(_trigger, action), _not_triggered, stops)
         yield Served("~/step", TRIGGER, self._step_once, _not_triggered)
         package = "simulation_interfaces/srv"
         yield Served("/get_simulation_state", f"{package}/GetSimulationState", self._get, _no_state)
-        for name, kind, answer in (
-            ("/set_simulation_state", "SetSimulationState", self._set),
-            ("/reset_simulation", "ResetSimulation", self._reset),
-            ("/step_simulation", "StepSimulation", self._step),
+        for name, kind, answer, stops in (
+            ("/set_simulation_state", "SetSimulationState", self._set, _is_to_stopped),
+            ("/reset_simulation", "ResetSimulation", self._reset, _always),
+            ("/step_simulation", "StepSimulation", self._step, _never),
         ):
-            yield Served(name, f"{package}/{kind}", answer, _failed)
+            yield Served(name, f"{package}/{kind}", answer, _failed, stops)
 
     def _step_once(self, _: Mapping[str, Any]) -> Future[Message]:
         return then(self._run.step(1), lambda _: {"success": True, "message": "one step is made"})
@@ -104,6 +105,18 @@ class Control(Content):
             return then(self._run.step(request["steps"]), lambda _: _result(OK))
         except WrongState as problem:
             return _result(INCORRECT_STATE, str(problem))
+
+
+def _always(_: Mapping[str, Any]) -> bool:
+    return True
+
+
+def _never(_: Mapping[str, Any]) -> bool:
+    return False
+
+
+def _is_to_stopped(request: Mapping[str, Any]) -> bool:
+    return request["state"]["state"] == STOPPED
 
 
 def _trigger(action: Callable[[], str], _: Mapping[str, Any]) -> Message:

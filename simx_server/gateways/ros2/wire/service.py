@@ -89,6 +89,11 @@ class Service(Endpoint):
             request.answer(self._refusal(f"{MOST_WAITING} calls wait already; call again later"))
         return taken
 
+    def waiting(self) -> list[bytes]:
+        """Return CDR of the requests that wait. Any thread."""
+        with self._lock:
+            return [request.payload for request in self._waiting]
+
     def send(self, query: Any, payload: bytes, sender: Attachment) -> None:
         """Answer a query, which is dropped then."""
 

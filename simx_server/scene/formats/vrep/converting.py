@@ -24,7 +24,7 @@ from simx_server.scene.formats.vrep.conversion.geometry.points import add_points
 from simx_server.scene.formats.vrep.conversion.inertia import set_inertia
 from simx_server.scene.formats.vrep.conversion.joints import add_joint
 from simx_server.scene.formats.vrep.conversion.link_contacts import ease_link_contacts
-from simx_server.scene.formats.vrep.conversion.loops import add_links, add_loops
+from simx_server.scene.formats.vrep.conversion.loops import add_links, add_loops, turn_bare_joints
 from simx_server.scene.formats.vrep.conversion.masses import give_masses
 from simx_server.scene.formats.vrep.conversion.old_uis import add_uis
 from simx_server.scene.formats.vrep.conversion.paths import add_followers, add_path
@@ -76,6 +76,7 @@ def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     Returns:
         The spec; and what it approximates or lacks.
     """
+    file = turn_bare_joints(file)
     report = Report(file.name, file.version, faults=file.notes, skipped=file.skipped)
     spec = mujoco.MjSpec()
     spec.compiler.degree = False

@@ -20,6 +20,7 @@ from simx_server.kinematics.scratch import Array
 from simx_server.kinematics.search import find_configs, sampling_range, straight_path
 from simx_server.kinematics.validity import as_pairs, of_joints
 from simx_server.scene.geometry.placing import object_pose
+from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.api.base import ApiPart
 
@@ -112,9 +113,9 @@ class IkFunctions(ApiPart):
         """Return the dummy that is linked to a dummy; -1 for none."""
         handle = self._self(dummy)
         self._sim.scene.get(handle)
-        for element in self._world.ik_groups.elements():
-            if handle in (element.tip, element.target):
-                return element.target if handle == element.tip else element.tip
+        for tip, target in self._world.ik_groups.links().items():
+            if handle in (tip, target):
+                return target if handle == tip else tip
         is_dummy = self._sim.scene.get(handle).kind == ObjectKind.DUMMY
         return self._world.dummy_links.linked(handle) if is_dummy else -1
 
@@ -125,7 +126,7 @@ class IkFunctions(ApiPart):
         tip, goal = self._self(dummy), -1 if target == -1 else self._self(target)
         if goal != -1:
             self._sim.scene.get(goal)
-            tips = {element.tip for element in self._world.ik_groups.elements()}
+            tips = self._world.ik_groups.links()
             if tip not in tips and goal in tips:
                 tip, goal = goal, tip
             if self._world.ik_groups.retarget(tip, goal):
@@ -140,7 +141,11 @@ class IkFunctions(ApiPart):
 
     def setDummyLinkType(self, dummy: int, link_type: int) -> int:
         """Set the type of a dummy's link, sim.dummy_linktype_*, until the simulation stops; return 1."""
-        self._world.dummy_links.set_type(self._self(dummy), link_type)
+        handle, links = self._self(dummy), self._world.dummy_links
+        links.set_type(handle, link_type)
+        if link_type == IK and (other := links.linked(handle)) != -1:
+            for tip, target in ((handle, other), (other, handle)):
+                self._world.ik_groups.retarget(tip, target)
         return 1
 
     def computeJacobian(self, group: int, _options: int = 0) -> int:
@@ -218,7 +223,8 @@ class IkFunctions(ApiPart):
         usable, solver = self._world.ik_groups.solver(chosen, joints)
         listed = ListedJoints(self._sim, usable, joints)
         validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
-        tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in chosen.elements]
+        active = self._world.ik_groups.active(chosen)
+        tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in active]
         start = self._sim.data.qpos[usable.addresses]
         with self._at_no_cost():
             path = straight_path(
@@ -227,7 +233,8 @@ class IkFunctions(ApiPart):
         return None if path is None else [value for values in path for value in listed.values(values)]
 
     def _goals(self, group: Group) -> list[Any]:
-        return [object_pose(self._sim, self._sim.scene.get(each.target)) for each in group.elements]
+        active = self._world.ik_groups.active(group)
+        return [object_pose(self._sim, self._sim.scene.get(each.target)) for each in active]
 
     def _matrix(self, group: Group) -> np.ndarray:
         joints, solver = self._world.ik_groups.solver(group)

@@ -13,6 +13,9 @@ from simx_server.scripting.api.values.matrices import as_pose
 _THROUGH_POSES = 512
 """Option of getMpConfigTransition: the tip moves on straight lines."""
 
+_HIGHEST_BEHAVIOUR = 7
+"""Greatest behaviour of a joint in getMpConfigTransition."""
+
 _IGNORES_TURNS = 256
 """Option: the lengths of the tip's way leave its orientation out."""
 
@@ -131,15 +134,15 @@ class MotionPlanningFunctions(ApiPart):
         options the tip moves on straight lines through the poses {x, y, z, qx, qy, qz, qw, ...} of the world, or on one
         to its last pose.
 
-        `select`: {joint, behaviour, ...}; a joint of behaviour 0 changes evenly. Partly: other behaviours, which make a
-        joint move less readily, are ignored.
+        `select`: {joint, behaviour, ...}, perhaps with their number in front: how joints keep the tip on its way. A
+        joint of behaviour 0 changes evenly; 1 to 7 halve its weight once to seven times.
         """
         chain = self._chain(task, options)
         through = [as_pose(each) for each in _rows(poses or [], 7)] if options & _THROUGH_POSES else None
-        fixed = {int(joint) for joint, behaviour in _rows(select or [], 2) if behaviour == 0}
+        eagerness = _eagerness(select or [])
         with self._at_no_cost():
             found = chain.transition(
-                chain.checked(start), chain.checked(goal), through, fixed, step, out_step
+                chain.checked(start), chain.checked(goal), through, eagerness, step, out_step
             )
             return _told(found)
 
@@ -153,6 +156,17 @@ def _rows(values: Sequence[float], count: int) -> list[list[float]]:
     if len(values) % count:
         raise CommandError(f"{len(values)} numbers are not rows of {count}")
     return [list(values[place : place + count]) for place in range(0, len(values), count)]
+
+
+def _eagerness(select: Sequence[int]) -> dict[int, float]:
+    """Return how readily joints move, by their handles: 0 for behaviour 0, and half as much with each higher one."""
+    listed = select[1:] if len(select) % 2 and select[0] == len(select) // 2 else select
+    found: dict[int, float] = {}
+    for joint, behaviour in _rows(listed, 2):
+        if not 0 <= behaviour <= _HIGHEST_BEHAVIOUR:
+            raise CommandError(f"a joint's behaviour is from 0 to {_HIGHEST_BEHAVIOUR}, not {behaviour:g}")
+        found[int(joint)] = 0.5**behaviour if behaviour else 0.0
+    return found
 
 
 def _told(path: TipPath | None) -> Told:

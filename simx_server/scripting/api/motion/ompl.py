@@ -6,6 +6,7 @@ One planner stands for all algorithms (`kinematics/paths.py` explains why). V-RE
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -71,6 +72,9 @@ SPACE_KINDS = MappingProxyType(
     }
 )
 
+_LEAST_RADIUS = 1e-3
+"""Least radius of a turn in metres."""
+
 _FARTHEST = 1e6
 """Greatest bound accepted, in metres or radians."""
 
@@ -107,14 +111,12 @@ class OmplFunctions(OmplTasks):
         reference: int = -1,
     ) -> int:
         """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
-        optionally with its rotation.
+        optionally with its rotation. In a dubins space it moves as a car that drives along its x axis.
 
-        `low` and `high` are the bounds of the positions; rotations have none. Partly: no dubins.
+        `low` and `high` are the bounds of the positions; rotations have none.
         """
         if kind not in tuple(SpaceKind):
-            known = ", ".join(
-                f"{number} {name}" for name, number in SPACE_KINDS.items() if number in tuple(SpaceKind)
-            )
+            known = ", ".join(f"{number} {name}" for name, number in SPACE_KINDS.items())
             raise CommandError(f"{kind} is no kind of state space that is there; those are {known}")
         self._sim.scene.get(self._self(handle))
         if weight <= 0:
@@ -130,6 +132,19 @@ class OmplFunctions(OmplTasks):
             raise CommandError(f"bounds are at most {_FARTHEST:.0f} away from 0")
         bounds = (*low[:bounded], *(-each for each in turn)), (*high[:bounded], *turn)
         return self._add(self._spaces, StateSpace(name, space.kind, space.handle, *bounds, weight, reference))
+
+    def setDubinsParams(self, space: int, radius: float, is_symmetric: bool = False) -> None:
+        """Set the smallest radius of a turn in metres, 1 at first, of a dubins space, also in tasks that use it.
+        `is_symmetric`: a way may lead backwards from its start to its end, where that is shorter.
+        """
+        before = self._space(space)
+        if before.kind is not SpaceKind.DUBINS:
+            raise CommandError(f"'{before.name}' is no dubins space; give simOMPL.StateSpaceType.dubins")
+        if not _LEAST_RADIUS <= radius <= _FARTHEST:
+            raise CommandError(f"a radius is from {_LEAST_RADIUS} to {_FARTHEST:.0f} metres")
+        after = self._spaces[space] = replace(before, radius=radius, is_symmetric=bool(is_symmetric))
+        for task in self._tasks.values():
+            task.spaces = [after if each is before else each for each in task.spaces]
 
     def destroyStateSpace(self, space: int) -> bool:
         """Delete a state space; tasks that use it keep it."""
@@ -285,10 +300,9 @@ class OmplFunctions(OmplTasks):
         write_state(self._sim, self._task(task), self._state(task, state))
 
     def stateDistance(self, task: int, first: list[float], second: list[float]) -> float:
-        """Return the weighted Euclidean distance; angles count the short way."""
+        """Return the weighted Euclidean distance; angles count the short way, cars by their way."""
         space = self._solving(task).space
-        change = space.difference(np.array(self._state(task, first)), np.array(self._state(task, second)))
-        return float(np.linalg.norm(change * space.weights))
+        return space.line(np.array(self._state(task, first)), np.array(self._state(task, second))).length
 
     def printTaskInfo(self, task: int) -> bool:
         """Print a description of the task to the status bar."""

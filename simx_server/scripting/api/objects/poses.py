@@ -102,12 +102,11 @@ class PoseFunctions(ApiPart):
         return handlers.get_object_velocity(self._world, self._self(handle))
 
     def getVelocity(self, shape: int) -> tuple[list[float], list[float]]:
-        """Return linear velocity (m/s) and the angular velocity of physics (rad/s) along world axes.
+        """Return the velocity of the centre of mass (m/s) and the angular one (rad/s) of physics, in world axes.
 
-        Partly: the mean over the last simulation step, where V-REP returned the value at its end.
+        They are those at the end of the last step. Of a static shape they are the mean over that step.
         """
-        linear, _, angular = self._world.velocities.measure(self._self(shape))
-        return linear, angular
+        return handlers.get_velocity(self._world, self._self(shape))
 
     def resetDynamicObject(self, handle: int) -> int:
         """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means all objects."""

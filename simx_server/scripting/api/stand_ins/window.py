@@ -7,7 +7,7 @@ from typing import Any
 from ..base import ApiPart
 
 _DRAWN = "banners, ghosts and points of V-REP's window (sim.addBanner, sim.addGhost, sim.addPointCloud) are not drawn"
-_FILES = "meshes and kinematics are not written to files"
+_FILES = "meshes are not written to files"
 _EDITORS = "the server has no text editor"
 _MACHINERY = "functions and variables for V-REP's editor are not registered"
 
@@ -47,11 +47,6 @@ class WindowFunctions(ApiPart):
 
     def exportMesh(self, *_values: Any) -> int:
         """Return -1, V-REP's result when a file cannot be written. Stand-in: meshes are not written."""
-        self._say_once(_FILES)
-        return -1
-
-    def exportIk(self, *_values: Any) -> int:
-        """Return -1, V-REP's result when a file cannot be written. Stand-in: kinematics are not written."""
         self._say_once(_FILES)
         return -1
 

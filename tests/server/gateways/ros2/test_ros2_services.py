@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -309,6 +311,32 @@ def test_each_request_has_a_turn(server: Ros2World, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(desk, "serve", counted)
     assert results_of_stops(server, 3) == [1, 1, 1]
     server.wait_until(lambda: taken == [1, 1, 1])
+
+
+def end_search(server: Ros2World, stop: Callable[[Peer], object]) -> bool:
+    """Return whether a request ends a search, as planners make them, that holds the physics thread."""
+    peer, has_begun, ends = server.peer(), threading.Event(), list[bool]()
+    peer.trigger("start")
+
+    def search() -> None:
+        interruptions, limit = server.simulation.interruptions, time.monotonic() + 20
+        while (may_go_on := interruptions.may_go_on()) and time.monotonic() < limit:
+            has_begun.set()
+        ends.append(not may_go_on)
+
+    server.loop.post(search)
+    assert has_begun.wait(20)
+    stop(peer)
+    server.wait_until(lambda: bool(ends))
+    return ends[0]
+
+
+def test_a_stop_ends_a_search(server: Ros2World) -> None:
+    assert end_search(server, lambda peer: peer.trigger("stop"))
+    standard = {"state": {"state": STOPPED, "transition_id": 0}}
+    assert end_search(
+        server, lambda peer: peer.call_standard("SetSimulationState", "set_simulation_state", **standard)
+    )
 
 
 def desk_of_stop(server: Ros2World) -> Desk:

@@ -106,7 +106,7 @@ def test_a_silent_function_is_not_waited_for_long(server: ZmqWorld, monkeypatch:
     silent, other = server.raw(), server.sim()
     request = silent.ask("sim.testCB", 1, "f_0@func", 2, 1)
     assert request == {"func": "f_0", "args": [1, 2]}
-    assert other.getObject("/box") >= 0, "it waits in vain, others do not"
+    assert other.createDummy(0.1) >= 0, "it waits in vain, others do not"
     answer = silent.ask("_*executed*_", 3)
     assert "the function f_0 took too long" in answer["err"]
     assert silent.ask("sim.getSimulationTime")["ret"] == [0.0]

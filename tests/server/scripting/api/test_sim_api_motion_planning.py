@@ -177,6 +177,32 @@ def test_a_transition_is_even_or_leads_the_tip_through_poses(world: ScriptWorld)
     assert np.allclose(places, places[0] + along[:, np.newaxis] * (places[-1] - places[0]), atol=5e-3)
 
 
+def test_behaviours_make_joints_move_less_readily(tmp_path: Path) -> None:
+    scene = SCENE.format(more="").replace("x,y,gamma", "x,y")
+    usual, *others = ScriptWorld(tmp_path, scene, owner="base").lua(
+        BEGIN
+        + """
+        local wrist, elbow, shoulder = sim.getObjectHandle('wrist'), sim.getObjectHandle('elbow'),
+            sim.getObjectHandle('shoulder')
+        local from, to, results = {-1.5, 1.2, 0.3}, {-1.1, 0.5, 0.8}, {}
+        for _, select in ipairs({{}, {wrist, 7}, {1, wrist, 7}, {shoulder, 7, elbow, 7}, {wrist, 0}}) do
+            table.insert(results, (simGetMpConfigTransition(plan, from, to, 512 + 48, select, 0.01, 0.05)) or {})
+        end
+        return table.unpack(results)
+        """
+    )
+
+    def bend(told: list[float]) -> float:
+        """How far the wrist leaves its even way."""
+        wrist = np.array(told[2::3])
+        return float(np.max(np.abs(wrist - np.linspace(0.3, 0.8, len(wrist)))))
+
+    seldom, counted, often, even = others
+    assert counted == seldom
+    assert bend(seldom) < 0.2 * bend(usual) < 0.2 * bend(often)
+    assert bend(even) == pytest.approx(0.0, abs=1e-9)
+
+
 def test_mistakes_are_told(world: ScriptWorld) -> None:
     world.fails("simGetMotionPlanningHandle('other')", "no motion planning task named 'other'.*plan")
     world.fails(
@@ -184,6 +210,10 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
     )
     world.fails(BEGIN + "simFindMpPath(plan, left, {1}, 0, 0.1)", "has 3 numbers, not 1")
     world.fails(BEGIN + "simSimplifyMpPath(plan, {1, 2}, 0, 0.1)", "are not rows of 3")
+    transition = (
+        "simGetMpConfigTransition(plan, left, right, 512, {sim.getObjectHandle('wrist'), 8}, 0.1, 0.1)"
+    )
+    world.fails(BEGIN + transition, "a joint's behaviour is from 0 to 7, not 8")
 
 
 def test_a_task_without_its_joint_is_none(world: ScriptWorld) -> None:

@@ -3,18 +3,51 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.structure import Structure
-from simx_server.scene.formats.vrep.objects import Dummy
-from simx_server.scene.link_constraints import CLOSED, EQUALITY, IK, add_weld, site_name
+from simx_server.scene.formats.vrep.conversion.structure import Structure, children_of, world_poses
+from simx_server.scene.formats.vrep.objects import Dummy, Joint, JointType, VrepFile
+from simx_server.scene.geometry.poses import conjugate, multiply
+from simx_server.scene.link_constraints import CLOSED, EQUALITY, IK, PHYSICS, RIGID, SOFT, add_weld, site_name
 
 _OPEN = (0.05, 1.0)
 """Time constant (s) and damping ratio of loops that stand open in the file: they must close without a jerk."""
 
 _GAP = 1e-3
 """Distance in metres from which a loop counts as open."""
+
+
+def turn_bare_joints(file: VrepFile) -> VrepFile:
+    """Return the file with joints turned that carry only a linked dummy, if they stand more than 90 degrees wrong.
+
+    V-REP's engines turn them within a few steps, since they have no mass on them. MuJoCo's constraint, which is
+    measured by the sine of half of the angle, gets weaker from there on, and ends at 180 degrees.
+    """
+    objects, poses = dict(file.objects), world_poses(file)
+    for item in file.objects.values():
+        joint, partner = _bare_joint(file, item), file.objects.get(getattr(item, "linked", -1))
+        if joint is None or not isinstance(partner, Dummy) or not joint.is_cyclic:
+            continue
+        if objects.get(partner.parent) is not file.objects.get(partner.parent):
+            continue  # the hinge at the other end has been turned
+        frame, own, other = (poses[each.handle][1] for each in (joint, item, partner))
+        w, _, _, z = multiply(conjugate(frame), multiply(multiply(other, conjugate(own)), frame))
+        angle = math.remainder(2.0 * math.atan2(z, w), 2.0 * math.pi)
+        if abs(angle) > math.pi / 2:
+            objects[joint.handle] = replace(joint, position=joint.position + angle)
+    return replace(file, objects=objects)
+
+
+def _bare_joint(file: VrepFile, item: object) -> Joint | None:
+    """Return the hinge that carries nothing but this dummy, whose link closes a loop."""
+    if not isinstance(item, Dummy) or item.link_type != PHYSICS:
+        return None
+    joint = file.objects.get(item.parent)
+    if not isinstance(joint, Joint) or joint.type != JointType.REVOLUTE or joint.motor:
+        return None
+    return joint if len(children_of(file)[joint.handle]) == 1 else None
 
 
 def add_loops(conversion: Conversion, structure: Structure) -> None:
@@ -28,7 +61,20 @@ def add_loops(conversion: Conversion, structure: Structure) -> None:
             continue
         gap = math.dist(*(structure.world_poses[each.handle][0] for each in (item, partner)))
         sites = [_site_of(conversion, structure, each) for each in (item, partner)]
-        add_weld(conversion.spec, EQUALITY + sites[0], sites[0], sites[1], _OPEN if gap > _GAP else CLOSED)
+        is_soft = any(_is_driven(conversion.file, each) for each in (item, partner))
+        add_weld(
+            conversion.spec,
+            EQUALITY + sites[0],
+            *sites,
+            reference=_OPEN if gap > _GAP else CLOSED,
+            impedance=SOFT if is_soft else RIGID,
+        )
+
+
+def _is_driven(file: VrepFile, dummy: Dummy) -> bool:
+    """Return whether the joint that carries the dummy has a motor, so that the loop may have two of them."""
+    joint = file.objects.get(dummy.parent)
+    return isinstance(joint, Joint) and joint.motor
 
 
 def add_links(conversion: Conversion) -> None:

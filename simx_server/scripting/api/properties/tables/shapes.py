@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import shape_properties
+from simx_server.handlers.objects import poses, shape_properties
 from simx_server.parts import physics_engine_parameters, shape_colors
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import inertia, shape_looks
@@ -75,8 +75,8 @@ _BEHAVIOUR = (
     ),
     _first_velocity("initLinearVelocity", 0),
     _first_velocity("initAngularVelocity", 3),
-    Property("dynLinearVelocity", VECTOR3, lambda world, handle: world.velocities.measure(handle)[0]),
-    Property("dynAngularVelocity", VECTOR3, lambda world, handle: world.velocities.measure(handle)[2]),
+    Property("dynLinearVelocity", VECTOR3, lambda world, handle: poses.get_velocity(world, handle)[0]),
+    Property("dynAngularVelocity", VECTOR3, lambda world, handle: poses.get_velocity(world, handle)[1]),
     Property("compound", BOOL, lambda world, handle: shape_properties.is_compound(world.simulation, handle)),
     Property("primitive", BOOL, lambda world, handle: shape_looks.pure_type(world, handle)[0] != 0),
     Property("convex", BOOL, lambda world, handle: shape_looks.is_convex(world, handle)),

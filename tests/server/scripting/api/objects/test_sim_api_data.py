@@ -126,6 +126,19 @@ def test_a_force_acts_for_one_pass(world: ScriptWorld) -> None:
     assert world.lua("return sim.getVelocity(cube)")[0][2] == pytest.approx(speed, rel=1e-6)
 
 
+def test_the_velocity_of_physics_is_that_of_the_mass_centre_at_the_end_of_the_pass(
+    world: ScriptWorld,
+) -> None:
+    world.lua("sim.setShapeInertia(cube, {0.01,0,0, 0,0.01,0, 0,0,0.01}, {1,0,0,0.1, 0,1,0,0, 0,0,1,0})")
+    world.lua("sim.addForceAndTorque(cube, {0,0,1}, {0,0,0.01})")
+    world.passes()
+    linear, angular = world.lua("return sim.getVelocity(cube)")
+    assert linear == pytest.approx([0, 0, 0.05 / 0.5], abs=1e-6), "F t / m, the torque turns about the centre"
+    assert angular[2] == pytest.approx(0.05 * 0.01 / 0.01, rel=1e-3)
+    measured = world.lua("return sim.getObjectVelocity(cube)")[0]
+    assert measured[1] == pytest.approx(-0.1 * angular[2] / 2, rel=0.15), "the mean, of the shape's frame"
+
+
 def test_a_force_beside_the_centre_turns(world: ScriptWorld) -> None:
     world.lua("sim.setObjectOrientation(cube, -1, {0, 0, math.pi / 2})")
     world.lua("sim.addForce(cube, {0.1, 0, 0}, {0, 0.01, 0})")  # in the world: at +y, towards -x

@@ -74,9 +74,26 @@ def test_an_old_contact_script_lets_one_shape_fall_through_the_floor() -> None:
     assert heights[1] == pytest.approx(0.1, abs=0.01)
 
 
-def test_a_script_with_call_backs_stays_as_it_is() -> None:
-    text = "function sysCall_jointCallback(inData) end"
-    assert with_call_back(JOINT, text) == text
+def test_functions_of_an_old_joint_script_are_not_called_and_the_joint_is_free() -> None:
+    functions = """
+function sysCall_init() print('called') end
+function sysCall_jointCallback(inData) return {force = inData.maxForce, velocity = 1} end
+"""
+    world = scripted({"lua:hinge": with_call_back(JOINT, functions)}, body=SERVO, custom=ANNOTATED)
+    hinge = world.handle("hinge")
+    world.run(0)
+    world.call("simxSetJointTargetPosition", hinge, 1.0)
+    world.sim.data.qvel[:] = 0.5
+    for _ in range(10):
+        world.parts.step()
+    assert world.call("simxGetJointPosition", hinge) == pytest.approx(0.25, abs=1e-3), "it moves on"
+    assert said(world) == []
+    world.sim.stop()
+
+
+def test_other_scripts_with_call_backs_stay_as_they_are() -> None:
+    text = "function sysCall_contactCallback(inData) end"
+    assert with_call_back(CONTACT, text) == text
     assert with_call_back(1, OLD_JOINT) == OLD_JOINT
 
 

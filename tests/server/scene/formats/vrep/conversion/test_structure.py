@@ -25,6 +25,7 @@ from simx_server.scene.formats.vrep.objects import (
     VrepObject,
 )
 from simx_server.scene.geometry import frames
+from simx_server.scene.geometry.poses import conjugate
 from simx_server.scene.objects import Scene
 
 QUARTER = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
@@ -215,6 +216,40 @@ def test_two_linked_dummies_close_a_chain() -> None:
     for _ in range(20):
         world.parts.step()
     assert pose(world, "load")[0] == pytest.approx([0, 0, 0.6], abs=1e-3)
+
+
+def test_a_chain_that_ends_on_a_ball_joint_bears_load_at_its_lever() -> None:
+    hinge = Joint(handle=1, parent=0, name="hinge", pose=at(0, 0, 0, QUARTER), is_cyclic=True)
+    world = world_of(
+        box(0, "base", is_dynamic=False, pose=at(0, 0, 1)),
+        hinge,
+        box(2, "arm", 1, pose=at(0.5, 0, 0)),
+        Joint(handle=3, parent=0, name="ball", pose=at(0, 0, -0.1), type=JointType.SPHERICAL),
+        Dummy(handle=4, parent=3, name="hook", pose=at(0, 0, 0.1), linked=5),
+        Dummy(handle=5, parent=2, name="ring", pose=at(-0.5, 0, 0, conjugate(QUARTER)), linked=4),
+    )
+    world.sim.start()
+    for _ in range(20):
+        world.parts.step()
+    turned = world.call("simxGetJointPosition", world.sim.scene.resolve("hinge"))
+    assert turned == pytest.approx(0, abs=0.03), "5 N m on the lever of 0.1 m between ball and dummy"
+
+
+def test_a_hinge_with_only_a_linked_dummy_stands_as_the_chain_wants() -> None:
+    world = world_of(
+        box(0, "base", is_dynamic=False, pose=at(0, 0, 1)),
+        Joint(handle=1, parent=0, name="axis", pose=at(0, 0, -0.2), is_cyclic=True),
+        Dummy(handle=2, parent=1, name="hook", linked=4),
+        box(3, "load", pose=at(0, 0, 0.6)),
+        Dummy(handle=4, parent=3, name="ring", pose=at(0, 0, 0.2, (0.0, 0.0, 0.0, 1.0)), linked=2),
+    )
+    world.sim.start()
+    for _ in range(20):
+        world.parts.step()
+    assert abs(world.call("simxGetJointPosition", world.sim.scene.resolve("axis"))) == pytest.approx(math.pi)
+    place, turn = pose(world, "load")
+    assert place == pytest.approx([0, 0, 0.6], abs=1e-3)
+    assert abs(turn[0]) == pytest.approx(1.0, abs=1e-6), "it has not turned"
 
 
 def test_a_dependent_joint_follows_its_master() -> None:
