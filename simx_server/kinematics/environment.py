@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from enum import IntFlag
 from typing import TYPE_CHECKING
@@ -92,6 +93,24 @@ class Environment:
         """How far joints stay away from their limits, rad or m, in groups with `GroupFlag.AVOID_LIMITS`."""
         self.weights: dict[int, float] = {}
         """How readily a joint moves beside the others, where a script has set it."""
+
+    def copied(self) -> Environment:
+        """Return an environment with the same content, which changes on its own from now on."""
+        twin = Environment(self._sim)
+        twin.own.copy_from(self.own)
+        for name in (
+            "groups",
+            "passive",
+            "targets",
+            "_values",
+            "_poses",
+            "_intervals",
+            "steps",
+            "margins",
+            "weights",
+        ):
+            setattr(twin, name, deepcopy(getattr(self, name)))
+        return twin
 
     def joint_position(self, joint: int) -> float:
         """Return the position of a joint, rad or m.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -57,6 +58,10 @@ class OwnObjects:
         self._scene_pose = scene_pose
         self._objects: dict[int, OwnObject] = {}
         self._next = FIRST_HANDLE
+
+    def copy_from(self, other: OwnObjects) -> None:
+        """Take over copies of another environment's objects, with their handles."""
+        self._objects, self._next = deepcopy(other._objects), other._next
 
     def __contains__(self, handle: int) -> bool:
         return handle in self._objects

@@ -2,7 +2,8 @@
 
 They outlive the end of a run, as in V-REP; names that start with ``@tmp`` do not. The data of an object disappear with
 the object, those of the scene with the scene; copies of an object start with the same data. A scene's file may bring
-data along: `simx:data:NAME`, of the scene itself `simx:data:world`. Nothing is written to disk.
+data along: `simx:data:NAME`, of the scene itself `simx:data:world`, and references `simx:references:NAME`. Nothing is
+written to disk.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import struct
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from simx_server.scene.formats.annotations import UNTAGGED
 from simx_server.scene.formats.texts.values import decode_bytes
 from simx_server.world.part import Part
 
@@ -152,6 +154,12 @@ class CustomData(Part):
         if item is not None:
             notes = item.annotations
         found = {name: decode_bytes(str(text)) for name, text in notes.get("data", {}).items()}
+        for tag, words in notes.get("references", {}).items():
+            named = [self._sim.scene.by_name(word) if word else None for word in str(words).split(",")]
+            handles = [-1 if each is None else each for each in named]
+            found[f"{REFERENCES}{'' if tag == UNTAGGED else tag}"] = struct.pack(
+                f"<{len(handles)}i", *handles
+            )
         if "extension" in notes.get("object", {}):
             found[EXTENSION] = str(notes["object"]["extension"]).encode("utf-8", "surrogateescape")
         return found

@@ -101,6 +101,7 @@ class DrawingObject:
     color: Color
     specular: Color
     emission: Color
+    outlives_run: bool
     items: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     oldest: int = 0
     """Index of the item that a cyclic object overwrites next."""
@@ -137,7 +138,9 @@ class DrawingObject:
 
 
 class DrawingObjects(Part):
-    """All drawing objects. The end of a run removes those of the run; an object disappears with its scene or parent."""
+    """All drawing objects. The end of a run removes those of the run that are not to outlive it; an object disappears
+    with its scene or parent.
+    """
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -146,8 +149,12 @@ class DrawingObjects(Part):
         self.version = 0
         """Number that changes whenever something is drawn or removed."""
 
+    def __contains__(self, handle: int) -> bool:
+        return handle in self._present()
+
     def run_stopped(self) -> None:
-        self.remove_all()
+        self._objects = {handle: each for handle, each in self._objects.items() if each.outlives_run}
+        self.version += 1
 
     def scene_changed(self) -> None:
         self.remove_all()
@@ -162,6 +169,8 @@ class DrawingObjects(Part):
         color: Color = (1.0, 1.0, 1.0),
         specular: Color = (0.0, 0.0, 0.0),
         emission: Color = (0.0, 0.0, 0.0),
+        *,
+        outlives_run: bool = False,
     ) -> int:
         """Create an object and return its handle. `most`: 0 for the largest number of items allowed.
 
@@ -177,7 +186,16 @@ class DrawingObjects(Part):
         self._sim.limits.check("drawings", len(self._present()) + 1, "remove some")
         handle, self._next = self._next, self._next + 1
         self._objects[handle] = DrawingObject(
-            handle, flags, size, max(0.0, tolerance), parent, most or _MOST_ITEMS, color, specular, emission
+            handle,
+            flags,
+            size,
+            max(0.0, tolerance),
+            parent,
+            most or _MOST_ITEMS,
+            color,
+            specular,
+            emission,
+            outlives_run,
         )
         self.version += 1
         return handle

@@ -205,6 +205,8 @@ def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str,
             return renamed_streams(str(value), names)
         if kind == "ros2" and key in JOINT_LISTS:
             return renamed_joints(key, str(value), names)
+        if kind == "references":
+            return ",".join(_renamed(word, names) for word in str(value).split(","))
         return _renamed(str(value), names) if key in _REFERENCES and kind not in FREE else value
 
     return {kind: {key: new(kind, key, value) for key, value in note.items()} for kind, note in notes.items()}

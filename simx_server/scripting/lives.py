@@ -132,14 +132,21 @@ class Lives:
                 source = with_call_backs(
                     source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
                 )
-            self.within(lambda interpreter: interpreter.run(source), script.interpreter)
+            if script.threaded and isinstance(script.interpreter, LuaInterpreter):
+                script.interpreter.start_text(source, THREAD_FUNCTIONS)
+                script.has_thread = bool(
+                    self.within(lambda interpreter: interpreter.resume(), script.interpreter)
+                )
+            else:
+                self.within(lambda interpreter: interpreter.run(source), script.interpreter)
             if script.is_removed:
                 return
             for function in filter(script.interpreter.has, NEVER_CALLED):
                 self._status_bar.add(
                     f"{function} of the {self.describe(script)} is never called: {NEVER_CALLED[function]}"
                 )
-            if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
+            thread = next(filter(script.interpreter.has, THREAD_FUNCTIONS), None)
+            if thread and not script.has_thread:
                 script.interpreter.start_thread(thread)
                 script.has_thread = True
         except ScriptError as problem:
@@ -190,7 +197,7 @@ class Lives:
         if not script.active_in_run and self._sim.is_running:
             return False
         if script.home not in self._sim.scene.objects:
-            self.fail(script, "its object was removed")
+            self._end(script, "its object was removed")
             return False
         return not self._sim.scene.overridden(script.home) & SCRIPTS_INACTIVE
 
@@ -233,13 +240,17 @@ class Lives:
             self.drop(script)
             self._changed()
 
-    def fail(self, script: Script, problem: str) -> None:
-        """Stop one script until the next start."""
+    def _end(self, script: Script, reason: str) -> None:
+        """End a script until the next start."""
         self.drop(script)
-        script.problem = problem
+        script.problem = reason
+        self._changed()
+
+    def fail(self, script: Script, problem: str) -> None:
+        """End a script that has failed, and tell of it."""
+        self._end(script, problem)
         logger.error("the %s is stopped: %s", self.describe(script), as_log_line(problem))
         self._tell(f"{self.describe(script)} is stopped: {problem}")
-        self._changed()
 
     def announce(self, script: Script) -> None:
         """Print a warning now if a script that starts later will not be allowed to run."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -165,6 +166,11 @@ class Script:
         return self.owner if self.place == -1 else self.place
 
     @property
+    def is_of_run(self) -> bool:
+        """Return whether it lives for one run; a customization script outlives it."""
+        return self.kind in (ScriptKind.MAIN, ScriptKind.CHILD)
+
+    @property
     def signal_owner(self) -> object:
         """Return the key under which its signals are stored."""
         return ("script", self.handle)
@@ -300,11 +306,14 @@ class ScriptSide:
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         interruptions = self._sim.interruptions
         interruptions.script_point()
-        waited = interruptions.waited
+        waited, model, began = interruptions.waited, self._sim.model, time.thread_time()
         try:
             results = self._spaces.invoke(name, arguments)
         finally:
-            self.switching.spent += interruptions.waited - waited
+            if self._sim.model is model:
+                self.switching.spent += interruptions.waited - waited
+            else:  # an edit of the scene, whose costs grow with the scene
+                self.switching.spent += time.thread_time() - began
         self._api_called()
         return results
 

@@ -1,9 +1,9 @@
 """Conversion of the values that a script passes into the typed arguments of a ``sim`` function.
 
 The annotations of the Python method are the complete description: ``int``, ``float``, ``bool``, ``str``, ``bytes``,
-``list`` of these, ``Any`` plain value, ``dict`` for a table with names, ``X | Y`` for the first that fits, and ``X |
-None`` for an optional value or nil. Numbers behave as they do in Lua 5.1, which has one type of number: 3.0 is
-accepted as an integer, and a fraction is dropped.
+``list`` of these (``list[X | None]``: with nil inside), ``Any`` plain value, ``dict`` for a table with names, ``X | Y``
+for the first that fits, and ``X | None`` for an optional value or nil. Numbers behave as they do in Lua 5.1, which has
+one type of number: 3.0 is accepted as an integer, and a fraction is dropped.
 """
 
 from __future__ import annotations
@@ -125,14 +125,14 @@ _SCALARS: dict[Any, Callable[[Any], Any]] = {
 }
 
 
-def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
+def to_list(item: Callable[[Any], Any], *, with_nil: bool = False) -> Callable[[Any], list[Any]]:
     def convert(value: Plain) -> list[Any]:
         if not isinstance(value, list):
-            value = _list_part(value)
+            value = _list_part(value, with_nil=with_nil)
         items: list[Any] = []
         for index, element in enumerate(value, 1):
             try:
-                items.append(item(element))
+                items.append(None if with_nil and element is None else item(element))
             except TypeError as problem:
                 raise TypeError(f"a table with {problem} at index {index}") from None
         return items
@@ -140,12 +140,17 @@ def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
     return convert
 
 
-def _list_part(value: Plain) -> list[Any]:
-    """Return the list part of a table that also has names, which V-REP ignored."""
-    if isinstance(value, dict) and (numbered := [key for key in value if isinstance(key, int)]):
-        if sorted(numbered) != list(range(1, len(numbered) + 1)):
+def _list_part(value: Plain, *, with_nil: bool) -> list[Any]:
+    """Return the list part of a table that also has names, a 0 or gaps; V-REP ignored the names and the 0.
+
+    Args:
+        with_nil: gaps are nil as long as more than half of the table is there, as for Lua's length of a table.
+    """
+    if isinstance(value, dict) and (numbered := [key for key in value if isinstance(key, int) and key > 0]):
+        length = max(numbered)
+        if length > (2 * len(numbered) if with_nil else len(numbered)):
             raise TypeError("a table without gaps")
-        return [value[key] for key in sorted(numbered)]
+        return [value.get(key) for key in range(1, length + 1)]
     raise TypeError("a table")
 
 
@@ -172,7 +177,8 @@ def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
         inner = [_converter(argument)[0] for argument in arguments if argument is not type(None)]
         return (inner[0] if len(inner) == 1 else to_first(*inner)), type(None) in arguments
     if origin is list:
-        return to_list(_converter(arguments[0])[0]), False
+        item, with_nil = _converter(arguments[0])
+        return to_list(item, with_nil=with_nil and arguments[0] is not Any), False
     return _SCALARS[origin or annotation], annotation is Any
 
 

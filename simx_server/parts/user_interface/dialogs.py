@@ -105,6 +105,9 @@ class Dialogs(Part):
     def run_stopped(self) -> None:
         self._end_run()
 
+    def __contains__(self, handle: int) -> bool:
+        return handle in self._dialogs
+
     def __iter__(self) -> Iterator[Dialog]:
         return iter(tuple(self._dialogs.values()))
 

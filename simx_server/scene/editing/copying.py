@@ -131,6 +131,8 @@ class _Pruned:
         dropped = set[str]() if kept.scripts else set(SCRIPT_NOTES)
         if not kept.data:
             dropped.add("data")
+        if not kept.references:
+            dropped.add("references")
         scene = self.sim.scene
         bodies = {body.name for body in bodies_of(self.spec)}
         placed = {name for array, name in self.moved if array == "body_"}

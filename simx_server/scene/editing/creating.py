@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -33,7 +33,10 @@ _AROUND = 32
 """Number of corners around a cone."""
 
 _LARGEST = 1e4
-"""Largest size in metres and largest mass in kilograms."""
+"""Largest size in metres."""
+
+_LEAST_MASS, _LARGEST_MASS = 1e-6, 1e4
+"""V-REP's limits, kg."""
 
 _MOST_POINTS = 1_000_000
 
@@ -87,13 +90,12 @@ def add(
 def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body) -> int:
     """Create a plane, disc, cuboid, spheroid, cylinder, cone or capsule of these sizes along x, y, z (metres).
 
-    Raises CommandError: sizes that a shape cannot have.
+    Sizes and masses out of V-REP's limits become the nearest within. Raises CommandError: there are fewer sizes.
     """
-    if len(sizes) < 3 or not all(0 <= size <= _LARGEST for size in sizes[:3]):
-        raise CommandError(f"a shape has three sizes from 0 to {_LARGEST:g} m, not {list(sizes)}")
-    if not 0 < body.mass <= _LARGEST:
-        raise CommandError(f"a mass is above 0, up to {_LARGEST:g} kg, not {body.mass}")
-    x, y, z = (max(size, THICKNESS) / 2 for size in sizes[:3])
+    if len(sizes) < 3:
+        raise CommandError(f"a shape has three sizes, not {list(sizes)}")
+    body = replace(body, mass=min(max(body.mass, _LEAST_MASS), _LARGEST_MASS))
+    x, y, z = (min(max(size, THICKNESS), _LARGEST) / 2 for size in sizes[:3])
 
     def fill(spec: mujoco.MjSpec, geom: Any) -> None:
         match kind:

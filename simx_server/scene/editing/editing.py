@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.scene import properties
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.transplant import delete, delete_all, find_body, move_leaf
@@ -74,6 +74,9 @@ _SENSOR_CARRIER = INTERNAL + "sensor_carrier"
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
 
+_SMALLEST_DUMMY, _LARGEST_DUMMY = 0.0001, 100.0
+
+
 def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) -> None:
     """Give an object another parent (-1: none). `keep_in_place` keeps its world pose, else the local one's numbers.
 
@@ -85,10 +88,12 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
     if parent != -1:
         scene.get(parent)
         if scene.is_below(parent, handle):
-            raise CommandError(f"'{item.name}' cannot get its own child '{scene.get(parent).name}' as parent")
+            raise Unsupported(
+                f"'{item.name}' cannot get its own child '{scene.get(parent).name}' as parent", 1
+            )
         for joint in _joints_of(sim, item):
             if scene.is_below(parent, joint.handle):
-                raise CommandError(
+                raise Unsupported(
                     f"'{item.name}' moves with its joint '{joint.name}', which carries '{scene.get(parent).name}'; "
                     "give that another parent first"
                 )
@@ -104,7 +109,7 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
         if item.kind == ObjectKind.FORCE_SENSOR:
             _take_along(sim, handle)
     elif item.element == "geom" and body_under(sim, parent) != 0:
-        raise CommandError(
+        raise Unsupported(
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
         )
     sim.scene.override_parent(handle, parent)
@@ -177,8 +182,7 @@ def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None
 
     `color`: 12 numbers 0 to 255: ambient and diffuse RGB, 3 reserved, specular RGB, emissive RGB.
     """
-    if not 0 < size < 1e3:
-        raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
+    size = _dummy_size(size)
     names = {item.name for item in sim.scene.objects.values()} | {site.name for site in sim.scene.spec.sites}
     name, count = "Dummy", 0
     while name in names:
@@ -198,6 +202,11 @@ def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None
     return found
 
 
+def _dummy_size(size: float) -> float:
+    """Return the nearest diameter within V-REP's limits, metres."""
+    return min(max(size, _SMALLEST_DUMMY), _LARGEST_DUMMY)
+
+
 def dummy_size(sim: LiveScene, handle: int) -> float:
     """Return the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
@@ -205,11 +214,9 @@ def dummy_size(sim: LiveScene, handle: int) -> float:
 
 
 def set_dummy_size(sim: LiveScene, handle: int, size: float) -> None:
-    """Set the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind, CommandError: invalid size."""
+    """Set the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
-    if not 0 < size < 1e3:
-        raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
-    sim.model.site_size[_mark(item)] = size / 2
+    sim.model.site_size[_mark(item)] = _dummy_size(size) / 2
     sim.model_edited()
     sim.changed()
 

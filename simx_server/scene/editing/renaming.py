@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
 
 _NAME = re.compile(r"[^/@#*?\[\]{}]+(#\d+)?")
-_ALIAS = re.compile(r"[^/@#*?\[\]{}]+")
+_NOT_IN_ALIAS = re.compile(r"[/@#*?\[\]{}]")
 
 
 def rename(sim: LiveScene, handle: int, name: str) -> None:
@@ -50,11 +50,11 @@ def rename(sim: LiveScene, handle: int, name: str) -> None:
 
 
 def set_alias(sim: LiveScene, handle: int, alias: str) -> None:
-    """Set an object's alias, which other objects may share. Raises UnknownHandle, CommandError: invalid alias."""
+    """Set an object's alias, which other objects may share. Characters that no alias has become _, as in
+    CoppeliaSim. Raises UnknownHandle.
+    """
     item = sim.scene.get(handle)
-    if not _ALIAS.fullmatch(alias):
-        raise CommandError(f"{alias!r} is no alias for an object; it has none of / @ # * ? [ ] {{ }}")
-    item.alias = alias
+    item.alias = _NOT_IN_ALIAS.sub("_", alias) or "_"
     sim.changed()
 
 

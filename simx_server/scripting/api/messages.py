@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from types import MappingProxyType
 
+from simx_client.protocol import constants as c
 from simx_server.handlers.user_interface import consoles, dialogs
 
 from ...errors import CommandError
@@ -149,14 +150,23 @@ class MessageFunctions(ApiPart):
         return dialog, ui
 
     def getDialogResult(self, dialog: int) -> int:
-        """Return the answer of a dialog, sim.dlgret_still_open until there is one."""
+        """Return the answer of a dialog, sim.dlgret_still_open until there is one; of one that does not exist
+        sim.dlgret_cancel.
+        """
+        if dialog not in self._world.user_interface.dialogs:
+            return c.sim_dlgret_cancel
         return self._world.user_interface.dialogs.get(dialog).read_result()
 
-    def getDialogInput(self, dialog: int) -> str:
+    def getDialogInput(self, dialog: int) -> str | None:
+        """Return the text of a dialog, nil for one that does not exist."""
+        if dialog not in self._world.user_interface.dialogs:
+            return None
         return dialogs.get_dialog_input(self._world, dialog)
 
     def endDialog(self, dialog: int) -> int:
-        dialogs.end_dialog(self._world, dialog)
+        """End a dialog, if it exists; return 1."""
+        if dialog in self._world.user_interface.dialogs:
+            dialogs.end_dialog(self._world, dialog)
         return 1
 
     def msgBox(self, _kind: int, buttons: int, title: str, text: str) -> int:

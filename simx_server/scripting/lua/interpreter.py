@@ -11,7 +11,7 @@ import itertools
 import logging
 import re
 import time
-from collections.abc import Callable, Iterable, Iterator, Sized
+from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from numbers import Integral, Real
 from typing import Any, Final, TypeVar, cast
 
@@ -162,6 +162,14 @@ class LuaInterpreter:
     def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""
         return self._enter(b"apply", function.function, *map(self._to_lua, arguments))
+
+    def start_text(self, source: bytes, functions: Sequence[str]) -> None:
+        """Make the script's text the script's thread, and then the first of these functions that it has defined.
+
+        Raises:
+            ScriptError: it is not Lua.
+        """
+        self._enter(b"start_text", source, b"@" + self.name.encode(), " ".join(functions).encode())
 
     def start_thread(self, function: str) -> None:
         """Make a function the script's thread."""

@@ -247,6 +247,7 @@ setmetatable(world, {
 function world.require(name)
     if type(name) == "string" and #name > 1000 then error("require: the name of a module is too long", 2) end
     name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)        -- a version, as in "sim-1"
+    name = gsub(name, "^[/\\]lua[/\\]", "")                               -- V-REP's folder of modules
     if loaded[name] == nil then
         local source = finish(module(name))
         local chunk, problem = compile(source, "@" .. name .. ".lua", world)
@@ -292,8 +293,38 @@ if world.sim and rawget(world.sim, "include") then
     end
 end
 
--- Functions of the API are known by their upvalue, see name_of; these two are written above.
-own.sim = world.sim and { invertMatrix = rawget(world.sim, "invertMatrix"), include = rawget(world.sim, "include") }
+-- Functions that the script's functions called from outside are to call before or after themselves, by name.
+local hooks = {}
+
+local function hooked(name, action)
+    local mine = hooks[name]
+    if not mine then return action end
+    return function(...)
+        for i = 1, #mine.before do mine.before[i](...) end
+        local results = pack(action and action(...))
+        for i = 1, #mine.after do mine.after[i](...) end
+        return unpack(results, 1, results.n)
+    end
+end
+
+if world.sim and rawget(world.sim, "registerScriptFuncHook") then
+    function world.sim.registerScriptFuncHook(name, hook, is_before)
+        local action = type(hook) == "string" and world[hook] or hook
+        if type(action) ~= "function" then error("sim.registerScriptFuncHook: argument 2 must be a function", 2) end
+        local mine = hooks[tostring(name)] or { before = {}, after = {} }
+        hooks[tostring(name)] = mine
+        local list = is_before and mine.before or mine.after
+        list[#list + 1] = action
+        return #list
+    end
+end
+
+-- Functions of the API are known by their upvalue, see name_of; these are written above.
+own.sim = world.sim and {
+    invertMatrix = rawget(world.sim, "invertMatrix"),
+    include = rawget(world.sim, "include"),
+    registerScriptFuncHook = rawget(world.sim, "registerScriptFuncHook"),
+}
 for name, value in next, world do
     if loaded[name] then                                            -- a namespace of the API
     elseif type(value) == "table" and value ~= world then
@@ -342,8 +373,7 @@ local function find_action(name)
         if type(value) ~= "table" then return nil end
         value = rawget(value, part)
     end
-    if type(value) == "function" then return value end
-    return nil
+    return hooked(name, type(value) == "function" and value or nil)
 end
 
 local function apply(action, ...) return enter(plain_all, action, ...) end
@@ -368,6 +398,25 @@ function face.call(name, ...)
 end
 
 face.apply = apply
+
+-- V-REP ran the whole text of a threaded script in its thread, so it may wait anywhere. `mains`: its functions that
+-- follow in the thread, at the next resumption.
+function face.start_text(source, name, mains)
+    main_text = source
+    local chunk, problem = compile(source, name, world)
+    if not chunk then return false, problem end
+    thread = watching.create(function()
+        chunk()
+        for main in gmatch(mains, "%S+") do
+            local action = find_action(main)
+            if action then
+                yield()
+                return action()
+            end
+        end
+    end)
+    return true
+end
 
 function face.start_thread(name)
     local action = find_action(name)

@@ -219,7 +219,13 @@ class PythonProcess:
         return message
 
     def serve_when_due(self) -> None:
-        """Serve other clients if the last time is long ago: between two pieces of work on one message."""
+        """Serve other clients if the last time is long ago: between two pieces of work on one message.
+
+        Raises:
+            ScriptError: the process has ended, perhaps during a call from within this one, or took too long.
+        """
+        if self.ended:
+            raise ScriptError(self.ended)
         if time.monotonic() > self._next_service:
             self._be_patient()
 

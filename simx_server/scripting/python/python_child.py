@@ -23,6 +23,7 @@ from typing import Any, NoReturn
 
 import python_confine
 import python_guard
+import python_stubs
 from python_link import Link, Output
 
 TURNS = 1000
@@ -269,7 +270,9 @@ def main() -> None:
     builtins.__dict__.pop("quit", None)
     python_guard.limit_resources()
     missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"], lifeline)
+    stubs = python_stubs.stubs()
     python_guard.hide_modules()
+    sys.modules.update(stubs)
     python_guard.refuse(folders, libraries)
     link.send("ready", missing)
     while True:

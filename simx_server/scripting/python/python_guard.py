@@ -57,11 +57,18 @@ _MODULES = {
         "ctypes", "_ctypes", "_cffi_backend", "_interpreters", "_xxsubinterpreters", "_testcapi", "_testinternalcapi",
     ),
     "no other processes": ("_posixsubprocess",),
-    "no connections": ("_socket",),
+    "no connections": ("_socket", "_ssl"),
     "files can only be read": ("fcntl",),
 }  # fmt: skip
 
-_OWN_MODULES = ("python_calls", "python_confine", "python_guard", "python_link", "python_wire")
+_OWN_MODULES = (
+    "python_calls",
+    "python_confine",
+    "python_guard",
+    "python_link",
+    "python_stubs",
+    "python_wire",
+)
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 

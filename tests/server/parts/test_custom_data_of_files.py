@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import base64
+import struct
 from pathlib import Path
 
 import pytest
 from handler_calls import World
 from scripted_world import evaluate, scripted
 
-from simx_server.parts.custom_data import EXTENSION, SCENE
-from simx_server.scene.editing.copying import copy_objects
+from simx_server.parts.custom_data import EXTENSION, REFERENCES, SCENE
+from simx_server.scene.editing.copying import Kept, copy_objects
 
 pytest.importorskip("lupa")
 
@@ -74,6 +75,18 @@ def test_a_loaded_model_brings_its_blocks(tmp_path: Path) -> None:
     assert world.parts.custom_data.read(SCENE, "SCENE") == b"ABC", (
         "a model does not change the scene's own data"
     )
+
+
+def test_references_of_a_loaded_model_mean_its_own_objects(tmp_path: Path) -> None:
+    notes = '<text name="simx:references:base" data="ik.tip=base,gone"/>'
+    model = SCENE_FILE.format('<body name="base"><geom size="1"/></body>', notes)
+    (tmp_path / "model.xml").write_text(model)
+    world = World(model, workspace=tmp_path)
+    loaded = world.call("simxLoadModel", str(tmp_path / "model.xml"), 0)
+    for base in (handle(world, "base"), loaded):
+        assert world.parts.custom_data.read(base, f"{REFERENCES}ik.tip") == struct.pack("<2i", base, -1)
+    (copy,) = copy_objects(world.parts, [loaded], Kept(references=False))
+    assert world.parts.custom_data.names(copy) == []
 
 
 def test_another_scene_has_its_own_blocks() -> None:

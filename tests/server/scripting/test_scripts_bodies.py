@@ -135,6 +135,18 @@ def test_threaded_body_may_be_marked_as_such() -> None:
     assert said(world) == ["1", "2", "end"]
 
 
+def test_the_text_of_a_threaded_script_is_a_part_of_its_thread() -> None:
+    source = """
+    print('text', sim.getSimulationTime()) sim.wait(0.1) print('text', sim.getSimulationTime())
+    function sysCall_threadmain() print('main', sim.getSimulationTime()) sim.wait(0.05) error('enough', 0) end
+    """
+    world = scripted({"lua:base": source}, custom='<text name="simx:script:base" data="threaded=yes"/>')
+    world.run(6)
+    *said_before, stop = said(world)
+    assert said_before == ["text, 0.0", "text, 0.1", "main, 0.15"]
+    assert "is stopped: base.lua: enough" in stop
+
+
 def test_scripts_that_start_the_remote_api_go_on() -> None:
     world = scripted(
         {"lua:base": "simExtRemoteApiStart(19999) sim=require'sim-1' simRemoteApi.start(19998) print(1)"}

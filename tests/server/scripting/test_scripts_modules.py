@@ -28,6 +28,42 @@ def test_a_module_of_the_simulators_own_is_required_by_its_name() -> None:
     assert "table" in printed("print(type(require 'models.graph_customization-2'))")
 
 
+def test_a_script_of_a_graph_records_with_the_module_of_graphs() -> None:
+    world = scripted(
+        {
+            "lua:customization:base": """
+            graph = require('graph_customization')
+            function sysCall_init()
+                h = sim.getObject('.')
+                stream = sim.addGraphStream(h, 'x', 'm')
+                graph.init() graph.updateCurves() graph.reset()
+            end
+            function sysCall_sensing()
+                sim.setGraphStreamValue(h, stream, 1)
+                if sim.getSimulationTime() < 0.07 then graph.handle() end
+            end
+            """
+        }
+    )
+    world.run(4)
+    ((stream,),) = (
+        graph.streams.values() for graph in map(world.parts.graphs.get, world.parts.graphs.handles())
+    )
+    assert [time for time, _ in stream.samples] == pytest.approx([0.05, 0.1])
+
+
+def test_hooks_are_called_around_functions_that_the_script_defines_later() -> None:
+    lines = printed(
+        """
+        function before() print('before') end
+        print(simRegisterScriptFuncHook('sysCall_init', 'before', true))
+        sim.registerScriptFuncHook('sysCall_init', function() print('after') end, false)
+        function sysCall_init() print('init') end
+        """
+    )
+    assert lines == ["1", "before", "init", "after"]
+
+
 def test_a_namespace_is_required_with_its_version() -> None:
     assert "true, true" in printed("print(require('sim-2') == require 'sim', require 'simIK-2' == simIK)")
 

@@ -79,3 +79,15 @@ def test_a_main_script_can_be_removed_too() -> None:
     )
     world.run(1)
     assert "child" in said(world), "without a main script the server calls the child scripts"
+
+
+def test_a_script_that_removes_its_object_ends_without_an_error(caplog: pytest.LogCaptureFixture) -> None:
+    world = scripted(
+        {
+            CUSTOMIZATION: "function sysCall_init() sim.removeObject(sim.getObjectHandle('base')) print('gone') end"
+        }
+    )
+    world.parts.scripts.idle()
+    world.run(1)
+    assert said(world) == ["gone"]
+    assert "is stopped" not in caplog.text

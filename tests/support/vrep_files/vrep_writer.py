@@ -10,8 +10,8 @@
 
 Each method that makes an object returns its handle, and takes what all objects have: parent, position, quaternion
 (w, x, y, z), alias, layers, properties, model_base, model_properties, order, acknowledgement, custom_data,
-parameters, `extra` (records that are written as they are, after NXT). `ser` 16 to 25 chooses tags and number formats
-of that version.
+parameters, references, `extra` (records that are written as they are, after NXT). `ser` 16 to 25 chooses tags and
+number formats of that version.
 """
 
 from __future__ import annotations
@@ -389,7 +389,7 @@ class VrepWriter(RestOfFile):
         quaternion: Sequence[float] = (1.0, 0.0, 0.0, 0.0), alias: str | None = None, layers: int = 1,
         properties: int = 0x3F3, model_base: bool = False, model_properties: int | None = None, flags: int = 0,
         order: int = -1, acknowledgement: str = "", custom_data: Mapping[str, bytes] | None = None,
-        parameters: Sequence[tuple[str, str, str]] = (),
+        parameters: Sequence[tuple[str, str, str]] = (), references: Mapping[str, Sequence[int]] | None = None,
     ) -> bytes:  # fmt: skip
         records = self._numbers("Ids", "2i", handle, parent) + chunk("Nme", text(name))
         records += self._numbers("Cfq", "7r", *quaternion, *position) + self._numbers("Lar", "H", layers)
@@ -403,6 +403,14 @@ class VrepWriter(RestOfFile):
         if custom_data:
             tag, data = self._custom_data(custom_data)
             records += listed(tag, data)
+        for tag, handles in (references or {}).items():
+            count = struct.pack("<i", len(handles))
+            if tag:
+                records += chunk("Cr2", text(tag) + count + struct.pack(f"<{len(handles)}i", *handles))
+            else:
+                records += chunk(
+                    "Crh", count + b"".join(struct.pack("<3i", 109, each, 0) for each in handles)
+                )
         return records + _parameters("Lsp", parameters)
 
     def _surface(

@@ -20,6 +20,7 @@ from xml.etree import ElementTree
 
 from simx_server.errors import CommandError
 
+from .well_formed import well_formed
 from .widgets import CONTAINERS, KEPT, MAX_ITEMS, MAX_TEXT, Widget
 from .windows import Window
 
@@ -33,8 +34,6 @@ FIRST_ID = 1_000_000_000
 """First id of widgets without one."""
 
 _IGNORED = ("stretch", "br")
-_DECLARATION = re.compile(r"<!(?!--|\[CDATA\[)")
-_BARE_AMPERSAND = re.compile(r"&(?!(?:#\d+|#x[0-9A-Fa-f]+|\w+);)")
 _EVENT = re.compile(r"on-?(click|change|close|editing-?finished)$")
 
 _KINDS = {
@@ -58,13 +57,8 @@ def read_window(text: str) -> Window:
     """
     if len(text) > MAX_XML:
         raise CommandError(f"the XML of a UI has {len(text)} characters; at most {MAX_XML}")
-    if _DECLARATION.search(text):
-        raise CommandError(
-            "the XML of a UI cannot have declarations (<!DOCTYPE ...>, <!ENTITY ...>); remove them"
-        )
     try:
-        # V-REP's parser accepts "R & D".
-        root = ElementTree.fromstring(_BARE_AMPERSAND.sub("&amp;", text.strip()))
+        root = ElementTree.fromstring(well_formed(text))
     except (ElementTree.ParseError, ValueError, LookupError) as problem:
         raise CommandError(f"the XML of the UI cannot be read: {problem}") from None
     if root.tag != "ui":

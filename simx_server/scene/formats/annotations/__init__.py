@@ -24,6 +24,7 @@ from simx_server.scene.formats.annotations.grammar import (
     FREE,
     GRAMMAR,
     REGISTERED,
+    UNTAGGED,
     WORLD,
 )
 from simx_server.scene.formats.annotations.reading import VOLUMES, parse, read_annotations
@@ -38,6 +39,7 @@ __all__ = [
     "GRAMMAR",
     "PREFIX",
     "REGISTERED",
+    "UNTAGGED",
     "VOLUMES",
     "WORLD",
     "Annotation",

@@ -177,6 +177,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "distance": {"entity1": str, "entity2": str, "explicit": switch},
     "parameters": {},
     "data": {},
+    "references": {},
     "script": {
         "file": str,
         "type": one_of(*SCRIPT_TYPES),
@@ -236,8 +237,11 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     UI_TEXT: {},
 }
 
-FREE: dict[str, Callable[[str], str]] = {"parameters": str, "data": block}
+FREE: dict[str, Callable[[str], str]] = {"parameters": str, "data": block, "references": str}
 """Kinds that accept any key, for scripts to read, and the check of their values, which stay texts."""
+
+UNTAGGED = "-"
+"""Key of references to objects that have no tag."""
 
 WORLD = "world"
 """In place of an object: none, or the scene itself."""

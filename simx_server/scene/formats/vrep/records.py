@@ -44,6 +44,8 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Rst": "s",  # extension string
         "Ack": "s",
         "Lsp": "list parameters",  # user parameters; up to V-REP 3.6.1 those of the script, `Prm`
+        "Crh": "raw",  # references without a tag: int32 count; each int32 type, handle, 0
+        "Cr2": "raw",  # of a tag: text, int32 count; each int32 handle
         "Cda": "list custom data",
         "Cod": "list custom data",
     },

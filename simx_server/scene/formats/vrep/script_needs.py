@@ -29,8 +29,8 @@ _PYTHON = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 
-_SPACE = re.compile(r"sim(?:[A-Z]\w*)?$")
-"""Names of namespaces: sim, simIK, simUI ..."""
+_SPACE = re.compile(r"sim(?:[A-Z]\w*|x)?$")
+"""Names of namespaces: sim, simIK, simUI ..., and simx, V-REP's remote API for scripts."""
 
 _VERSION = re.compile(r"(sim\w*)-\d+$")
 """A module with a version: sim-2, simUI-1."""

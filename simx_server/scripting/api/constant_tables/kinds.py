@@ -24,6 +24,7 @@ KINDS: Mapping[str, int] = MappingProxyType(
         **counted("scripttype", "main simulation addon customization=6 sandbox=8 passive"),
         **counted("scripttype", "addonscript addonfunction jointctrlcallback contactcallback", 2),
         **counted("scripttype", "generalcallback=7 sandboxscript=8 threaded=0xf0"),
+        "modelproperty_scripts_inactive": 0x200,
         **counted("scriptstate", "unloaded uninitialized initialized ended error=8 suspended=16"),
         **counted("lang", "undefined lua python", -1),
         **counted("scripttreetraversal", "reverse forward parent"),

@@ -24,7 +24,7 @@ from simx_server.kinematics.tasks import (
 from simx_server.kinematics.validity import as_pairs
 from simx_server.scripting.interpreter import Function
 
-from .ompl_tasks import OmplTasks
+from .ompl_drawing import OmplDrawing
 
 ALGORITHMS = MappingProxyType(
     {
@@ -79,7 +79,7 @@ _FARTHEST = 1e6
 """Greatest bound accepted, in metres or radians."""
 
 
-class OmplFunctions(OmplTasks):
+class OmplFunctions(OmplDrawing):
     """All functions of ``simOMPL``."""
 
     CONSTANTS = MappingProxyType(
@@ -256,8 +256,10 @@ class OmplFunctions(OmplTasks):
         """Return the states of the path in sequence; empty without one."""
         return [value for state in self._task(task).path for value in state]
 
-    def getPathStateCount(self, task: int) -> int:
-        return len(self._task(task).path)
+    def getPathStateCount(self, task: int, path: list[float] | None = None) -> int:
+        """Return the number of states of the task's path, or of the given one."""
+        chosen = self._task(task)
+        return len(chosen.path) if path is None else len(path) // max(chosen.count, 1)
 
     def getPathState(self, task: int, index: int) -> list[float]:
         """Return one state of the path; the index starts at 0."""

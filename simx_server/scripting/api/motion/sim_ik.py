@@ -91,6 +91,12 @@ class IkEnvironmentFunctions(ApiPart):
         self._environments[handle] = Environment(self._sim)
         return handle
 
+    def duplicateEnvironment(self, environment: int) -> int:
+        """Return the handle of a new environment with copies of everything in this one, with the same handles."""
+        handle = max(self._environments) + 1
+        self._environments[handle] = self._environment(environment).copied()
+        return handle
+
     def eraseEnvironment(self, environment: int) -> None:
         self._environment(environment)
         del self._environments[environment]
@@ -138,23 +144,28 @@ class IkEnvironmentFunctions(ApiPart):
         restoreonbadlintol and restoreonbadangtol (a failure leaves the joints where they are), avoidlimits (joints keep
         the margins of simIK.setJointLimitMargin).
 
-        Partly: group_stoponlimithit is an error; no joint leaves its interval.
+        Partly: other flags have no effect, such as group_stoponlimithit; no joint leaves its interval.
         """
         if flags & ~_FLAGS:
-            raise CommandError(
-                f"flags are simIK.group_enabled, _ignoremaxsteps, _restoreonbadlintol, _restoreonbadangtol and "
-                f"_avoidlimits, together {_FLAGS}, not {flags}"
+            self._say_once(
+                f"simIK: flags of groups are _enabled, _ignoremaxsteps, _restoreonbadlintol, _restoreonbadangtol and "
+                f"_avoidlimits, together {_FLAGS}; others have no effect"
             )
-        self._group(environment, group).flags = GroupFlag(flags)
+        self._group(environment, group).flags = GroupFlag(flags & _FLAGS)
+
+    setIkGroupFlags = setGroupFlags
 
     def getGroupFlags(self, environment: int, group: int) -> int:
         """Return bits simIK.group_*; those of a new group are enabled and ignoremaxsteps."""
         return int(self._group(environment, group).flags)
 
+    getIkGroupFlags = getGroupFlags
+
     def addElementFromScene(
         self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
     ) -> tuple[int, dict[int, int], dict[int, int]]:
-        """Add an element between objects of the scene; return its number, and two maps of handles, each to itself.
+        """Add an element between objects of the scene; return its number, and two maps of handles, each to itself: of
+        the objects from the tip and from the target up to the base.
 
         All hinges and slides between base (-1: the world) and tip take part, in any mode.
         """
@@ -171,8 +182,11 @@ class IkEnvironmentFunctions(ApiPart):
         number = chosen.add(self._group(environment, group), element)
         joints = chosen.joints(self._group(environment, group)).handles
         same = {handle: handle for handle in (element.tip, element.target, *joints) if handle != -1}
-        if base != -1:
-            same[element.base] = element.base
+        for start in (element.tip, element.target):
+            handle = start if start in self._sim.scene.objects else -1
+            while handle != -1:
+                same[handle] = handle
+                handle = -1 if handle == element.base else self._sim.scene.objects[handle].parent
         return number, same, dict(same)
 
     addIkElementFromScene = addElementFromScene

@@ -136,6 +136,23 @@ class IkObjectFunctions(IkEnvironmentFunctions):
         base = self._element(environment, group, element).base
         return base, base
 
+    def setElementFlags(self, environment: int, group: int, element: int, flags: int) -> None:
+        """Set whether an element is enabled. Partly: it stays enabled."""
+        self._element(environment, group, element)
+        if not flags & 1:
+            raise Unsupported(
+                "an element stays enabled; put it into a group of its own, and do not handle that"
+            )
+
+    setIkElementFlags = setElementFlags
+
+    def getElementFlags(self, environment: int, group: int, element: int) -> int:
+        """Return 1: an element is enabled."""
+        self._element(environment, group, element)
+        return 1
+
+    getIkElementFlags = getElementFlags
+
     def getElementConstraints(self, environment: int, group: int, element: int) -> int:
         return int(self._element(environment, group, element).constraints)
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
+from simx_server.kinematics.own_objects import OwnJoint
 from simx_server.kinematics.search import asked_range, find_configs, straight_path
 from simx_server.scene.geometry.frames import (
     euler_from_quat,
@@ -24,6 +25,10 @@ from simx_server.scripting.interpreter import Function, Plain
 
 from .ik import joint_order
 from .sim_ik_objects import IkObjectFunctions
+
+_MOST_ALTERNATES = 10_000
+_ROUNDING = 1e-9
+"""Part of a turn by which a value may lie outside an interval."""
 
 _PASSIVE, _IK = 0, 2
 _WORLD, _PARENT = -1, -11
@@ -203,6 +208,37 @@ class SimIk(IkObjectFunctions):
             environment, group, joints, seconds, self._judge(asked.get("cb")), many=many, near=True
         )
 
+    def getAlternateConfigs(
+        self,
+        environment: int,
+        joints: list[int],
+        values: list[float],
+        low: list[float] | None = None,
+        extents: list[float] | None = None,
+    ) -> list[float]:
+        """Return the joint values that put the joints where the given ones do, in sequence: hinges that can turn
+        further take each value that is whole turns away, within their intervals or the given ones.
+        """
+        chosen = self._environment(environment)
+        if len(values) != len(joints):
+            raise CommandError(f"{len(joints)} joints need as many values, not {len(values)}")
+        possible: list[list[float]] = []
+        for index, (joint, value) in enumerate(zip(joints, values, strict=True)):
+            cyclic, least, extent = chosen.interval(joint)
+            if low and extents and index < min(len(low), len(extents)) and extents[index] > 0:
+                cyclic, least, extent = False, low[index], extents[index]
+            if cyclic or chosen.joint_type(joint) != OwnJoint.REVOLUTE:
+                possible.append([value])
+                continue
+            first = math.ceil((least - value) / math.tau - _ROUNDING)
+            last = math.floor((least + extent - value) / math.tau + _ROUNDING)
+            possible.append([value + math.tau * turn for turn in range(first, last + 1)])
+        if math.prod(map(len, possible)) > _MOST_ALTERNATES:
+            raise CommandError(
+                f"there are more than {_MOST_ALTERNATES} such configurations; limit the intervals"
+            )
+        return [value for found in product(*possible) for value in found]
+
     def generatePath(
         self,
         environment: int,
@@ -266,8 +302,8 @@ class SimIk(IkObjectFunctions):
         return [values[order].tolist() for values in chosen_ones]
 
     def _judge(self, callback: Any, *extra: Any) -> _Judge | None:
-        """Return a check of joint values that calls a script's function; None without a function."""
-        if callback is None:
+        """Return a check of joint values that calls a script's function; None without a function, or with ''."""
+        if callback in (None, "", b""):
             return None
         function = self._function(callback)
 

@@ -7,7 +7,7 @@ from itertools import islice
 from typing import ClassVar, Final
 
 from simx_client.protocol import constants as c
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported, WrongKind
 from simx_server.handlers import collisions
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.interpreter import Constant
@@ -47,7 +47,12 @@ class CollisionFunctions(ApiPart):
         The second may be sim.handle_all, which means everything else. The pair is a result of CoppeliaSim 4 only.
         """
         meter = self._world.meters.collisions
-        pair = meter.check(self._self(first), self._self(second)) if meter.enabled else ()
+        if not meter.enabled:
+            return 0, list(_NO_PAIR)
+        try:
+            pair = meter.check(self._self(first), self._self(second))
+        except WrongKind as problem:  # in V-REP a dummy collides with nothing
+            raise Unsupported(str(problem), (0, list(_NO_PAIR))) from None
         return int(bool(pair)), list(pair or _NO_PAIR)
 
     def checkCollisionEx(self, first: int, second: int) -> tuple[int, list[float]]:
@@ -96,7 +101,10 @@ class CollisionFunctions(ApiPart):
         nothing: tuple[int, list[float], list[int]] = (0, [0.0] * 7, list(_NO_PAIR))
         if not meter.enabled:
             return nothing
-        entities = meter.entities(self._self(first), self._self(second))
+        try:
+            entities = meter.entities(self._self(first), self._self(second))
+        except WrongKind as problem:
+            raise Unsupported(str(problem), nothing) from None
         found = nearest(self._world.instants.now(), *entities)
         if found is None or 0.0 < threshold < found.distance:
             return nothing

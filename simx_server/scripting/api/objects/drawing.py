@@ -14,12 +14,21 @@ from simx_server.scripting.interpreter import Constant
 _ADD_MULTIPLE, _SET_MULTIPLE = 0x1000000, 0x400000
 """sim.handleflag_addmultiple and sim.handleflag_setmultiple."""
 
+_SILENT = 0x2000000
+"""sim.handleflag_silenterror."""
+
+_PERSISTENT = 0x100000
+"""sim.drawing_persistent."""
+
 _BLACK: Color = (0.0, 0.0, 0.0)
 _WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class DrawingFunctions(ApiPart):
-    """Functions for drawings: metres in the world frame, colours 0..1. All drawings end with the run."""
+    """Functions for drawings: metres in the world frame, colours 0..1.
+
+    Drawings of child and main scripts end with the run, unless they have the flag sim.drawing_persistent.
+    """
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_addmultiple": _ADD_MULTIPLE,
@@ -31,6 +40,7 @@ class DrawingFunctions(ApiPart):
         "drawing_cubepts": 12,
         "drawing_spherepts": 7,
         "drawing_local": 0x800000,
+        "drawing_persistent": _PERSISTENT,
     }
 
     def addDrawingObject(
@@ -56,9 +66,10 @@ class DrawingFunctions(ApiPart):
             tolerance,
             self._self(parent),
             most,
-            _color(color, _WHITE),
-            _color(specular, _BLACK),
-            _color(emission, _BLACK),
+            as_color(color, _WHITE),
+            as_color(specular, _BLACK),
+            as_color(emission, _BLACK),
+            outlives_run=not self._script.is_of_run or bool(kind & _PERSISTENT),
         )
 
     def addDrawingObjectItem(self, handle: int, item: list[float] | None) -> int:
@@ -80,15 +91,19 @@ class DrawingFunctions(ApiPart):
         return int(drawings.draw(plain, item))
 
     def removeDrawingObject(self, handle: int) -> int:
-        """Remove a drawing object, or all of them with sim.handle_all."""
+        """Remove a drawing object, or all of them with sim.handle_all. With sim.handleflag_silenterror on the handle
+        it may be gone already.
+        """
+        drawings = self._world.drawings
         if handle == c.sim_handle_all:
-            self._world.drawings.remove_all()
-        else:
-            self._world.drawings.remove(handle)
+            drawings.remove_all()
+        elif not (handle & _SILENT) or handle & ~_SILENT in drawings:
+            drawings.remove(handle & ~_SILENT)
         return 1
 
 
-def _color(given: list[float] | None, default: Color) -> Color:
+def as_color(given: list[float] | None, default: Color) -> Color:
+    """Return a colour that a script has given, or the default. Raises CommandError: it has fewer than 3 numbers."""
     if given is None:
         return default
     if len(given) < 3:

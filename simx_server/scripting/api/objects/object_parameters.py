@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from types import MappingProxyType
 
-from simx_server.errors import Unsupported
+from simx_server.errors import Unsupported, WrongKind
 from simx_server.handlers.objects import object_flags
 from simx_server.handlers.objects import object_parameters as parameters
 from simx_server.scripting.api.base import ApiPart
@@ -99,7 +99,10 @@ class ObjectParameterFunctions(ApiPart):
 
         Partly: a shape that the scene file hides from images stays hidden.
         """
-        object_flags.set_special_flags(self._world, self._self(handle), bits)
+        try:
+            object_flags.set_special_flags(self._world, self._self(handle), bits)
+        except WrongKind as problem:
+            raise Unsupported(f"{problem}: nothing measures other objects") from None
         return 1
 
     def getObjectProperty(self, handle: int) -> int:

@@ -134,8 +134,10 @@ class SensorFunctions(ApiPart):
         return 1
 
     def getExplicitHandling(self, sensor: int) -> int:
-        """Return 1 when scripts must handle a proximity or vision sensor, or an IK group, themselves; else 0."""
+        """Return 1 when scripts must handle a sensor, an IK group or a graph themselves; else 0."""
         handle = self._self(sensor)
+        if handle in self._world.graphs.handles():
+            return int(self._world.graphs.get(handle).is_explicit)
         if handle in self._world.ik_groups:
             return int(self._world.ik_groups.get(handle).explicit)
         if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
@@ -143,9 +145,11 @@ class SensorFunctions(ApiPart):
         return int(self._world.proximity.is_explicit(handle))
 
     def setExplicitHandling(self, sensor: int, flags: int) -> int:
-        """Set with bit 0 that scripts must handle a proximity or vision sensor, or an IK group, themselves."""
+        """Set with bit 0 that scripts must handle a proximity or vision sensor, an IK group or a graph themselves."""
         handle, explicit = self._self(sensor), bool(flags & 1)
-        if handle in self._world.ik_groups:
+        if handle in self._world.graphs.handles():
+            self._world.graphs.get(handle).is_explicit = explicit
+        elif handle in self._world.ik_groups:
             self._world.ik_groups.get(handle).explicit = explicit
         elif self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
             self._world.vision.change(handle, explicit=explicit)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.custom_data import APPLICATION, SCENE
 from simx_server.scripting.signature import describe
 
@@ -176,7 +176,7 @@ def _find(target: Target, table: Mapping[str, Property], name: str) -> Property:
     if elsewhere := kinds_with(name):
         raise CommandError(f"{target} has no property '{name}'; that is one of {', '.join(elsewhere)}")
     if (why := missing.reason(name)) is not None:
-        raise CommandError(f"CoppeliaSim's property '{name}' is not available here: {why}")
+        raise Unsupported(f"CoppeliaSim's property '{name}' is not available here: {why}")
     raise CommandError(f"{target} has no property '{name}'; {_some([*table, *STORES], name)}")
 
 

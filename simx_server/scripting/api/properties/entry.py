@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 
 from .property_types import BOOL, PropertyType
 
@@ -33,11 +33,11 @@ class Property:
 
 
 def fixed(name: str, type_: PropertyType, value: Any, why: str) -> Property:
-    """Return a property with one value; setting another one is an error with this reason."""
+    """Return a property with one value; setting another one is refused with this reason."""
 
     def put(_world: World, _handle: int, wanted: Any) -> None:
         if wanted != value:
-            raise CommandError(f"'{name}' stays {_shown(value)}: {why}")
+            raise Unsupported(f"'{name}' stays {_shown(value)}: {why}")
 
     return Property(name, type_, lambda _world, _handle: value, put)
 

@@ -39,6 +39,8 @@ class Ros2TopicFunctions(Ros2Part):
         """Close a publisher."""
         self._close(publisher)
 
+    advertise = createPublisher
+
     def createSubscription(self, topic: str, kind: str, callback: str | Function, *quality: Any) -> int:
         """Return the handle of a subscription, which calls a function with each message.
 
@@ -60,6 +62,9 @@ class Ros2TopicFunctions(Ros2Part):
     def shutdownSubscription(self, subscription: int) -> None:
         """Close a subscription."""
         self._close(subscription)
+
+    subscribe = createSubscription
+    shutdownSubscriber = shutdownSubscription
 
     def publisherTreatUInt8ArrayAsString(self, _publisher: int) -> None:
         """Do nothing: each publisher takes arrays of bytes as lists and as strings."""

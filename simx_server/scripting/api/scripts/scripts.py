@@ -178,6 +178,12 @@ class ScriptFunctions(ApiPart):
         """
         raise CommandError("only Lua scripts include files; a Python script imports modules")
 
+    def registerScriptFuncHook(self, _name: str, _hook: Any, _before: bool = False) -> NoReturn:
+        """Call a function of the script before or after each call of another one, such as ``sysCall_actuation``, and
+        return how many do. Lua scripts only.
+        """
+        raise CommandError("only Lua scripts have hooks; in a Python script call the function yourself")
+
     def copyTable(self, table: Any) -> Any:
         """Return a copy of a table and of all tables within it."""
         return table

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, Unsupported
 
 from ...interpreter import Constant
 from .sim_ui import UiPart
@@ -72,7 +72,7 @@ class UiPlotFunctions(UiPart):
         """Add a curve to a plot. Stand-in: its points are kept and not drawn."""
         curves = self._curves(handle, id)
         if len(curves) >= MAX_CURVES:
-            raise CommandError(f"plot {id} has {MAX_CURVES} curves already; remove some")
+            raise Unsupported(f"plot {id} has {MAX_CURVES} curves already; remove some")
         curves[name] = [[], [], []]
 
     def addCurveTimePoints(self, handle: int, id: int, name: str, x: list[float], y: list[float]) -> None:
@@ -133,7 +133,7 @@ class UiUnseenFunctions(UiPart):
 def _add(curve: _Curve, *values: list[float]) -> None:
     _, x, y = values
     if len(x) != len(y):
-        raise CommandError(f"a curve needs as many values of x as of y, not {len(x)} and {len(y)}")
+        raise Unsupported(f"a curve needs as many values of x as of y, not {len(x)} and {len(y)}")
     for kept, new in zip(curve, values, strict=True):
         kept.extend(new)
         del kept[:-MAX_POINTS]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.parts.user_interface.xml_uis.widgets import MAX_TEXT, Widget
 
 from .sim_ui import UiPart
@@ -19,7 +19,7 @@ class UiTableFunctions(UiPart):
 
     def _resize(self, table: Widget, rows: int, columns: int) -> None:
         if rows < 0 or columns < 0 or rows * columns > MAX_CELLS or max(rows, columns) > MAX_CELLS:
-            raise CommandError(f"a table has at most {MAX_CELLS} cells, not {rows} rows of {columns}")
+            raise Unsupported(f"a table has at most {MAX_CELLS} cells, not {rows} rows of {columns}")
         kept = table.kept
         for names, count in ((kept["names"], rows), (kept["columns"], columns)):
             names[:] = names[:count] + [""] * (count - len(names))
@@ -29,7 +29,7 @@ class UiTableFunctions(UiPart):
     def _cell(self, table: Widget, row: int, column: int) -> list[str]:
         rows, columns = table.kept["rows"], table.kept["columns"]
         if not (0 <= row < len(rows) and 0 <= column < len(columns)):
-            raise CommandError(
+            raise Unsupported(
                 f"table {table.id} has {len(rows)} rows and {len(columns)} columns, from 0; no cell {row}, {column}"
             )
         return rows[row]
@@ -81,7 +81,7 @@ class UiTableFunctions(UiPart):
     def removeTableRow(self, handle: int, id: int, index: int) -> None:
         table = self._table(handle, id)
         if not 0 <= index < len(table.kept["rows"]):
-            raise CommandError(
+            raise Unsupported(
                 f"table {id} has {len(table.kept['rows'])} rows, from 0; {index} is not one of them"
             )
         del table.kept["rows"][index], table.kept["names"][index]
@@ -133,7 +133,7 @@ class UiTreeFunctions(UiPart):
         """Add an item. Stand-in: trees are not shown."""
         items = self._items(handle, id)
         if len(items) >= MAX_CELLS:
-            raise CommandError(f"tree {id} has {MAX_CELLS} items already; remove some")
+            raise Unsupported(f"tree {id} has {MAX_CELLS} items already; remove some")
         items[item] = parent
 
     def updateTreeItemText(self, handle: int, id: int, item: int, _texts: list[str]) -> None:
@@ -173,10 +173,10 @@ class UiTreeFunctions(UiPart):
 
 def _name(names: list[str], index: int, text: str) -> None:
     if not 0 <= index < len(names):
-        raise CommandError(f"there are {len(names)} of these, from 0; {index} is not one of them")
+        raise Unsupported(f"there are {len(names)} of these, from 0; {index} is not one of them")
     names[index] = text[:MAX_TEXT]
 
 
 def _known(items: dict[int, int], item: int) -> None:
     if item not in items:
-        raise CommandError(f"the tree has no item {item}; add it with simUI.addTreeItem")
+        raise Unsupported(f"the tree has no item {item}; add it with simUI.addTreeItem")

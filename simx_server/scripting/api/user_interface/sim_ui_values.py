@@ -5,7 +5,7 @@ With `suppress` false, a change calls the script's function as a change by the u
 
 from __future__ import annotations
 
-from simx_server.errors import CommandError
+from simx_server.errors import Unsupported
 from simx_server.parts.user_interface.xml_uis.widgets import CHECKED, MAX_ITEMS, MAX_TEXT, Widget
 
 from .sim_ui import UiPart
@@ -97,7 +97,7 @@ class UiValueFunctions(UiPart):
         """Show a tab, by its index from 0."""
         tabs = self._widget(handle, id, "tabs")
         if not 0 <= index < max(1, len(tabs.items)):
-            raise CommandError(f"widget {id} has {len(tabs.items)} tabs; {index} is not one of them")
+            raise Unsupported(f"widget {id} has {len(tabs.items)} tabs; {index} is not one of them")
         tabs.value = index
 
     def setEnabled(self, handle: int, id: int, enabled: bool, _suppress: bool = True) -> None:
@@ -141,7 +141,7 @@ class UiComboboxFunctions(UiPart):
     def getComboboxItemText(self, handle: int, id: int, index: int) -> str:
         box = self._box(handle, id)
         if index < 0:
-            raise CommandError(f"{index} is not the index of an item; those count from 0")
+            raise Unsupported(f"{index} is not the index of an item; those count from 0")
         return box.items[box.index_of_item(index)]
 
     def getComboboxItems(self, handle: int, id: int) -> list[str]:
@@ -152,7 +152,7 @@ class UiComboboxFunctions(UiPart):
     ) -> None:
         """Replace all items and select one, -1 for none."""
         if len(items) > MAX_ITEMS:
-            raise CommandError(f"a combo box has at most {MAX_ITEMS} items, not {len(items)}")
+            raise Unsupported(f"a combo box has at most {MAX_ITEMS} items, not {len(items)}")
         box = self._box(handle, id)
         box.items = [item[:MAX_TEXT] for item in items]
         box.value = -1

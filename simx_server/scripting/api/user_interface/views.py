@@ -75,7 +75,9 @@ class ViewFunctions(ApiPart):
         return self._world.user_interface.views.add(FloatingView(x, y, width, height, options))
 
     def floatingViewRemove(self, view: int) -> int:
-        """Remove a floating view and return 1. Stand-in: nothing was drawn in it."""
+        """Remove a floating view and return 1, or 0 for one that does not exist. Stand-in: nothing was drawn in it."""
+        if view not in self._world.user_interface.views.floating:
+            return 0
         self._world.user_interface.views.remove(view)
         return 1
 

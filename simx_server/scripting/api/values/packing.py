@@ -6,6 +6,7 @@ Counts and offsets are numbers of items from 0; a count of 0 means all remaining
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 from simx_server.errors import CommandError
@@ -19,11 +20,11 @@ MAX_NUMBERS = 1 << 21
 _INTEGERS = {"B": (8, False), "H": (16, False), "I": (32, False), "i": (32, True)}
 
 
-def pack(letter: str, values: list[float], start: int, count: int) -> bytes:
+def pack(letter: str, values: Sequence[float | None], start: int, count: int) -> bytes:
     """Return numbers as bytes; integers wrap as in C and lose their fraction, floats that are too large become
-    infinite.
+    infinite, and nil is 0.
     """
-    chosen = _span(values, start, count)
+    chosen = [value or 0 for value in _span(values, start, count)]
     if letter in _INTEGERS:
         bits, signed = _INTEGERS[letter]
         low = (1 << bits - 1) if signed else 0
@@ -70,22 +71,22 @@ def _float32(value: float) -> bytes:
 class PackingFunctions(ApiPart):
     """Functions for packed tables of numbers, and of any values."""
 
-    def packInt32Table(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
+    def packInt32Table(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:
         return pack("i", numbers, start, count)
 
-    def packUInt32Table(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
+    def packUInt32Table(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:
         return pack("I", numbers, start, count)
 
-    def packUInt16Table(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
+    def packUInt16Table(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:
         return pack("H", numbers, start, count)
 
-    def packUInt8Table(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
+    def packUInt8Table(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:
         return pack("B", numbers, start, count)
 
-    def packFloatTable(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
+    def packFloatTable(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:
         return pack("f", numbers, start, count)
 
-    def packDoubleTable(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
+    def packDoubleTable(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:
         return pack("d", numbers, start, count)
 
     def unpackInt32Table(

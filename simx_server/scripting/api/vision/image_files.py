@@ -59,6 +59,20 @@ class ImageFileFunctions(ApiPart):
         chosen = pixels if options & _RGBA else np.ascontiguousarray(pixels[..., :3])
         return chosen.tobytes(), [columns, rows]
 
+    def transformImage(self, image: bytes, resolution: list[int], options: int) -> bytes:
+        """Return an image mirrored: with bit 1 left and right, with bit 2 up and down. `options`: bit 0 RGBA.
+
+        Partly: the given image stays as it is; V-REP 3 changed it in place.
+        """
+        width, height = _size(resolution)
+        depth = 4 if options & _RGBA else 3
+        if len(image) < width * height * depth:
+            raise CommandError(
+                f"{width} x {height} pixels are {width * height * depth} bytes, not {len(image)}"
+            )
+        pixels = np.frombuffer(image, np.uint8, width * height * depth).reshape(height, width, depth)
+        return pixels[:: -1 if options & 4 else 1, :: -1 if options & 2 else 1].tobytes()
+
     def _content(self, name: str) -> bytes:
         path = workspace.path_within(self._sim.files.workspace, name)
         if not path.is_file():

@@ -101,7 +101,9 @@ REFUSED = {
     "subprocess": "import subprocess; subprocess.run(['true'])",
     "fork": "import os; os.fork()",
     "exec": "import os; os.execv('/bin/true', ['true'])",
-    "fork below": "import _posixsubprocess",
+    "fork below": "import _posixsubprocess; _posixsubprocess.fork_exec()",
+    "fork by the module itself": "import sys; del sys.modules['_posixsubprocess']; import _posixsubprocess",
+    "address": "import socket; socket.gethostbyname('localhost')",
     "kill": "import os; os.kill(os.getppid(), 0)",
     "thread": "import _thread; _thread.start_new_thread(print, ())",
     "limits": "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (9, 9))",
@@ -124,6 +126,12 @@ def test_script_cannot(script: Scripts, tmp_path: Path, body: str) -> None:
         interpreter.call("f")
     assert interpreter.call("g") == [b"data"]
     assert sorted(path.name for path in folder.iterdir()) == ["data.txt", "link.txt"]
+
+
+def test_modules_that_import_what_is_refused_can_be_imported(script: Scripts) -> None:
+    imports = "import socket, subprocess, urllib.request, multiprocessing, logging.handlers"
+    interpreter = script(f"{imports}\ndef f(): return socket.AF_INET, issubclass(socket.timeout, OSError)")
+    assert interpreter.call("f") == [2, True]
 
 
 def test_without_a_folder_no_files_are_read(script: Scripts, tmp_path: Path) -> None:

@@ -330,7 +330,7 @@ def by_modules():
         except ImportError: pass
         else: raise AssertionError(name)
 def by_reimport():
-    for name in ('fcntl', 'ctypes', '_socket', '_posixsubprocess', '_xxsubinterpreters'):
+    for name in ('fcntl', 'ctypes', '_socket', '_ssl', '_posixsubprocess', '_xxsubinterpreters'):
         sys.modules.pop(name, None)
         try: importlib.import_module(name)
         except ImportError: pass

@@ -12,6 +12,9 @@ CUSTOM_DATA_BLOCKS = 356248756
 """Header of older custom data that scripts wrote; other headers belong to plug-ins."""
 MOST_BLOCKS = 10_000
 MOST_PARAMETERS = 10_000
+MOST_REFERENCES = 10_000
+OBJECT_TYPE = 109
+"""`sim_appobj_object_type`: a reference to an object of the scene, not to a collection and the like."""
 
 
 def fill_common(item: VrepObject, chunks: Chunks) -> None:
@@ -35,6 +38,7 @@ def fill_common(item: VrepObject, chunks: Chunks) -> None:
     parameters = chunks.child("Lsp")
     if parameters is not None:
         item.parameters = user_parameters(parameters)
+    item.references = references(chunks)
     for tag in ("Cod", "Cda"):  # the newer one last: it wins
         for data in chunks.each(tag):
             item.custom_data.update(custom_data(data))
@@ -69,6 +73,30 @@ def user_parameters(chunks: Chunks) -> list[UserParameter]:
             place += 4
             found.append((name, unit, value))
     return found
+
+
+def references(chunks: Chunks) -> dict[str, list[int]]:
+    """Return the handles that scripts have stored with an object, by tag: '' before CoppeliaSim had tags."""
+    found: dict[str, list[int]] = {}
+    for place, end in chunks.all_places("Crh"):
+        numbers = _counted(chunks, "Crh", place, end, 3)
+        found[""] = [
+            handle if kind == OBJECT_TYPE else -1
+            for kind, handle in zip(numbers[::3], numbers[1::3], strict=True)
+        ]
+    for start, end in chunks.all_places("Cr2"):
+        tag, place = chunks.text_at("Cr2", start, end)
+        found[tag] = _counted(chunks, "Cr2", place, end, 1)
+        if len(found) > MOST_REFERENCES:
+            raise chunks.error("Cr2", f"is one tag too many: there may be {MOST_REFERENCES}")
+    return found
+
+
+def _counted(chunks: Chunks, tag: str, start: int, end: int, each: int) -> list[int]:
+    (count,) = chunks.whole(tag, start, end, "i")
+    if not 0 <= count <= MOST_REFERENCES:
+        raise chunks.error(tag, f"has {count} references; there may be {MOST_REFERENCES}")
+    return list(chunks.whole(tag, start + 4, end, f"{each * count}i"))
 
 
 def _sized(chunks: Chunks, tag: str, start: int, end: int) -> bytes:

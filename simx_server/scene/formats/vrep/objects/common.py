@@ -63,6 +63,8 @@ class VrepObject:
     """Custom data blocks by tag."""
     parameters: list[UserParameter] = field(default_factory=list[UserParameter])
     """User parameters, since V-REP 3.6.1 revision 4; before, a child script has them."""
+    references: dict[str, list[int]] = field(default_factory=dict[str, list[int]])
+    """Handles of objects that scripts have stored with this one (sim.setReferencedHandles), by tag; -1 for others."""
 
 
 @dataclass(kw_only=True)

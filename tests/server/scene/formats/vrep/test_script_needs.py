@@ -18,6 +18,7 @@ from simx_server.scene.formats.vrep.script_needs import needs_of
         ("simExtRemoteApiStart(19999)", {"sim.extRemoteApiStart"}),
         ("local f = sim.getJointPosition f(1)", {"sim.getJointPosition"}),
         ("simUI.create [[<ui/>]]", {"simUI.create"}),
+        ("simx.start('127.0.0.1', 19997)", {"simx.start"}),
         ("simSwitchThread{}", {"sim.switchThread"}),
         ("f = io.open('a') loadfile('b')() os.time() x = io", {"io.open"}),
         ("if sim_call_type == sim.syscb_init then end", {"sim.syscb_init"}),

@@ -160,6 +160,13 @@ def test_an_object_has_its_user_parameters(ser: int) -> None:
     assert base.parameters == [("speed", "m/s", "0.5"), ("side", "", "left")]
 
 
+def test_an_object_has_references_to_others_by_tag() -> None:
+    writer = VrepWriter(25)
+    writer.dummy("base", references={"": [1, -1], "ik.tip": [1]})
+    base, *_ = read(writer).objects.values()
+    assert base.references == {"": [1, -1], "ik.tip": [1]}
+
+
 def test_custom_data_of_plugins_is_left_out() -> None:
     writer = VrepWriter(21)
     writer.records.append(listed("CDS", chunk("Dat", struct.pack("<2i", 1000, 2) + b"ab")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from scripted_world import said, scripted
 from sim_api_calls import ScriptWorld, world
 
 __all__ = ["world"]
@@ -92,12 +93,29 @@ def test_objects_go_when_they_are_removed_with_their_parent_and_at_the_stop(worl
     assert [drawn.handle for drawn, _ in world.parts.drawings.shown()] == [one]
     world.fails("sim.addDrawingObjectItem(b, {1, 1, 1})", f"no drawing object with handle {other}")
     assert world.lua("return sim.removeDrawingObject(a)") == [1]
+    assert world.lua("return sim.removeDrawingObject(a + sim.handleflag_silenterror)") == [1]
     world.lua("sim.addDrawingObject(0, 1, 0) sim.addDrawingObject(0, 1, 0)")
     assert world.lua("return sim.removeDrawingObject(sim.handle_all)") == [1]
     assert world.parts.drawings.shown() == []
     world.lua("sim.addDrawingObject(0, 1, 0)")
     world.call("simxStopSimulation")
     assert world.parts.drawings.shown() == []
+
+
+def test_drawings_of_customization_scripts_and_persistent_ones_outlive_the_run() -> None:
+    body = "function sysCall_init() sim.addDrawingObject({}, 1, 0) sim.addDrawingObject(0, 1, 0) end "
+    removing = "function sysCall_afterSimulation() print(sim.removeDrawingObject(1)) end"
+    world = scripted(
+        {
+            "lua:customization:base": body.format("0") + removing,
+            "lua:base": body.format("sim.drawing_persistent"),
+        }
+    )
+    world.run(1)
+    assert len(world.parts.drawings.shown()) == 4
+    world.call("simxStopSimulation")
+    assert said(world) == ["1"]
+    assert [drawn.handle for drawn, _ in world.parts.drawings.shown()] == [2, 3]
 
 
 def test_what_cannot_be_drawn_is_told(world: ScriptWorld) -> None:

@@ -149,7 +149,13 @@ def test_a_damaged_table_is_refused_wherever_it_ends(world: ScriptWorld, scheme:
 
 def test_the_list_part_of_a_table_with_names_is_a_list_to_functions_that_want_one(world: ScriptWorld) -> None:
     assert world.value("sim.unpackInt32Table(sim.packInt32Table({1, 2, name = 'x'}))") == [1, 2]
-    world.fails("sim.packInt32Table({1, nil, 3})", "must be a table without gaps")
+    world.fails("sim.setObjectPosition(1, -1, {1, nil, 3})", "must be a table without gaps")
+
+
+def test_a_0_and_nil_inside_a_table_are_packed_as_by_vrep(world: ScriptWorld) -> None:
+    code = "local t = {nil, 2, nil, 4, [0] = 9} return sim.unpackInt32Table(sim.packInt32Table(t)), #t"
+    assert world.lua(code) == [[0, 2, 0, 4], 4]
+    world.fails("sim.packInt32Table({1, [1000] = 3})", "must be a table without gaps")
     world.fails("sim.packInt32Table({name = 'x'})", "must be a table, got a table with names")
 
 

@@ -1,10 +1,10 @@
-"""Data blocks and extension strings of the objects in a V-REP file; and its credits."""
+"""Data blocks, references and extension strings of the objects in a V-REP file; and its credits."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from simx_server.scene.formats.annotations import WORLD
+from simx_server.scene.formats.annotations import UNTAGGED, WORLD
 from simx_server.scene.formats.texts.values import encode_bytes
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 
@@ -18,6 +18,12 @@ def add_custom_data(conversion: Conversion) -> None:
         name = conversion.name(item)
         conversion.report.credit(item.acknowledgement)
         _add_blocks(conversion, name, item.custom_data)
+        references = {
+            tag or UNTAGGED: ",".join(conversion.names.get(handle, "") for handle in handles)
+            for tag, handles in item.references.items()
+            if handles
+        }
+        conversion.annotate("references", name, **references)
         if item.extension:
             conversion.annotate("object", name, extension=item.extension)
 

@@ -147,6 +147,21 @@ def test_scripts_read_and_write_the_parameters_of_objects() -> None:
     assert world.parts.status_bar.messages[-4:] == ["0.5", "0.5, 0.5", "0, 0", "2"]
 
 
+def test_scripts_find_the_referenced_objects_of_the_file() -> None:
+    pytest.importorskip("lupa")
+    text = """function sysCall_init()
+        local base = sim.getObject('/base')
+        local all = sim.getReferencedHandles(base)
+        print(sim.getReferencedHandle(base, 'ik.tip') == base, #all, all[2])
+      end"""
+    file = file_with(script(text=text))
+    file.objects[1].references = {"ik.tip": [1], "": [1, 999]}
+    spec, _ = convert(file)
+    world = World(spec.to_xml())
+    world.call("simxStartSimulation")
+    assert world.parts.status_bar.messages[-1:] == ["true, 2, -1"]
+
+
 def test_a_contact_script_decides_beside_the_others() -> None:
     text = (
         "function sysCall_contactCallback(data) return {ignoreContact = false, collisionResponse = false} end"

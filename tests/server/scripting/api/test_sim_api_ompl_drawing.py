@@ -1,0 +1,68 @@
+"""Functions of simOMPL and simIK that CoppeliaSim wrote in Lua and its own scenes call."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld, world
+
+__all__ = ["world"]
+
+TASK = """
+local h = sim.getObjectHandle('cube')
+local task = simOMPL.createTask('task')
+simOMPL.setStateSpace(task, {simOMPL.createStateSpace('s', simOMPL.StateSpaceType.%s, h, {-9, -9}, {9, 9}, 1)})
+"""
+
+
+def test_a_path_of_positions_is_drawn_as_a_line_and_removed(world: ScriptWorld) -> None:
+    code = (
+        TASK % "pose2d"
+        + "local drawn = simOMPL.drawPath(task, {0, 0, 1, 2, 0, 1, 2, 3, 1}, 4, {0, 1, 0}, 0) "
+    )
+    (handles,) = world.lua(code + "return drawn")
+    ((drawing, items),) = world.parts.drawings.shown()
+    assert (handles, items) == ([drawing.handle], [(0, 0, 0, 2, 0, 0), (2, 0, 0, 2, 3, 0)])
+    assert world.lua(
+        code + "simOMPL.removeDrawingObjects(task, drawn) return simOMPL.drawPlannerData(task)"
+    ) == [[]]
+    assert len(world.parts.drawings.shown()) == 1
+
+
+def test_alternate_configurations_are_whole_turns_away_within_the_intervals(world: ScriptWorld) -> None:
+    code = """
+    local env = simIK.createEnvironment()
+    local one = simIK.createJoint(env, simIK.jointtype_revolute)
+    local other = simIK.createJoint(env, simIK.jointtype_revolute)
+    simIK.setJointInterval(env, one, false, {-2 * math.pi, 4 * math.pi})
+    simIK.setJointInterval(env, other, true, {-math.pi, 2 * math.pi})
+    local twin = simIK.duplicateEnvironment(env)
+    simIK.setJointPosition(env, one, 1)
+    return simIK.getAlternateConfigs(twin, {one, other}, {1, 2}), simIK.getJointPosition(twin, one),
+        #simIK.getAlternateConfigs(env, {one}, {1}, {-20}, {40})
+    """
+    found, position, count = world.lua(code)
+    assert found == pytest.approx([1 - 6.283185307, 2, 1, 2])
+    assert (position, count) == (0, 7)
+
+
+def test_names_of_older_versions_are_there(world: ScriptWorld) -> None:
+    code = """
+    local env = simIK.createEnvironment()
+    local base, tip, target = simIK.createDummy(env), simIK.createDummy(env), simIK.createDummy(env)
+    local joint = simIK.createJoint(env, simIK.jointtype_revolute)
+    simIK.setObjectParent(env, joint, base) simIK.setObjectParent(env, tip, joint)
+    simIK.setLinkedDummy(env, tip, target)
+    local group = simIK.createIkGroup(env)
+    local element = simIK.addIkElement(env, group, tip)
+    simIK.setIkGroupFlags(env, group, 1)
+    simIK.setIkElementFlags(env, group, element, 0)
+    return simIK.getIkGroupFlags(env, group), simIK.getElementFlags(env, group, element),
+        simIK.getIkElementFlags(env, group, element)
+    """
+    assert world.lua(code) == [1, 1, 1]
+    assert any("an element stays enabled" in line for line in world.parts.status_bar.messages)
+    world.lua(
+        "local p = simROS2.advertise('/a', 'std_msgs/msg/Bool') simROS2.shutdownPublisher(p) "
+        "simROS2.shutdownSubscriber(simROS2.subscribe('/a', 'std_msgs/msg/Bool', function() end))"
+    )
+    assert world.value("sim.transformImage('abcdef', {2, 1}, 2)") == "defabc"
