@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from simx_client.protocol.codec import MAX_MESSAGE
+from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.files import MAX_FILE
 
 from .errors import CommandError
@@ -44,9 +44,12 @@ def _size(default: int, what: str, most: int) -> Any:
 class Limits:
     """Counts, and sizes in bytes; all are above 0."""
 
-    message: int = _size(128 << 20, "in one message", MAX_MESSAGE)
+    message: int = _size(MAX_BATCH, "in one message", MAX_BATCH)
     """Size of a message of calls; of a larger one only the sender is read, so that each call in it is answered."""
     calls: int = _count(50_000, "calls in one message")
+    unfinished: int = _size(256 << 20, "of messages that have not arrived completely", 16 << 30)
+    """Of all connections together; beyond it those are closed whose messages have been arriving for longest."""
+    message_seconds: int = _count(60, "seconds for a message to arrive")
     waiting: int = _count(10_000, "messages of a client that wait to be executed")
     """Further messages of the client are dropped; a client of this project has at most 200 in transit."""
     waiting_bytes: int = _size(256 << 20, "of a client that wait to be executed", 16 << 30)

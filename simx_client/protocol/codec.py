@@ -14,6 +14,9 @@ from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome, o
 MAX_MESSAGE = 256 << 20
 """Maximum size of a decoded message in bytes."""
 
+MAX_BATCH = 128 << 20
+"""Maximum size of a client's batch of calls in bytes; servers read nothing larger."""
+
 MOST_VALUES = 2_000_000
 """Maximum number of values in one message, with those of nested lists: a byte can become an object of sixty
 bytes, and they take up to 0.1 us each to read."""

@@ -128,6 +128,9 @@ class Recorder(Part):
     def left(self, client: str) -> None:
         self._log.put(Kind.LEFT, self._point(), self._numbers[client])
 
+    def stepping_lost(self, client: str) -> None:
+        self._log.put(Kind.STEPPING_LOST, self._point(), self._numbers[client])
+
     def batch(self, client: str, payload: bytes) -> None:
         """Record a batch before it is executed."""
         self._log.put(Kind.BATCH, self._point(), self._numbers[client], payload)

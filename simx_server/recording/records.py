@@ -79,6 +79,9 @@ class Kind(IntEnum):
     """what happened, blocks of a journal (kind, number, content): the server crashed, and its successor continued from
     there; what the first one recorded last may be missing. See `simx_server.history.succession`."""
 
+    STEPPING_LOST = 17
+    """point, number: the server ended the stepped mode of a client that was silent."""
+
 
 Record = list[Any]
 
@@ -114,5 +117,6 @@ _FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
     Kind.CONTINUED: (_NUMBER, _NUMBER),
     Kind.WITHIN: (_NUMBER, (bytes, str)),
     Kind.RESUMED: (_TEXT, (list,)),
+    Kind.STEPPING_LOST: (_NUMBER, _NUMBER),
 }
 _LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -102,8 +102,10 @@ class ReplayLoop(ServerLoop):
                 self._handle(lambda: self.join(client, name, port, NoLink()))
             case [Kind.JOINED_ZMQ | Kind.CONTINUED, *_]:
                 self._do_of_zmq(record)
-            case [Kind.LEFT, _, number]:
-                self._handle(partial(self.leave, self._client(number)))
+            case [Kind.LEFT | Kind.STEPPING_LOST as kind, _, number]:
+                client = self._client(number)
+                end = partial(self.end_stepping, client, "it was silent")
+                self._handle(partial(self.leave, client) if kind == Kind.LEFT else end)
             case [Kind.BATCH, _, number, payload]:
                 self._handle(Arrival(self._client(number), payload))
             case [Kind.WENT_ON, number]:

@@ -21,10 +21,12 @@ from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.errors import CommandError
 from simx_server.handlers.registry import Handler
-from simx_server.processes.heap import give_back
+from simx_server.processes.heap import Unused, give_back
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
+from .admission.places import Entrance, Places
+from .admission.unfinished import Unfinished
 from .batches import Batches
 from .box import Arrival, Event
 from .busy import BusyDesk, Doing
@@ -127,6 +129,10 @@ class ServerLoop(Part):
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
+        self.places = Places(lambda: simulation.limits, self.sessions)
+        self.unfinished = Unfinished(lambda: simulation.limits)
+        """Counts what is held of messages that have not arrived completely, at all doors."""
+
         self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing, self.readers_while_busy)
         self._is_serving = False
         """Within `serve_others`."""
@@ -134,6 +140,7 @@ class ServerLoop(Part):
         self._next_giving = 0.0
         """When memory may be returned to the system again."""
         self._givings = 0
+        self._unused = Unused()
         self._has_handled = False
         """Something was handled since the last look."""
 
@@ -145,6 +152,8 @@ class ServerLoop(Part):
 
         self.watches: list[Callable[[], object]] = []
         """Called about once per second, or more often: time-outs of work on other threads."""
+
+        self.watches.append(self.unfinished.look)
 
         self._is_ending = False
         self._end_asked_by: str | None = None
@@ -377,11 +386,14 @@ class ServerLoop(Part):
             sockets.close()
 
     def _give_memory_back(self) -> None:
-        """Return memory to the system, after much has waited or a client has left, and nothing waits any more."""
+        """Return memory to the system, after much has waited, a client has left or much has become unused."""
         if self._inbox.had_much:
             self._inbox.had_much, self._givings = False, GIVINGS
-        if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
-            self._givings, self._next_giving = self._givings - 1, now + GIVING_PAUSE
+        if (now := time.monotonic()) <= self._next_giving or len(self._inbox):
+            return
+        self._next_giving = now + GIVING_PAUSE
+        if self._givings or self._unused.has_grown():
+            self._givings = max(0, self._givings - 1)
             give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
@@ -608,6 +620,16 @@ class ServerLoop(Part):
         for session in self.sessions.values():
             session.set_stepping(False)
 
+    def end_stepping(self, client: str, why: str) -> None:
+        """End the stepped mode of a client that is silent, so that the simulation goes on. Physics thread."""
+        session = self.sessions.get(client)
+        if session is None or not session.is_stepping:
+            return
+        if self.recorder is not None:
+            self.recorder.stepping_lost(client)
+        logger.warning("client %s steps no more: %s", session.name, why)
+        session.lose_stepping(f"the server ended the stepped mode of this client: {why}")
+
     # --- clients ---------------------------------------------------------------------------------
 
     def join(
@@ -618,18 +640,20 @@ class ServerLoop(Part):
         link: Link,
         serve: Callable[[bytes], object] | None = None,
         demands: Callable[[bytes], Demands] = demands_of_batch,
+        entrance: Entrance | None = None,
     ) -> ClientSession:
         """Add a client that says hello. A second hello (after a loss) starts a new session.
 
         Args:
             serve: executes its messages, when they hold other calls than the table's.
             demands: reads what these messages demand of a script that runs.
+            entrance: where it has come in; `places` has checked it.
         """
         self._end_session(client)
         self._inbox.open(client, demands)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
-        session = ClientSession(client, name, port, link, serve=serve)
+        session = ClientSession(client, name, port, link, serve=serve, entrance=entrance or Entrance())
         self.sessions[client] = session
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
