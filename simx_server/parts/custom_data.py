@@ -19,6 +19,7 @@ from simx_server.scene.formats.texts.values import decode_bytes
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
@@ -57,8 +58,14 @@ class CustomData(Part):
         self._bytes: int | None = None
         """The size of all data; None when others than `write_typed` have changed them."""
 
+        self._has_changed = False
+        """Objects of data may have gone."""
+
     def scene_changed(self) -> None:
         self._forget_scene()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._has_changed = True
 
     def run_stopped(self) -> None:
         self._forget_temporary()
@@ -68,14 +75,15 @@ class CustomData(Part):
 
         Raises UnknownHandle, LimitReached.
         """
+        if name and data:
+            self.write_typed(handle, name, "", data)
+            return
         known, self._bytes = self._of(handle), None
-        if not name:
-            for each in [kept for kept in known if not kept.startswith(HIDDEN)]:
-                del known[each]
-        elif not data:
+        if name:
             known.pop(name, None)
         else:
-            self.write_typed(handle, name, "", data)
+            for each in [kept for kept in known if not kept.startswith(HIDDEN)]:
+                del known[each]
 
     def write_typed(self, handle: int, name: str, tag: str, data: bytes) -> None:
         """Store data with a type under a name, which replaces other data of this name; empty data are kept.
@@ -95,9 +103,7 @@ class CustomData(Part):
             raise CommandError(f"at most {MOST_NAMES} custom data of an object or the scene: remove some")
         present = self._bytes
         if present is None:
-            present = sum(
-                _size(each, content) for kept in self._known.values() for each, content in kept.items()
-            )
+            present = sum(map(_total, self._known.values()))
         wanted = present - (_size(key, known[key]) if key in known else 0) + _size(key, data)
         self._sim.limits.check("custom_data", wanted, "remove some")
         own = _split(key)[1]
@@ -157,12 +163,14 @@ class CustomData(Part):
     def _of(self, handle: int) -> dict[str, bytes]:
         if handle not in (SCENE, APPLICATION):
             self._sim.scene.get(handle)
-        gone = [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]
-        for each in gone if not self._sim.is_running else ():  # a stop may restore objects that a run removed
-            del self._known[each]
-            self._bytes = None
+        if self._has_changed and not self._sim.is_running:  # a stop may restore objects that a run removed
+            self._has_changed, self._bytes = False, None
+            for each in [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]:
+                del self._known[each]
         if handle not in self._known:
-            self._known[handle], self._bytes = self._in_file(handle), None
+            found = self._known[handle] = self._in_file(handle)
+            if self._bytes is not None:
+                self._bytes += _total(found)
         return self._known[handle]
 
     def _in_file(self, handle: int) -> dict[str, bytes]:
@@ -202,6 +210,10 @@ def _renumbered(packed: bytes, copies: Mapping[int, int]) -> bytes:
 def _size(key: str, data: bytes) -> int:
     """Return the bytes that count against the limit; empty data count by their name."""
     return len(data) or len(key)
+
+
+def _total(data: Mapping[str, bytes]) -> int:
+    return sum(_size(key, content) for key, content in data.items())
 
 
 def _split(key: str) -> tuple[str, str]:
