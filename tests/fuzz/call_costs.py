@@ -325,7 +325,7 @@ def samples(handles: Mapping[str, int]) -> Iterator[tuple[str, list[Any]]]:
     yield "sim.getClosestPosOnPath", [numbers(most // 3 * 3), [float(i) for i in range(most // 3)], [0.0] * 3]
     yield "sim.getConfigDistance", [numbers(most), numbers(most), numbers(most), [2] * most]
     yield "sim.createPath", [way, 16, 4000]
-    yield "sim.createPath", [poses(2000), 0, 100]
+    yield "sim.createPath", [poses(1500), 0, 100]
     yield "sim.generateShapeFromPath", [poses(2500), [0.0, 0.0, 0.1, 0.0, 0.1, 0.1]]
     yield "sim.createShape", [0, 0.0, numbers(60_000), list(range(20_000 // 3 * 3)) * 3]
     yield "sim.createHeightfieldShape", [0, 0.0, 500, 500, 1.0, numbers(250_000)]

@@ -43,7 +43,7 @@ _LINE_COLOR = (0.0, 0.96, 0.66)
 _UP = (0.0, 0.0, 1.0)
 _Numbers = Annotated[list[float], Most(MOST_NUMBERS)]
 _MOST_SUBDIVISIONS = 4000
-_MOST_CONTROL_POINTS = 2000
+_MOST_CONTROL_POINTS = 1500
 """Each becomes a dummy, and 40 points of the curve."""
 
 
