@@ -157,13 +157,17 @@ class Commands:
         return number
 
     def _unused(self) -> int:
-        """Return a number that is not used: one that geoms can have, which count from MuJoCo's first list."""
+        """Return a number that is not used: one that geoms can have, which count from MuJoCo's first list.
+
+        Raises:
+            mujoco.FatalError: OpenGL gives none; make a new renderer.
+        """
         first = max(self.drawing.basePlane + 1, self.drawing.baseMesh)
-        while True:
-            number = int(self._gl.glGenLists(1))
+        while number := int(self._gl.glGenLists(1)):
             self._numbers.append(number)
             if number >= first:
                 return number
+        raise mujoco.FatalError("OpenGL gives no display list; its context is lost")
 
 
 def _add(scene: mujoco.MjvScene, kind: mujoco.mjtGeom, place: np.ndarray, number: int) -> Any:

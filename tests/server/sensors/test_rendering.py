@@ -408,6 +408,19 @@ def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(o
     assert len(np.unique(fresh.rgb.reshape(-1, 3), axis=0)) > 100
 
 
+def test_a_driver_that_gives_no_display_lists_is_an_error(
+    opengl_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, _ = load(SCENE)
+    renderer = OpenGLRenderer(model, opengl_name)
+    monkeypatch.setattr("OpenGL.raw.GL.VERSION.GL_1_1.glGenLists", lambda _: 0)
+    try:
+        with pytest.raises(mujoco.FatalError, match="context is lost"):
+            renderer.turn_to(model)
+    finally:
+        renderer.close()
+
+
 def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     stands = "".join(
         f'<geom type="cylinder" size="0.05 0.3" pos="{x / 5} {distance} 0" euler="20 {30 * x} 0"/>'
