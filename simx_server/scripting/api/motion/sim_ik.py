@@ -93,8 +93,9 @@ class IkEnvironmentFunctions(ApiPart):
 
     def duplicateEnvironment(self, environment: int) -> int:
         """Return the handle of a new environment with copies of everything in this one, with the same handles."""
+        twin = self._environment(environment).copied()
         handle = max(self._environments) + 1
-        self._environments[handle] = self._environment(environment).copied()
+        self._environments[handle] = twin
         return handle
 
     def eraseEnvironment(self, environment: int) -> None:
