@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -30,6 +31,9 @@ not depend on the machine's load. One of a real file takes 3 s.
 
 MOST_FACES = 5000
 """Most faces of a mesh that is decomposed as it is; one with more is simplified before."""
+
+_GLANCE = 0.02
+"""Seconds between two moments at which others are served."""
 
 _PROGRAM = "simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing"
 
@@ -63,7 +67,13 @@ def switch_off() -> None:
     is_available()
 
 
-def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | None:
+def _always() -> bool:
+    return True
+
+
+def decompose(
+    points: Points, faces: Faces, label: str = "", may_go_on: Callable[[], bool] = _always
+) -> list[Points] | None:
     """Return the points of convex parts that together fill a closed mesh, the same ones each time.
 
     They are remembered, and kept in the user's cache folder.
@@ -72,6 +82,7 @@ def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | N
         points: (n, 3), each of them used.
         faces: (m, 3), indices of points.
         label: what messages call the mesh.
+        may_go_on: serves others; called often while another process works. Its False ends the work.
 
     Returns:
         None without the library, or where it finds nothing within its limits.
@@ -84,7 +95,7 @@ def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | N
     if key not in _known:
         while len(_known) >= _MOST_KNOWN:
             del _known[next(iter(_known))]
-        _known[key] = _kept(key, points, faces, label)
+        _known[key] = _kept(key, points, faces, label, may_go_on)
     return _known[key]
 
 
@@ -94,12 +105,14 @@ def _rules() -> bytes:
     return repr((sorted(OPTIONS.items()), importlib.metadata.version("coacd"))).encode()
 
 
-def _kept(key: str, points: Points, faces: Faces, label: str) -> list[Points] | None:
+def _kept(
+    key: str, points: Points, faces: Faces, label: str, may_go_on: Callable[[], bool]
+) -> list[Points] | None:
     """Return parts from the cache, or made and put there."""
     parts = stored(key)
     if parts is not None and _lie_within(parts, points):
         return parts
-    parts = _run(points, faces, label or "a mesh")
+    parts = _run(points, faces, label or "a mesh", may_go_on)
     if parts:
         store(key, parts)
     return parts
@@ -112,22 +125,21 @@ def _lie_within(parts: list[Points], points: Points) -> bool:
     return all((each >= low - margin).all() and (each <= high + margin).all() for each in parts)
 
 
-def _run(points: Points, faces: Faces, label: str) -> list[Points] | None:
+def _run(points: Points, faces: Faces, label: str, may_go_on: Callable[[], bool]) -> list[Points] | None:
     mesh = io.BytesIO()
     np.savez(mesh, points=points.astype(np.float64), faces=faces.astype(np.int32))
     logger.info("%s: its %d triangles are decomposed into convex parts", label, len(faces))
     started = time.monotonic()
     try:
-        answer = subprocess.run(
+        process = subprocess.Popen(
             [sys.executable, "-m", _PROGRAM],
-            input=mesh.getvalue(),
-            capture_output=True,
-            timeout=SECONDS,
-            check=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
             # More threads hardly save time, and on a busy machine they wait for each other in a loop.
             env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
         )
-        with np.load(io.BytesIO(answer.stdout)) as parts:
+        with np.load(io.BytesIO(answer_of(process, mesh.getvalue(), may_go_on))) as parts:
             found = [parts[name] for name in parts.files]
     except (subprocess.SubprocessError, OSError, ValueError) as error:
         logger.warning("%s: its %d triangles could not be decomposed: %s", label, len(faces), error)
@@ -135,3 +147,26 @@ def _run(points: Points, faces: Faces, label: str) -> list[Points] | None:
     seconds = time.monotonic() - started
     logger.info("%s: %d convex parts after %.1f s", label, len(found), seconds)
     return found
+
+
+def answer_of(process: subprocess.Popen[bytes], data: bytes, may_go_on: Callable[[], bool]) -> bytes:
+    """Return what a process writes for its input; others are served meanwhile.
+
+    Raises:
+        subprocess.SubprocessError: it has failed, takes too long, or may not go on; then it is ended.
+    """
+    until, given = time.monotonic() + SECONDS, data or None
+    with process:
+        while True:
+            try:
+                output, _ = process.communicate(given, timeout=_GLANCE)
+            except subprocess.TimeoutExpired:
+                given = None  # it is under way
+                if time.monotonic() > until or not may_go_on():
+                    process.kill()
+                    raise
+            else:
+                break
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, process.args)
+    return output
