@@ -1,6 +1,7 @@
 """Pictures: what is where and how far, the same in both renderers."""
 
 import dataclasses
+import gc
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -419,6 +420,29 @@ def test_a_driver_that_gives_no_display_lists_is_an_error(
             renderer.turn_to(model)
     finally:
         renderer.close()
+
+
+def test_what_is_left_of_a_failed_renderer_changes_no_picture_of_another(
+    opengl_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """MuJoCo's context deletes by numbers, in the OpenGL context that is current when Python frees it."""
+    model, data = load(SCENE)
+    with monkeypatch.context() as lost:
+        lost.setattr("OpenGL.raw.GL.VERSION.GL_1_1.glGenLists", lambda _: 0)
+        left: list[BaseException] = []
+        try:
+            OpenGLRenderer(model, opengl_name)
+        except mujoco.FatalError as problem:
+            left.append(problem)  # with the frames in which it was raised
+    renderer = OpenGLRenderer(model, opengl_name)
+    try:
+        before = both(renderer.render(data, FRONT, rgb=True, depth=True))
+        assert left.pop()
+        gc.collect()
+        after = both(renderer.render(data, FRONT, rgb=True, depth=True))
+    finally:
+        renderer.close()
+    assert np.array_equal(before.rgb, after.rgb)
 
 
 def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
