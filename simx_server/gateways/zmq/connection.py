@@ -224,7 +224,8 @@ class Connection:
         self._is_broken = False
         if self._next is not None:
             (self._function, self._waiting), self._next = self._next, None
-            self._world.simulation.settle()  # what the client has asked for before
+            if not self._clients.loop.is_serving:  # not within a script
+                self._world.simulation.settle()  # what the client has asked for before
             self.go_on()
         return True
 
