@@ -16,7 +16,12 @@ from functools import cache
 import numpy as np
 
 from simx_client.protocol.cli.installing import extra_line
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import OPTIONS
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import (
+    MOST_PIECES,
+    OPTIONS,
+    THRESHOLDS,
+    TOO_MUCH,
+)
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.part_cache import store, stored
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
@@ -30,6 +35,9 @@ not depend on the machine's load. One of a real file takes 3 s.
 
 MOST_FACES = 5000
 """Most faces of a mesh that is decomposed as it is; one with more is simplified before."""
+
+MOST_IN_FILE = 60_000
+"""Triangles of meshes of one file that are decomposed as well as possible: up to about a minute of processor time."""
 
 _PROGRAM = "simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing"
 
@@ -63,7 +71,26 @@ def switch_off() -> None:
     is_available()
 
 
-def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | None:
+class Budget:
+    """The work for the meshes of one file: those beyond it are decomposed coarsely. No cache changes it."""
+
+    def __init__(self) -> None:
+        self._left = MOST_IN_FILE
+
+    @property
+    def is_spent(self) -> bool:
+        """Return whether a mesh was beyond it."""
+        return self._left < 0
+
+    def thresholds(self, triangles: int) -> tuple[float, ...]:
+        """Return the thresholds to try for the next mesh, of so many triangles."""
+        self._left -= triangles
+        return THRESHOLDS[-1:] if self.is_spent else THRESHOLDS
+
+
+def decompose(
+    points: Points, faces: Faces, label: str = "", budget: Budget | None = None
+) -> list[Points] | None:
     """Return the points of convex parts that together fill a closed mesh, the same ones each time.
 
     They are remembered, and kept in the user's cache folder.
@@ -72,6 +99,7 @@ def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | N
         points: (n, 3), each of them used.
         faces: (m, 3), indices of points.
         label: what messages call the mesh.
+        budget: that of the file; None for a mesh on its own.
 
     Returns:
         None without the library, or where it finds nothing within its limits.
@@ -80,26 +108,33 @@ def decompose(points: Points, faces: Faces, label: str = "") -> list[Points] | N
         return None
     if len(faces) > MOST_FACES:
         points, faces, _ = simplified(points, faces, MOST_FACES)
-    key = hashlib.blake2b(_rules() + points.tobytes() + b"/" + faces.tobytes(), digest_size=16).hexdigest()
+    thresholds = THRESHOLDS if budget is None else budget.thresholds(len(faces))
+    key = hashlib.blake2b(
+        _rules(thresholds) + points.tobytes() + b"/" + faces.tobytes(), digest_size=16
+    ).hexdigest()
     if key not in _known:
         while len(_known) >= _MOST_KNOWN:
             del _known[next(iter(_known))]
-        _known[key] = _kept(key, points, faces, label)
+        _known[key] = _kept(key, points, faces, label, thresholds)
     return _known[key]
 
 
 @cache
-def _rules() -> bytes:
+def _rules(thresholds: tuple[float, ...]) -> bytes:
     """Return what the parts depend on besides the mesh."""
-    return repr((sorted(OPTIONS.items()), importlib.metadata.version("coacd"))).encode()
+    return repr(
+        (sorted(OPTIONS.items()), thresholds, MOST_PIECES, importlib.metadata.version("coacd"))
+    ).encode()
 
 
-def _kept(key: str, points: Points, faces: Faces, label: str) -> list[Points] | None:
+def _kept(
+    key: str, points: Points, faces: Faces, label: str, thresholds: tuple[float, ...]
+) -> list[Points] | None:
     """Return parts from the cache, or made and put there."""
     parts = stored(key)
     if parts is not None and _lie_within(parts, points):
         return parts
-    parts = _run(points, faces, label or "a mesh")
+    parts = _run(points, faces, label or "a mesh", thresholds)
     if parts:
         store(key, parts)
     return parts
@@ -112,26 +147,38 @@ def _lie_within(parts: list[Points], points: Points) -> bool:
     return all((each >= low - margin).all() and (each <= high + margin).all() for each in parts)
 
 
-def _run(points: Points, faces: Faces, label: str) -> list[Points] | None:
+def _run(points: Points, faces: Faces, label: str, thresholds: tuple[float, ...]) -> list[Points] | None:
     mesh = io.BytesIO()
     np.savez(mesh, points=points.astype(np.float64), faces=faces.astype(np.int32))
     logger.info("%s: its %d triangles are decomposed into convex parts", label, len(faces))
     started = time.monotonic()
     try:
-        answer = subprocess.run(
-            [sys.executable, "-m", _PROGRAM],
-            input=mesh.getvalue(),
-            capture_output=True,
-            timeout=SECONDS,
-            check=True,
-            # More threads hardly save time, and on a busy machine they wait for each other in a loop.
-            env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
-        )
-        with np.load(io.BytesIO(answer.stdout)) as parts:
-            found = [parts[name] for name in parts.files]
+        found = _within_work(mesh.getvalue(), thresholds)
     except (subprocess.SubprocessError, OSError, ValueError) as error:
         logger.warning("%s: its %d triangles could not be decomposed: %s", label, len(faces), error)
         return None
     seconds = time.monotonic() - started
     logger.info("%s: %d convex parts after %.1f s", label, len(found), seconds)
     return found
+
+
+def _within_work(mesh: bytes, thresholds: tuple[float, ...]) -> list[Points]:
+    """Return the parts by the first threshold that does not take too much work.
+
+    Raises:
+        subprocess.SubprocessError, OSError, ValueError: none does, or the library fails.
+    """
+    for threshold in thresholds:
+        answer = subprocess.run(
+            [sys.executable, "-m", _PROGRAM, str(threshold)],
+            input=mesh,
+            capture_output=True,
+            timeout=SECONDS,
+            # More threads hardly save time, and on a busy machine they wait for each other in a loop.
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
+        )
+        if answer.returncode != TOO_MUCH:
+            answer.check_returncode()
+            with np.load(io.BytesIO(answer.stdout)) as parts:
+                return [parts[name] for name in parts.files]
+    raise ValueError(f"it would take more than {2 * MOST_PIECES} parts")
