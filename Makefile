@@ -7,6 +7,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+LOCKS  := packages/locks
 SCENE  ?= ur5_rg2_kinect
 TESTS  ?=
 # One more than there are cores: many tests wait for another process.
@@ -15,7 +16,7 @@ SECONDS ?= 600
 ROLES   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-fast soak siege check format generate bench clean
+.PHONY: help setup lock demo test test-fast soak siege crashes check format generate bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -23,8 +24,9 @@ help: ## this list
 
 setup: $(READY) ## the virtual environment in .venv, with everything the other targets need
 
-# The stamp is touched last: an installation that broke off is begun again, and a changed pyproject.toml renews it.
-$(READY): pyproject.toml
+# The stamp is touched last: an installation that broke off is begun again, and a changed pyproject.toml or lock renews
+# it. Only files with the lock's hashes are installed; what the lock has for that builds this project itself.
+$(READY): pyproject.toml $(LOCKS)/setup.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "simx needs Python 3.11 or newer; '$(PYTHON)' is" \
 	       "$$($(PYTHON) --version 2>/dev/null || echo 'not there')."; \
@@ -33,14 +35,20 @@ $(READY): pyproject.toml
 	@$(PYTHON) -m venv $(VENV) || { \
 	  echo "Python's venv module failed; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
 	@echo "[2/3] installing with pip: MuJoCo, Zenoh, OpenCV and the tools (about 400 MB, a minute or two)"
-	@$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off -e '.[demo,dev]' \
-	    2> >(grep -v '^WARNING' >&2) \
+	@$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off \
+	    --require-hashes -r $(LOCKS)/setup.lock 2> >(grep -v '^WARNING' >&2) \
 	  | awk '/^(Collecting|Processing)/ { n = split($$2, part, "/"); print "      " part[n]; fflush() }' || { \
 	  echo "pip could not install what simx needs; its own message stands above."; \
 	  echo "Without a network, point pip at a mirror or a folder of wheels (see 'pip config'), then try again."; \
 	  exit 1; }
+	@$(BIN)/python -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation -e . \
+	    2> >(grep -v '^WARNING' >&2)
 	@touch $@
 	@echo "[3/3] ready"
+
+lock: ## resolve the lock files in packages/locks anew, as after a change of pyproject.toml
+	@$(PYTHON) -m pip install --disable-pip-version-check --quiet --upgrade --target build/uv uv
+	@$(PYTHON) packages/lock.py build/uv/bin/uv
 
 demo: $(READY) ## drive the tutorial's robot: with keys in a window, or automatically without a display
 	@$(BIN)/simx-run --server $(SCENE) examples/keyboard_control.py
@@ -56,6 +64,9 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
 	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+
+crashes: $(READY) ## kill a supervised server COUNT times (50) while clients of all ways in use it
+	@PYTHONPATH=tests:tests/support:tests/support/worlds $(BIN)/python tests/system/load/crashes.py $(COUNT)
 
 check: $(READY) ## format, lint, types, language and dependencies; changes nothing
 	@wrong=; \

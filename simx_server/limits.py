@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from simx_client.protocol.codec import MAX_MESSAGE
+from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.files import MAX_FILE
 
 from .errors import CommandError
@@ -44,9 +44,12 @@ def _size(default: int, what: str, most: int) -> Any:
 class Limits:
     """Counts, and sizes in bytes; all are above 0."""
 
-    message: int = _size(128 << 20, "in one message", MAX_MESSAGE)
+    message: int = _size(MAX_BATCH, "in one message", MAX_BATCH)
     """Size of a message of calls; of a larger one only the sender is read, so that each call in it is answered."""
     calls: int = _count(50_000, "calls in one message")
+    unfinished: int = _size(256 << 20, "of messages that have not arrived completely", 16 << 30)
+    """Of all connections together; beyond it those are closed whose messages have been arriving for longest."""
+    message_seconds: int = _count(60, "seconds for a message to arrive")
     waiting: int = _count(10_000, "messages of a client that wait to be executed")
     """Further messages of the client are dropped; a client of this project has at most 200 in transit."""
     waiting_bytes: int = _size(256 << 20, "of a client that wait to be executed", 16 << 30)
@@ -68,6 +71,10 @@ class Limits:
     """Size of a file that a client stores in the workspace or lends for loading."""
     stored: int = _size(1 << 30, "stored in the workspace by clients", 1 << 50)
     """Counted since the server started; erased files do not count any more."""
+    files: int = _count(
+        10_000, "files in the workspace that clients have stored, with the folders made for them"
+    )
+    """Counts files stored before the server's start too; erased files do not count any more."""
     load_memory: int = _size(1 << 30, "of memory to load a file of a client's", 1 << 40)
     """Counted beyond the memory that the server holds without it; a model counts together with its scene."""
     load_seconds: int = _count(5, "seconds of processor time to load a file of a client's")

@@ -48,7 +48,8 @@ LONGEST = (
 """Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
 
 SLOW = (
-    "test_batch", "test_bench", "test_check_hostile", "test_classroom", "test_cli_call", "test_code_from_clients",
+    "test_batch", "test_bench", "test_call_costs", "test_check_hostile", "test_classroom", "test_cli_call",
+    "test_code_from_clients",
     "test_codec", "test_collisions", "test_command_server", "test_confinement", "test_detect", "test_determinism",
     "test_discovery", "test_docs_", "test_editing", "test_scene_", "test_models",
     "test_every_function", "test_exit_codes",

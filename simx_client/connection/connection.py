@@ -14,9 +14,18 @@ from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.legacy.marshalling import Shape
 from simx_client.legacy.operation_modes import MODE_MASK, Modes
 from simx_client.protocol import constants as c
-from simx_client.protocol.codec import CodecError, decode_delivery, encode
+from simx_client.protocol.codec import MAX_BATCH, CodecError, decode_delivery, encode
 from simx_client.protocol.commands import BY_NAME
-from simx_client.protocol.messages import Batch, Call, Delivery, Operation, Pace, Reply, Welcome
+from simx_client.protocol.messages import (
+    STATUS_REMOTE_ERROR,
+    Batch,
+    Call,
+    Delivery,
+    Operation,
+    Pace,
+    Reply,
+    Welcome,
+)
 from simx_client.transport.zenoh import Transport
 
 from .background import Attempts
@@ -346,8 +355,11 @@ class Connection:
             self._executed = delivery.message_id
             if delivery.replies:
                 self._header = delivery
-        self._modes.absorb(delivery)
-        for reply in delivery.replies:
+        self._take(delivery.replies)
+
+    def _take(self, replies: list[Reply]) -> None:
+        self._modes.absorb_replies(replies)
+        for reply in replies:
             if self._takers and (take := self._takers.pop(reply.call_id, None)):
                 take(reply)
             elif reply.status and reply.values:
@@ -368,6 +380,10 @@ class Connection:
         """Send a message; wait for a slow server or network at most for the time-out."""
         assert self._transport is not None
         payload = encode(Batch(self.message_id, client_time(), calls))
+        if len(payload) > MAX_BATCH:  # the server would close the connection
+            text = f"a message of {len(payload)} bytes was not sent: at most {MAX_BATCH} are; send less at a time"
+            self._take([Reply(call.call_id, STATUS_REMOTE_ERROR, 0, [text]) for call in calls])
+            return
         if deadline is None:
             deadline = time.monotonic() + self.timeout
         self._transport.send(payload, deadline)

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 from simx_client.protocol.keys import check_chunk
 
-from .member import Member, Order, Router, is_loopback
+from .member import Member, Order
 from .ray import NAMESPACE, FleetError
+from .router import Router, is_loopback
 
 ROUTER = "router"
 ANSWERS_WITHIN = 10.0

@@ -6,7 +6,6 @@ servers too.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import socket
@@ -15,8 +14,6 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
-from importlib import import_module
 from typing import IO, Any, NamedTuple
 
 from .ray import load_ray
@@ -64,7 +61,7 @@ class Member:
         # -P: the working folder is the server's workspace, in which clients may put modules.
         command = [sys.executable, "-P", "-m", "simx_server", order.scene, "--port", "0"]
         self._process = subprocess.Popen(
-            [*command, "--realm", order.realm, *connect, *order.flags, "--until-eof"],
+            [*command, "--realm", order.realm, *connect, "--supervised", *order.flags, "--until-eof"],
             stdin=subprocess.PIPE,  # closes with this process, and the server ends
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -141,54 +138,3 @@ class Member:
             sys.stderr.write(f"{self._realm}: the server has ended with exit code {code}\n")
             sys.stderr.flush()
             os._exit(1)
-
-
-class Router:
-    """A Zenoh router, for fleets without one."""
-
-    def __init__(self, endpoint: str) -> None:
-        """Listen.
-
-        Raises:
-            RuntimeError: the endpoint cannot be used.
-        """
-        zenoh: Any = import_module("zenoh")  # loaded where it is needed: it starts threads
-
-        self._endpoint = endpoint
-        config = zenoh.Config()
-        for path, value in _router_settings(endpoint).items():
-            config.insert_json5(path, json.dumps(value))
-        try:
-            self._session = zenoh.open(config)
-        except zenoh.ZError as error:
-            raise RuntimeError(f"no router at {endpoint}: {error}; choose another with --listen") from None
-
-    def describe(self) -> str:
-        """Return the endpoint by which the hosts of the cluster reach it."""
-        return reachable(self._endpoint, load_ray().util.get_node_ip_address())
-
-    def end(self) -> None:
-        """Close the session."""
-        self._session.close()
-
-
-def _router_settings(endpoint: str) -> dict[str, Any]:
-    """Return those of docs/scaling.md, with which a router takes more than a few hundred sessions."""
-    return {
-        "mode": "router",
-        "listen/endpoints": [endpoint],
-        "scouting/multicast/enabled": False,
-        "transport/unicast/max_sessions": 100_000,
-        "transport/shared_memory/enabled": False,
-    }
-
-
-def reachable(endpoint: str, host: str) -> str:
-    """Return an endpoint with the address of its host if it listens at all of them: 0.0.0.0 is for listening only."""
-    shown = f"[{host}]" if ":" in host else host
-    return re.sub(r"/(0\.0\.0\.0|\[::\])(?=:)", lambda _: f"/{shown}", endpoint)
-
-
-def is_loopback(endpoints: Sequence[str]) -> bool:
-    """Return whether other hosts cannot reach any of the endpoints."""
-    return all(re.search(r"/(127\.|localhost|\[?::1\b)", each) for each in endpoints)

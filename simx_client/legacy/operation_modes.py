@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from simx_client.protocol import constants as c
-from simx_client.protocol.messages import NOT_AWAITED_MS, Call, Delivery, Operation, Pace, Reply, of_fields
+from simx_client.protocol.messages import NOT_AWAITED_MS, Call, Operation, Pace, Reply, of_fields
 
 from .marshalling import Key, Shape
 
@@ -235,12 +235,8 @@ class Modes:
 
     # --- receiving -------------------------------------------------------------------------------
 
-    def absorb(self, delivery: Delivery) -> None:
-        """Store what came back. Replies that no call waits for are dropped."""
-        self.absorb_replies(delivery.replies)
-
     def absorb_replies(self, replies: list[Reply]) -> None:
-        """Store replies without a message around them."""
+        """Store what came back. Replies that no call waits for are dropped."""
         for reply in replies:
             call_id = reply.call_id
             asked = self._asked.get(call_id)

@@ -14,9 +14,18 @@ from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome, o
 MAX_MESSAGE = 256 << 20
 """Maximum size of a decoded message in bytes."""
 
-MOST_VALUES = 4_000_000
+MAX_BATCH = 128 << 20
+"""Maximum size of a client's batch of calls in bytes; servers read nothing larger."""
+
+MOST_VALUES = 2_000_000
 """Maximum number of values in one message, with those of nested lists: a byte can become an object of sixty
-bytes."""
+bytes, and they take up to 0.1 us each to read."""
+
+_MOST_REPLIED = 2 * MOST_VALUES
+"""The same of a message of a server, which may answer several large calls at once."""
+
+_COLLECTION = 8
+"""Values that a list or a map counts in addition to its content, since it takes as long to read."""
 
 _MOST_MEMBERS = 1000
 """Maximum number of members of a map; no message contains one."""
@@ -143,11 +152,11 @@ def _in_range(value: Any) -> Any:
     return value
 
 
-def _unpack(payload: bytes) -> list[Any]:
+def _unpack(payload: bytes, most: int = MOST_VALUES) -> list[Any]:
     if len(payload) > MAX_MESSAGE:
         raise CodecError(f"message of {len(payload)} bytes; at most {MAX_MESSAGE} are read")
     try:
-        more = {} if len(payload) <= _SMALL else _bounded()
+        more = _PLAIN if len(payload) <= _SMALL else _PLAIN | _bounded(most)
         value = msgpack.unpackb(
             payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, more)
         )
@@ -158,21 +167,29 @@ def _unpack(payload: bytes) -> list[Any]:
     return cast(list[Any], value)
 
 
-def _bounded() -> dict[str, Any]:
+def _refuse_extension(_code: int, _data: bytes) -> Any:
+    raise CodecError("extension types of msgpack have no meaning here")
+
+
+_PLAIN: dict[str, Any] = {"ext_hook": _refuse_extension, "timestamp": 1}
+"""Options of msgpack for what no message contains. Times are numbers: an object for each takes long."""
+
+
+def _bounded(most: int) -> dict[str, Any]:
     """Return options for unpacking that stop it at too many values, before they fill the memory."""
-    left = MOST_VALUES
+    left = most
 
     def count(values: Any) -> Any:
         nonlocal left
-        left -= len(values) + 1
+        left -= len(values) + _COLLECTION
         if left < 0:
-            raise CodecError(f"more than {MOST_VALUES} values; send less at a time")
+            raise CodecError(f"more than {most} values; send less at a time")
         return values
 
     return {
         "list_hook": count,
         "object_hook": count,
-        "max_array_len": MOST_VALUES,
+        "max_array_len": most,
         "max_map_len": _MOST_MEMBERS,
     }
 
@@ -254,7 +271,7 @@ def decode_callers(payload: bytes, most: int) -> tuple[int, int, list[int]]:
 
 def decode_delivery(payload: bytes) -> Delivery:
     """Unpack and check a server's delivery."""
-    value = _unpack(payload)
+    value = _unpack(payload, _MOST_REPLIED)
     if tuple(map(type, value)) != _DELIVERY:
         raise _wrong(Delivery, value)
     value[5] = _each(Reply, _REPLY, value[5])

@@ -10,6 +10,8 @@ simx/<realm>/call/<client>    batches of calls, client to server
 simx/<realm>/reply/<client>   deliveries, every one arrives
 simx/<realm>/stream/<client>  the newest values of all small streams of a client, of one instant
 simx/<realm>/picture/<client>/<call id>   the newest image of one stream
+
+Names of clients that come to a server by other protocols have a slash, so no key has one of them.
 """
 
 from __future__ import annotations

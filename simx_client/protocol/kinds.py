@@ -14,6 +14,7 @@ original's did.
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -24,6 +25,9 @@ MAX_ITEMS = 1_000_000
 
 MAX_TEXT = 1 << 20
 MAX_BYTES = 64 << 20
+_FEW = 64
+"""Items of a list up to which each is checked alone."""
+
 _FLOAT32_MAX = 3.4028234663852886e38
 
 apply = cast(Callable[[Callable[[Any], Any], Any], Any], operator.call)
@@ -207,12 +211,35 @@ def _check_bytes(value: Any) -> bytes:
     return value
 
 
+def _are_ints(items: list[Any]) -> bool:
+    """Return whether all items are 32-bit integers."""
+    return set(map(type, items)) == {int} and min(items) >= -0x8000_0000 and max(items) <= 0x7FFF_FFFF
+
+
+def _are_floats(items: list[Any]) -> bool:
+    """Return whether all items are floats that `_check_float` accepts."""
+    if set(map(type, items)) != {float} or not math.isfinite(sum(items)):  # min and max overlook NaN
+        return False
+    return min(items) >= -_FLOAT32_MAX and max(items) <= _FLOAT32_MAX
+
+
+_ALL: dict[Callable[[Any], Any], Callable[[list[Any]], bool]] = {
+    _check_int: _are_ints,
+    _check_float: _are_floats,
+}
+"""The same checks of whole lists, in a third of the time."""
+
+
 def _check_list(item: Callable[[Any], Any], length: int | None = None) -> Callable[[Any], list[Any]]:
+    all_numbers = _ALL.get(item)
+
     def check(value: Any) -> list[Any]:
         if not isinstance(value, list) or len(items := cast(list[Any], value)) > MAX_ITEMS:
             raise ValueError(f"must be a list of at most {MAX_ITEMS} items, got {_describe(value)}")
         if length is not None and len(items) != length:
             raise ValueError(f"must have {length} items, got {len(items)}")
+        if len(items) > _FEW and all_numbers is not None and all_numbers(items):
+            return items
         return [item(v) for v in items]
 
     return check

@@ -14,6 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from .codec import MAX_BATCH
+
 WORKERS = 8
 """Threads of Zenoh's pool in a client. Closing the link of a peer that stopped reading with a full queue
 keeps one of them busy for ten seconds; without a free one no client is served. Idle threads have no
@@ -55,6 +57,9 @@ senders wait."""
 OPEN_TIMEOUT_MS = 1_500
 """Time-out in milliseconds for a port that accepts but does not speak Zenoh."""
 
+MARGIN = 1 << 16
+"""Bytes of a message that Zenoh adds to a batch: its key, its attachment, its own fields."""
+
 COMMON: dict[str, Any] = {
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
@@ -73,14 +78,21 @@ CLIENT: dict[str, Any] = {
     "transport/shared_memory/transport_optimization/enabled": False,
 }
 
+MOST_PENDING = 100_000
+"""Connections that may wait for their first message: more than there are descriptors, so that a new one is not refused
+because of them. Zenoh's default is 100."""
+
 SERVER: dict[str, Any] = {
     **COMMON,
     # Shared memory of a peer stays mapped here for good, 16 MB and two descriptors for each peer that ever
     # existed: Zenoh 1.10 keeps all segments it has read. It would save 0.3 ms for an image of 640x480.
     "transport/shared_memory": {"enabled": False},
-    # More connections than descriptors may wait for their first message; a new one is not refused because of
-    # them.
-    "transport/unicast/accept_pending": 100_000,
+    # Zenoh keeps the pieces of a message until the last one comes, also those of a stranger: up to a gigabyte
+    # for each of the eight priorities, with its defaults. Nothing here sends with another priority than the
+    # usual one, so one of them does.
+    "transport/link/rx/max_message_size": MAX_BATCH + MARGIN,
+    "transport/unicast/qos/enabled": False,
+    "transport/unicast/accept_pending": MOST_PENDING,
 }
 
 TO_ROUTERS: dict[str, Any] = {

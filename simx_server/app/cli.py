@@ -25,6 +25,7 @@ from simx_client.protocol.cli.terminal import print_what_can_be, while_read
 from simx_server import __version__
 from simx_server.app import log_format
 from simx_server.app.settings import SETTINGS, SettingError, Settings
+from simx_server.processes.early_end import ended_by_sigterm
 from simx_server.processes.lifeline import GRACE as LIFELINE_GRACE
 from simx_server.processes.watchdog import Watchdog, watched
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
@@ -88,7 +89,7 @@ def make_parser() -> argparse.ArgumentParser:
             group.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
         elif setting.is_switch:
             action = argparse.BooleanOptionalAction
-            group.add_argument(*spellings, dest=name, action=action, help=setting.help)
+            group.add_argument(*spellings, dest=name, action=action, help=shown)
         elif not setting.metavar:
             group.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
         elif setting.lone:
@@ -143,7 +144,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code; argparse may leave with SystemExit."""
     print_what_can_be()
     try:
-        return while_read(partial(_run, argv))
+        with ended_by_sigterm():
+            return while_read(partial(_run, argv))
+    except KeyboardInterrupt:
+        return INTERRUPTED
     except (
         ModuleNotFoundError
     ) as error:  # a client alone needs fewer packages, and often only these are installed
@@ -180,22 +184,22 @@ def _run(argv: Sequence[str] | None) -> int:
         return _print_settings(settings)
     if page is not None:
         return _print_page(page, settings, as_json="json" in form)
-    log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
+    log_format.configure(
+        settings.log_level, settings.log_format, several=settings.count is not None or settings.is_supervised
+    )
     # Nothing here multiplies large matrices; a thread pool costs memory, and prevents a process from forking safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    try:
-        return _serve(settings)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    return _serve(settings)
 
 
 def _serve(settings: Settings) -> int:
     if settings.until_eof and sys.stdin is None:
         logger.error("--until-eof needs a standard input; leave it out, or start the server with one")
         return USAGE
-    # A fleet's parent watches the lifeline itself, because it ends the servers one by one.
-    lifeline = sys.stdin.fileno() if settings.until_eof and settings.count is None else None
-    with watched(settings.count or 0, lifeline, LIFELINE_GRACE) as watchdog:
+    # A parent of servers watches the lifeline itself, because it ends the servers one by one.
+    children = settings.count or int(settings.is_supervised)
+    lifeline = sys.stdin.fileno() if settings.until_eof and not children else None
+    with watched(children, lifeline, LIFELINE_GRACE) as watchdog:
         return _serve_watched(settings, watchdog)
 
 
@@ -219,7 +223,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
-    if settings.count is not None:
+    if settings.count is not None or settings.is_supervised:
         from simx_server.app.fleet import serve as serve_many
 
         return serve_many(settings, watchdog)
@@ -254,22 +258,19 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
     """Print a listing that needs the settings. Only warnings are logged, unless the settings ask for more."""
     level = settings.log_level if "log_level" in settings.origins else "warning"
     log_format.configure(level, settings.log_format, several=False)
-    try:
-        if page == "doctor":  # it imports nothing that may be missing: its child processes do
-            from simx_server.app.doctor.page import print_findings
+    if page == "doctor":  # it imports nothing that may be missing: its child processes do
+        from simx_server.app.doctor.page import print_findings
 
-            return print_findings(settings, as_json=as_json)
-        with watched():
-            import_mujoco()
-            if page == "import_report":
-                from simx_server.app.import_report import print_report
+        return print_findings(settings, as_json=as_json)
+    with watched():
+        import_mujoco()
+        if page == "import_report":
+            from simx_server.app.import_report import print_report
 
-                return print_report(settings, as_json=as_json)
-            from simx_server.app.scene_listing import print_tree
+            return print_report(settings, as_json=as_json)
+        from simx_server.app.scene_listing import print_tree
 
-            return print_tree(settings, as_json=as_json)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return print_tree(settings, as_json=as_json)
 
 
 def _print_list(name: str, form: Collection[str]) -> int:

@@ -22,6 +22,7 @@ from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import raise_limit
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.history.succession import Inheritance, take_over
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.packages import OutputError
 from simx_server.outputs.state_log import StateLog
@@ -81,6 +82,7 @@ def open_world(
         sources=Sources.of(settings.package),
         own_scene=scene.resolve(),
         allows_code=settings.allow_code,
+        needs_seccomp=not settings.unconfined_scripts,
         tries_all=settings.check_files,
         arguments=settings.arguments,
     )
@@ -148,7 +150,49 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
         except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
-        return run_server(world, settings, _say_ready, recorder=recorder, page_listener=page_listener)
+        return run_server(world, settings, say_ready, recorder=recorder, page_listener=page_listener)
+
+
+def serve_child(
+    world: World | None,
+    settings: Settings,
+    ready: Callable[[ZenohGateway, World], None],
+    inheritance: Inheritance | None,
+    *,
+    page_listener: socket.socket | None = None,
+    is_one_of_many: bool = True,
+) -> int:
+    """Run a server in a fork of the process that watches it. Returns the exit code.
+
+    Args:
+        world: a copy of the one that was loaded; None: it has to be loaded.
+        ready: called when clients can reach the server.
+        inheritance: where its moments are kept, and from what it continues; None: it keeps none.
+    """
+    with ExitStack() as stack:
+        recorder = None
+        try:
+            if settings.record is not None:
+                goes_on = inheritance is not None and bool(inheritance.ended)
+                recorder = Recorder(settings.record, settings, goes_on=goes_on)
+                stack.callback(recorder.close)
+            if world is None:
+                world = open_world(settings, stack, recorder and recorder.watch)
+            else:
+                stack.callback(world.rendering.close)
+            attach_outputs(world, settings, stack, recorder.began if recorder else time.time_ns())
+        except (CommandError, LogError, OutputError) as error:
+            logger.error("%s", error)
+            return FAILURE
+        return run_server(
+            world,
+            settings,
+            ready,
+            recorder=recorder,
+            page_listener=page_listener,
+            is_one_of_many=is_one_of_many,
+            inheritance=inheritance,
+        )
 
 
 def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: int) -> None:
@@ -240,6 +284,7 @@ def run_server(
     is_one_of_many: bool = False,
     attach: Callable[[World, ServerLoop], object] = lambda _world, _loop: None,
     is_listed: bool = True,
+    inheritance: Inheritance | None = None,
 ) -> int:
     """Serve one simulation until it is requested to end. Returns the process's exit code.
 
@@ -250,6 +295,7 @@ def run_server(
             gets the handle of one of them.
         attach: called before the loop runs, for a way in that others do not have.
         is_listed: other programs of this user find the server, see `roster`.
+        inheritance: where its moments are kept, and from what it continues; None: it keeps none.
     """
     simulation = world.simulation
     loop = make_loop(world, settings)
@@ -272,12 +318,15 @@ def run_server(
             _ending_by_signal(loop),
             loop.metrics.log.attached(),
         ):
-            if recorder is not None:
+            recovered = None
+            if inheritance is not None:
+                recovered = take_over(loop, inheritance, recorder)
+            elif recorder is not None:
                 recorder.begin(loop)
             # Loaded objects stay: without this, a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
-            if settings.start and simulation.state is SimulationState.STOPPED:
+            if settings.start and recovered is None and simulation.state is SimulationState.STOPPED:
                 if recorder is not None:
                     recorder.started()
                 simulation.start()
@@ -305,11 +354,16 @@ def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_
         world.simulation.attach(_QuitAfterStop(loop))
 
 
-def _say_ready(gateway: ZenohGateway, world: World) -> None:
+def say_ready(gateway: ZenohGateway, world: World) -> None:
     """Write one line to stdout for people, supervisors and tests."""
-    endpoints = " ".join((*gateway.endpoints, *gateway.more_endpoints))
-    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={world.simulation.scene.name}\n")
+    sys.stdout.write(ready_line(gateway, world))
     sys.stdout.flush()
+
+
+def ready_line(gateway: ZenohGateway, world: World) -> str:
+    """Return the line that says where clients can reach a server."""
+    endpoints = " ".join((*gateway.endpoints, *gateway.more_endpoints))
+    return f"ready {endpoints} realm={gateway.realm} scene={world.simulation.scene.name}\n"
 
 
 class _QuitAfterStop(Part):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _OF_SERVERS = (
     "ports", "start", "auto_start", "temporary_port", "script_ports", "speed", "quit_after_stop", "listen", "connect",
     "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq", "zmq_viewers", "ros2",
-    "ros2_namespace", "ros2_router", "ros2_distro",
+    "ros2_namespace", "ros2_router", "ros2_distro", "supervised",
 )  # fmt: skip
 """Fields without a meaning when no client is served."""
 

@@ -154,11 +154,16 @@ def file(valid: str) -> Rule:
 
 
 def new_file(ending: str = "") -> Rule:
-    """Make the rule for a file in an existing folder; the file may be missing."""
+    """Make the rule for a file in an existing folder; the file may be missing; links are refused."""
     return Rule(
-        "a file in an existing folder" + (f" whose name ends in {ending}" if ending else ""),
+        "a file, no link, in an existing folder" + (f" whose name ends in {ending}" if ending else ""),
         _path(
-            lambda path: not path.is_dir() and path.parent.is_dir() and path.suffix.lower().endswith(ending)
+            lambda path: (
+                not path.is_dir()
+                and not path.is_symlink()
+                and path.parent.is_dir()
+                and path.suffix.lower().endswith(ending)
+            )
         ),
         f"FILE{ending}",
     )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -73,9 +73,15 @@ class Settings:
     until_eof: bool = _setting(False, "leave when standard input ends, as with its starter")
     count: int | None = _setting(
         None,
-        "so many servers in processes of their own",
+        "so many servers, started again if they crash (--supervised: one)",
         rules.between(1, 1000),
         unset="one, in this process",
+    )
+    supervised: bool | None = _setting(
+        None,
+        "start it again if it crashes, where it was",
+        unset="with --count alone",
+        is_told_elsewhere=True,
     )
     arguments: tuple[str, ...] = _setting(
         (),
@@ -185,7 +191,12 @@ class Settings:
     limit: tuple[str, ...] = _setting(
         (), "how much clients may make it hold, as objects=500; repeatable", _LIMIT, many=True
     )
-    allow_code: bool = _setting(False, "clients may have their own code run in scripts")
+    allow_code: bool = _setting(
+        False, "clients' code may run in scripts (--unconfined-scripts: without seccomp)"
+    )
+    unconfined_scripts: bool = _setting(
+        False, "Python scripts run where the kernel lacks seccomp too", is_told_elsewhere=True
+    )
     check_files: bool = _setting(
         False, "try all files in a child process before they are loaded, not clients' alone"
     )
@@ -272,6 +283,13 @@ class Settings:
         """Return all limits, with the chosen values."""
         return Limits.of(self.limit)
 
+    @property
+    def is_supervised(self) -> bool:
+        """Return whether a process watches the server, and starts it again after a crash."""
+        if self.replay or self.snapshot or self.save_mjcf or self.convert:
+            return False
+        return self.count is not None if self.supervised is None else self.supervised
+
     @classmethod
     def gather(cls, flags: Mapping[str, Any], environment: Mapping[str, str]) -> Settings:
         """Make settings from parsed flags (field name to text, list of texts or bool) and the environment.
@@ -323,7 +341,35 @@ class Settings:
             ros2=None if self.ros2 is None else self.ros2 + number,
             zmq=self.zmq and rules.next_address(self.zmq, number),
             count=None,
+            supervised=self.is_supervised,
         )
+
+    def at(self, ports: Sequence[int], endpoints: Sequence[str]) -> Settings:
+        """Return the settings of a server at the ports that this one has found.
+
+        Args:
+            ports: of the server, in the order of `ports`.
+            endpoints: all of its endpoints; others than Zenoh's start with the name of the way in.
+        """
+
+        def found(door: str) -> list[str]:
+            return [each.removeprefix(f"{door}/") for each in endpoints if each.startswith(f"{door}/")]
+
+        return dataclasses.replace(
+            self,
+            ports=tuple(ports),
+            legacy_ports=tuple(found("legacy")),
+            zmq=next(iter(found("zmq")), None),
+            zmq_viewers=next(iter(found("zmq-viewers")), None),
+        )
+
+    def for_start(self, number: int) -> Settings:
+        """Return the settings of a server that is started again, `number` times in all; its films are further files."""
+
+        def further(path: Path | None) -> Path | None:
+            return path and path.with_stem(f"{re.sub(r'-[0-9]+$', '', path.stem)}-{number}")
+
+        return dataclasses.replace(self, video=further(self.video), state_log=further(self.state_log))
 
     def table(self) -> list[tuple[str, str, str]]:
         """Return (name as in the flag, value as text, origin) of every setting, in order of declaration."""

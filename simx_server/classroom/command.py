@@ -33,7 +33,9 @@ from .tokens import TokensError, make_tokens
 logger = logging.getLogger(__name__)
 
 OF_SERVERS = (
-    "scene", "start", "speed", "time_step", "package", "limit", "allow_code", "check_files", "log_level", "log_format",
+    "scene", "start", "speed", "time_step", "package", "limit", "allow_code", "unconfined_scripts", "check_files",
+    "supervised",
+    "log_level", "log_format",
 )  # fmt: skip
 """Settings of ``simx-server`` that hold for every seat."""
 

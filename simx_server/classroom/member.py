@@ -10,6 +10,8 @@ import socket
 import time
 from pathlib import Path
 
+from simx_server.history.succession import Succession
+
 STEADY = 10.0
 """Seconds after which a process that ends is started again at once."""
 
@@ -23,13 +25,18 @@ GRACE = 2.0
 class Member:
     """A seat's server or the page's process; it has at most one process at a time. Used by one thread."""
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, succession: Succession | None = None) -> None:
         """Make a member that is to be started.
 
         Args:
             number: of the seat, from 1; 0 is the page.
+            succession: decides how it continues after a crash; None: it always starts with the scene of the class.
         """
         self.number = number
+        self._succession = succession
+        self.inheritance = None if succession is None else succession.first()
+        """The moments from which the next process continues."""
+
         self.process_id = 0
         """0 before a start and after an end."""
 
@@ -43,6 +50,8 @@ class Member:
         """The end that is not the process's: of a seat the page's end, of the page the supervisor's."""
 
         self.is_ready = False
+        """Set by `note_ready`."""
+
         self.start_at = 0.0
         """When to start it next, on the monotonic clock; counts while none runs."""
 
@@ -71,6 +80,12 @@ class Member:
         self.is_ready, self.kill_at, self.reason = False, math.inf, ""
         self._began = time.monotonic()
 
+    def note_ready(self) -> None:
+        """Note that the process is ready."""
+        self.is_ready = True
+        if self._succession is not None:
+            self._succession.is_ready()
+
     def end(self, reason: str) -> None:
         """Request the end of the process, and kill it after `GRACE`; the first reason counts.
 
@@ -93,15 +108,35 @@ class Member:
             os.close(descriptor)
         if self.channel is not None:
             self.channel.close()
+        exit_code = os.waitstatus_to_exitcode(status)
         now = time.monotonic()
-        is_hasty = not self.reason and now - self._began < STEADY
+        continues = self._continues(exit_code)
+        is_hasty = not self.reason and not continues and now - self._began < STEADY
         self._hasty = min(self._hasty + 1, len(PAUSES) - 1) if is_hasty else 0
         self.process_id, self.death, self.reader, self.channel = 0, -1, -1, None
         self.start_at, self.kill_at = now + PAUSES[self._hasty], math.inf
-        return os.waitstatus_to_exitcode(status)
+        return exit_code
+
+    def _continues(self, exit_code: int) -> bool:
+        """Decide how the next process starts; return whether it continues where this one has crashed.
+
+        After a requested end, and after several crashes at the same moment, it starts with the scene of the class.
+        """
+        if self._succession is None:
+            return False
+        self.inheritance = None if self.reason else self._succession.next(exit_code)
+        if self.inheritance is None:
+            self.inheritance = self._succession.first()
+        return bool(self.inheritance.ended) and not self.inheritance.back and self.is_ready
+
+    def close(self) -> None:
+        """Release the kept moments after the last process."""
+        if self._succession is not None:
+            self._succession.close()
 
     def close_in_child(self) -> None:
         """Close this member's descriptors in another member's process."""
+        self.close()
         if self.is_running:
             for descriptor in (self.death, self.reader):
                 os.close(descriptor)

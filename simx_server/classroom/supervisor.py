@@ -25,8 +25,9 @@ from simx_server.app.fleet import may_be_copied, tell_parent
 from simx_server.app.server import open_world, run_server
 from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
+from simx_server.history.succession import Succession
 from simx_server.outputs.filming import Shot
-from simx_server.processes.children import become, ending_signals, how_it_ended
+from simx_server.processes.children import become, ending_signals, fork, how_it_ended
 from simx_server.world.world import World
 
 from . import channel
@@ -113,7 +114,10 @@ class Supervisor:
         self._plan, self._world, self._listener = plan, world, listener
         self._signals, self._most_memory = signals, most_memory
         self._seats = {seat.number: seat for seat in plan.seats}
-        self._members = {number: Member(number) for number in (PAGE, *self._seats)}
+        self._members = {PAGE: Member(PAGE)}
+        for number, seat in self._seats.items():
+            is_continued = seat.settings.supervised is not False
+            self._members[number] = Member(number, Succession() if is_continued else None)
         self._selector = selectors.DefaultSelector()
         self._selector.register(signals, selectors.EVENT_READ, self._on_signal)
         self._page = PageLink(self._selector, self._reset)
@@ -151,6 +155,8 @@ class Supervisor:
                 for member in self._running():
                     member.kill()
             self._kill_late()
+        for member in self._members.values():
+            member.close()
         self._selector.close()
         for end in self._lifeline:
             os.close(end)
@@ -176,7 +182,7 @@ class Supervisor:
                 here, there = channel.pair()
                 opened.callback(there.close)
                 kept.callback(here.close)
-                process_id = os.fork()
+                process_id = fork()
             except OSError as error:
                 name = self._name(member.number)
                 logger.error("%s cannot be started now and is tried again: %s", name, error.strerror)
@@ -202,7 +208,8 @@ class Supervisor:
         os.close(reader)
         here.close()
         for member in self._members.values():
-            member.close_in_child()
+            if member.number != number:
+                member.close_in_child()
         self._selector.close()
         if number == PAGE:
             os.write(writer, b"{}\n")
@@ -214,7 +221,13 @@ class Supervisor:
         world.simulation.files.move_to(settings.workspace)
         desk = partial(Desk, there, self._plan.camera)
         exit_code = run_server(
-            world, settings, partial(tell_parent, writer), is_one_of_many=True, attach=desk, is_listed=False
+            world,
+            settings,
+            partial(tell_parent, writer),
+            is_one_of_many=True,
+            attach=desk,
+            is_listed=False,
+            inheritance=self._members[number].inheritance,
         )
         world.rendering.close()
         return exit_code
@@ -257,7 +270,7 @@ class Supervisor:
         data = os.read(member.reader, _CHUNK)
         self._selector.unregister(member.reader)
         if data:
-            member.is_ready = True
+            member.note_ready()
             if member.number != PAGE:
                 self._page.tell({"ready": member.number})
 

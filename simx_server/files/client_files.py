@@ -2,7 +2,8 @@
 
 Scripts in such files are a client's code, which runs with ``--allow-code`` only.
 
-A list in the workspace holds them, one file per line in the format of ``sha256sum``. The list outlives the server,
+A list in the workspace holds them, one file per line in the format of ``sha256sum``; an erased file gets a line with
+`_ERASED`. The list outlives the server,
 because the files of a client are still the client's when the next server starts. A file is on the list by its
 content: when an operator edits a file, its content changes and the file becomes the operator's. Links and other
 spellings of a name are the same file. Files that are lent for one loading need no line, because their name is
@@ -15,7 +16,7 @@ import hashlib
 import logging
 import os
 import re
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
@@ -40,6 +41,9 @@ LEDGER = ".simx-from-clients"
 
 _SLACK = 1000
 """Minimum number of outdated lines before the list is rewritten."""
+
+_ERASED = "0" * 64
+"""In place of a hash: the line takes back those above it with this name."""
 
 _PARTS = ("include", "model")
 """Elements of MJCF that include the elements of another file, and its scripts."""
@@ -93,25 +97,42 @@ class ClientFiles:
                 if self._entries.get(name) == content:
                     return
                 self._entries[name] = content
-                if self._lines > 2 * len(self._entries) + _SLACK:
-                    self._write_anew(name)
-                else:
-                    ledger.write(f"{content}  {name}\n".encode())
+                self._add(ledger, content, name)
         except OSError as error:
             raise CommandError(
                 f"{self._ledger} cannot be written ({error.strerror}); without that list nothing is stored"
             ) from None
 
+    def count_with(self, path: Path, most: int) -> int:
+        """Return how many files the list has, with one more at `path`; missing ones do not count beyond `most`."""
+        if self._folder is None or self._ledger is None:
+            return 0
+        self._read()
+        name = self._quoted(path)
+        count = len(self._entries) + (name not in self._entries)
+        if count > most and self._entries:
+            try:
+                with _open_locked(self._ledger):
+                    self._read()
+                    self._write_anew()
+            except OSError as error:
+                logger.warning("%s cannot be written: %s", self._ledger, error.strerror)
+            count = len(self._entries) + (name not in self._entries)
+        return count
+
     def forget(self, path: Path) -> None:
-        """Remove a file that a client has erased. The list is deleted with its last line."""
+        """Remove a file that a client has erased. The list is deleted with its last file."""
         self._read_if_any()
         if self._ledger is None or self._quoted(path) not in self._entries:
             return
         try:
-            with _open_locked(self._ledger):
+            with _open_locked(self._ledger) as ledger:
                 self._read()
                 self._entries.pop(self._quoted(path), None)
-                self._write_anew()
+                if self._entries:
+                    self._add(ledger, _ERASED, self._quoted(path))
+                else:
+                    self._write_anew()
         except OSError as error:  # the extra line is removed the next time
             logger.warning("%s cannot be written: %s", self._ledger, error.strerror)
 
@@ -134,8 +155,11 @@ class ClientFiles:
         except OSError:
             return False
         resolved = path.resolve()
-        same = (self._path(name) for name, noted in self._entries.items() if noted == content)
-        return any(each == resolved or _is_same(each, resolved) for each in same)
+        if self._entries.get(self._quoted(resolved)) == content:
+            return True
+        place = _place(resolved)
+        same = [name for name, noted in self._entries.items() if noted == content]
+        return place is not None and any(each == place for each in self._places(same))
 
     def made(self, file: Path) -> bool:
         """Return whether a client sent a scene or model file, or a file that it includes."""
@@ -153,7 +177,7 @@ class ClientFiles:
         self._read_if_any()
         if not self._entries:
             return False
-        noted = {place for name in self._entries if (place := _place(self._path(name))) is not None}
+        noted = set(self._places(self._entries))
         return any(
             (workspace.is_lent(part) or _place(part) in noted) and self.holds(part)
             for part in files_named(file, sources)
@@ -164,6 +188,15 @@ class ClientFiles:
     def _quoted(self, path: Path) -> str:
         assert self._folder is not None
         return quote(os.fsencode(os.path.relpath(path, self._folder)), safe="/ ")
+
+    def _places(self, names: Iterable[str]) -> Iterator[tuple[int, int]]:
+        """Yield the places of those of these files that exist; there may be thousands, so without `Path`."""
+        assert self._folder is not None
+        folder = os.fsencode(self._folder) + b"/"
+        for name in names:
+            place = _place(folder + unquote_to_bytes(name))
+            if place is not None:
+                yield place
 
     def _path(self, name: str) -> Path:
         assert self._folder is not None
@@ -177,8 +210,7 @@ class ClientFiles:
         """Read the list, unless it has not changed."""
         assert self._ledger is not None
         try:
-            state = self._ledger.stat()
-            found = state.st_ino, state.st_size, state.st_mtime_ns
+            found = _state(self._ledger.stat())
             if found == self._read_at:
                 return
             lines = self._ledger.read_text(encoding="ascii", errors="replace").splitlines()
@@ -188,9 +220,23 @@ class ClientFiles:
             # The list counts as lost: the entries read before stay valid.
             logger.warning("%s cannot be read: %s", self._ledger, error.strerror)
             return
-        pairs = (line.partition("  ") for line in lines)
-        self._entries = {name: content for content, sign, name in pairs if sign}
+        self._entries = {}
+        for content, sign, name in (line.partition("  ") for line in lines):
+            if content == _ERASED:
+                self._entries.pop(name, None)
+            elif sign:
+                self._entries[name] = content
         self._lines, self._read_at = len(lines), found
+
+    def _add(self, ledger: IO[bytes], content: str, name: str) -> None:
+        """Write the newest line into the open, locked list, which was just read and so need not be read again."""
+        if self._lines > 2 * len(self._entries) + _SLACK:
+            self._write_anew(name)
+            return
+        ledger.write(f"{content}  {name}\n".encode())
+        ledger.flush()
+        self._lines += 1
+        self._read_at = _state(os.fstat(ledger.fileno()))
 
     def _write_anew(self, newest: str = "") -> None:
         """Rewrite the list without outdated lines and missing files, and append `newest`."""
@@ -200,13 +246,16 @@ class ClientFiles:
             for name, content in self._entries.items()
             if name == newest or self._path(name).exists()
         }
+        self._lines, self._read_at = len(self._entries), None
         if not self._entries:
             self._ledger.unlink()
             return
         text = "".join(f"{content}  {name}\n" for name, content in self._entries.items())
         temporary = self._ledger.with_name(f"{LEDGER}.{os.getpid()}")
         temporary.write_text(text, encoding="ascii")
+        found = _state(temporary.stat())  # another server may write as soon as the list has its name
         temporary.replace(self._ledger)
+        self._read_at = found
 
 
 @contextmanager
@@ -232,14 +281,18 @@ def _is_open_at(file: IO[bytes], path: Path) -> bool:
         return False
 
 
+def _state(found: os.stat_result) -> tuple[int, int, int]:
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
 def _hash(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def _place(path: Path) -> tuple[int, int] | None:
+def _place(path: Path | bytes) -> tuple[int, int] | None:
     """Return what identifies a file under all its names; None if it does not exist."""
     try:
-        found = path.stat()
+        found = os.stat(path)
     except (OSError, ValueError):
         return None
     return found.st_dev, found.st_ino

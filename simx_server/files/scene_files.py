@@ -39,6 +39,8 @@ class SceneFiles:
         """The file of the present scene; the simulation keeps it."""
         self.stored: dict[Path, int] = {}
         """Sizes in bytes of the files that clients have stored in the workspace."""
+        self.made_folders: set[Path] = set()
+        """Folders that were made for files that clients have stored."""
         self.find: Find = self._find
         """Finds a file. A replay replaces it with a function that finds the recorded files."""
 

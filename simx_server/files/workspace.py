@@ -22,6 +22,9 @@ _LENT = "REMOTE_API_TEMPFILE_"
 _LONGEST_PART, _LONGEST_PATH = 255, 4095
 """Maximum lengths in bytes on Linux and most file systems."""
 
+LONGEST_STORED = 255
+"""Maximum bytes of the path of a file that clients store, within the workspace: the list of such files has it."""
+
 
 def check_name(name: str) -> str:
     """Return a file name or path in a form that means the same on every system: `\\` becomes `/`.
@@ -80,6 +83,15 @@ def path_within(folder: Path, name: str) -> Path:
     return path
 
 
+def check_stored_name(name: str) -> None:
+    """Refuse the name of a file to store that is longer than `LONGEST_STORED`. Raises CommandError."""
+    length = len(os.fsencode(name))
+    if length > LONGEST_STORED:
+        raise CommandError(
+            f"{name[:80]!r}... has {length} bytes; the path of a file that is stored has at most {LONGEST_STORED}"
+        )
+
+
 def store(folder: Path, name: str, data: bytes) -> Path:
     """Write a file atomically: readers see the old one or the new one. Missing folders are created.
 
@@ -104,6 +116,23 @@ def store(folder: Path, name: str, data: bytes) -> Path:
     except OSError as error:
         raise CommandError(f"'{name}' cannot be written into {folder}: {error.strerror}") from None
     return path
+
+
+def missing_folders(path: Path) -> set[Path]:
+    """Return the folders that `store` makes for a file."""
+    return {each for each in path.parents if not each.exists()}
+
+
+def remove_empty_folders(path: Path, among: set[Path]) -> None:
+    """Remove the folders above an erased file that are empty and belong to `among`, from there too."""
+    for folder in path.parents:
+        if folder not in among:
+            return
+        try:
+            folder.rmdir()
+        except OSError:  # it has other files
+            return
+        among.discard(folder)
 
 
 def erase(folder: Path, name: str) -> Path:

@@ -11,6 +11,7 @@ import json
 from typing import Any
 
 from simx_client.protocol import keys
+from simx_client.protocol.access import rule, section
 
 _PERMISSION = "access_control/enabled"
 
@@ -22,39 +23,27 @@ def rules(realm: str) -> dict[str, Any]:
     sent = [keys.reply(realm, "*"), keys.stream(realm, "*"), keys.picture(realm, "*")]
     listed = [
         # allowed for messages that arrive
-        _rule("ask", "ingress", asked, "query"),
-        _rule("find", "ingress", [keys.ANY_ALIVE], "liveliness_query", "declare_liveliness_subscriber"),
-        _rule("be-there", "ingress", [keys.client(realm)], "liveliness_token"),
-        _rule("call", "ingress", [keys.call(realm)], "put"),
-        _rule("listen", "ingress", sent, "declare_subscriber"),
+        rule("ask", ["ingress"], asked, "query"),
+        rule("find", ["ingress"], [keys.ANY_ALIVE], "liveliness_query", "declare_liveliness_subscriber"),
+        rule("be-there", ["ingress"], [keys.client(realm)], "liveliness_token"),
+        rule("call", ["ingress"], [keys.call(realm)], "put"),
+        rule("listen", ["ingress"], sent, "declare_subscriber"),
         # allowed for messages that leave
-        _rule("answer", "egress", own, "declare_queryable", "reply"),
-        _rule("send", "egress", sent, "put"),
-        _rule("take-calls", "egress", [keys.call(realm)], "declare_subscriber"),
-        _rule(
-            "see-clients", "egress", [keys.client(realm)], "liveliness_query", "declare_liveliness_subscriber"
+        rule("answer", ["egress"], own, "declare_queryable", "reply"),
+        rule("send", ["egress"], sent, "put"),
+        rule("take-calls", ["egress"], [keys.call(realm)], "declare_subscriber"),
+        rule(
+            "see-clients",
+            ["egress"],
+            [keys.client(realm)],
+            "liveliness_query",
+            "declare_liveliness_subscriber",
         ),
-        _rule("be-found", "egress", [keys.alive(realm)], "liveliness_token"),
+        rule("be-found", ["egress"], [keys.alive(realm)], "liveliness_token"),
     ]
-    return {
-        "enabled": True,
-        "default_permission": "deny",
-        "rules": listed,
-        "subjects": [{"id": "everybody"}],
-        "policies": [{"rules": [rule["id"] for rule in listed], "subjects": ["everybody"]}],
-    }
+    return section(listed)
 
 
 def has_rules(config: Any) -> bool:
     """Return whether a Zenoh configuration has its own access rules."""
     return json.loads(config.get_json(_PERMISSION)) is True
-
-
-def _rule(name: str, flow: str, key_expressions: list[str], *messages: str) -> dict[str, Any]:
-    return {
-        "id": name,
-        "permission": "allow",
-        "flows": [flow],
-        "key_exprs": key_expressions,
-        "messages": list(messages),
-    }

@@ -26,6 +26,7 @@ from simx_client.protocol.messages import (
 from simx_client.protocol.reports import Health, Metrics, encode_report
 from simx_server import __version__
 from simx_server.parts.status_bar import as_log_line
+from simx_server.runtime.admission.places import Entrance
 from simx_server.runtime.monitoring import report
 from simx_server.runtime.monitoring.load import LoadMeter
 from simx_server.runtime.server_loop import ServerLoop
@@ -52,6 +53,9 @@ MOST_PRESENT = 10_000
 """Names of clients to remember before they say hello, which they do at once; the oldest are forgotten first. A client
 that says hello after 10,000 others have come has to connect again.
 """
+
+_OF_ANOTHER_DOOR = object()
+"""In place of the secret of a client that has not joined at this door; it equals no attachment."""
 
 MOST_SECRET = 64
 """Bytes of a client's secret; ours have 16. A longer one never matches."""
@@ -113,7 +117,8 @@ class ZenohGateway(Part):
         """Clients with a liveliness token, in the order of their arrival."""
 
         self._secrets: dict[str, bytes | None] = {}
-        """The secret that comes with each message of a client that has said hello; None: the client predates secrets.
+        """The secret that comes with each message of a client that has joined here; None: the client predates secrets.
+        Clients of other doors, whose names a peer may know, are not in it.
         """
 
         self._presence = threading.Lock()
@@ -126,6 +131,8 @@ class ZenohGateway(Part):
         self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
+        self._entrance = Entrance(f"zenoh {self.realm}")
+        loop.places.open(self._entrance.door)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -220,23 +227,25 @@ class ZenohGateway(Part):
         with self._presence:
             if is_gone:
                 self._present.pop(client, None)
-                self._secrets.pop(client, None)
+                has_joined = self._secrets.pop(client, _OF_ANOTHER_DOOR) is not _OF_ANOTHER_DOOR
             else:
+                has_joined = False
                 self._present[client] = None
                 if len(self._present) > max(MOST_PRESENT, 2 * len(self._loop.sessions)):
                     del self._present[next(name for name in self._present if name not in self._loop.sessions)]
-        if is_gone:
+        if has_joined:
             self._loop.depart(client)
 
     # --- the physics thread ----------------------------------------------------------------------
 
     def _is_from(self, client: str, message: Any) -> bool:
-        """Return whether a sample or query carries the secret that came with this client's hello.
+        """Return whether a sample or query carries the secret that came with this client's hello at this door.
 
         Names of clients are part of keys that others may subscribe to; attachments of calls are not.
         """
         attached = message.attachment
-        return self._secrets.get(client) == (None if attached is None else attached.to_bytes())
+        secret = self._secrets.get(client, _OF_ANOTHER_DOOR)
+        return secret == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
         version, refusal, client = PROTOCOL_VERSION, "", ""
@@ -279,16 +288,16 @@ class ZenohGateway(Part):
                 return None
         else:
             try:
-                wanted = len(self._loop.sessions) + 1
-                self._loop.simulation.limits.check("clients", wanted, "let others leave first")
+                self._loop.places.check(self._entrance)
             except LimitReached as problem:
                 return version, str(problem), client
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
             postman = Postman(self._care, partial(self._loop.suspend, client))
-            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman)
-            self._loop.join(client, greeting.name, greeting.port, zenoh_link)
+            ended = partial(self._secrets.pop, client, None)
+            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
+            self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
             if self._local is not None:
                 self._local.offer(client, zenoh_link)
         return version, "", client
@@ -341,6 +350,7 @@ class ZenohGateway(Part):
 
         Zenoh waits up to ten seconds for a client that reads nothing any more; the end of the process does not.
         """
+        self._loop.places.close(self._entrance.door)
         closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
         closing.start()
         closing.join(CLOSE_TIMEOUT)
@@ -350,7 +360,7 @@ class ZenohGateway(Part):
     def leave(self) -> None:
         """Close this way in while the server goes on: its clients leave. Any thread."""
         with self._presence:
-            clients = list(self._present)
+            clients = list(self._secrets)
         self.close()
         for client in clients:
             self._loop.depart(client)
@@ -365,8 +375,21 @@ class ZenohGateway(Part):
 class ZenohLink:
     """The publishers that reach one client."""
 
-    def __init__(self, zenoh: Any, session: Any, realm: str, client: str, postman: Postman) -> None:
-        self._postman = postman
+    def __init__(
+        self,
+        zenoh: Any,
+        session: Any,
+        realm: str,
+        client: str,
+        postman: Postman,
+        ended: Callable[[], object],
+    ) -> None:
+        """Declare the publishers.
+
+        Args:
+            ended: called once when the client has left: its name is free for clients of all doors.
+        """
+        self._postman, self._ended = postman, ended
         self._lock = threading.Lock()
         self._sending = 0
         """Threads that send a reply at present: the publisher cannot be undeclared meanwhile."""
@@ -423,6 +446,7 @@ class ZenohLink:
                 return
             self._is_closed = True
             is_last = not self._sending
+        self._ended()
         if is_last:
             self._replies.undeclare()
         self._stream.undeclare()

@@ -27,13 +27,19 @@ _LEAST_STORED = 4096
 def store_file(world: World, name: str, data: bytes) -> None:
     """Store a file that simxTransferFile sends."""
     sim = world.simulation
+    workspace.check_stored_name(name)
     path = workspace.path_within(sim.files.workspace, name)
     sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
     size = max(len(data), _LEAST_STORED)
     others = sum(sim.files.stored.values()) - sim.files.stored.get(path, 0)
     sim.limits.check("stored", others + size, "erase some with simxEraseFile")
-    sim.files.client_files.check_name(path)
-    sim.files.client_files.note(path, data)
+    client_files = sim.files.client_files
+    client_files.check_name(path)
+    folders = sim.files.made_folders | workspace.missing_folders(path)
+    count = client_files.count_with(path, sim.limits.files - len(folders)) + len(folders)
+    sim.limits.check("files", count, "erase some with simxEraseFile")
+    client_files.note(path, data)
+    sim.files.made_folders = folders
     workspace.store(sim.files.workspace, name, data)
     sim.files.stored[path] = size
 
@@ -49,6 +55,7 @@ def erase_file(world: World, name: str) -> None:
     erased = workspace.erase(sim.files.workspace, name)
     sim.files.stored.pop(erased, None)
     sim.files.client_files.forget(erased)
+    workspace.remove_empty_folders(erased, sim.files.made_folders)
 
 
 @handler("lendFile", with_client=True)

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.scripting.script import ScriptKind
 
-from .moments import restore
+from .moments import Moment, restore
 
 if TYPE_CHECKING:
     from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.world.world import World
 
     from .history import History
 
@@ -50,32 +51,12 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
     if not sim.is_settled:
         raise CommandError("the simulation is about to start or to stop; try again")
     stepping = [session for session in loop.sessions.values() if session.is_stepping]
-    loop.is_going_back = True
-    try:
-        sim.stop()
-        sim.scene.next_handle = (
-            history.handle_at_start
-        )  # scripts make their objects with the same handles again
-        sim.start()
-        if not sim.is_running:
-            raise CommandError("a script has stopped the new run at its start")
-        restore(world, moment, before)
-        sim.pause()
-    except CommandError:
-        raise
-    except Exception:
-        sim.stop()  # a state that is restored in part must not be simulated
-        raise
-    finally:
-        loop.is_going_back = False
+    start_from(loop, moment, before, history.handle_at_start)
+    sim.pause()
     history.cut(step)
     for session in stepping:
         session.set_stepping(True)
-    restarted = [
-        world.scripts.describe(script)
-        for script in world.scripts.all()
-        if script.kind is not ScriptKind.CUSTOMIZATION and script.interpreter is not None
-    ]
+    restarted = restarted_scripts(world)
     logger.info(
         "a new run goes on from step %d, %.3f s%s",
         step,
@@ -83,3 +64,41 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
         f"; started again: {', '.join(restarted)}" if restarted else "",
     )
     return GoneOn(step, sim.time, restarted)
+
+
+def start_from(loop: ServerLoop, moment: Moment, before: Moment | None, next_handle: int) -> None:
+    """Start a new run, and set it to a moment.
+
+    Args:
+        before: the moment before it; None: it is not known.
+        next_handle: that of the next new object when the run of the moment started: scripts make their objects with
+            the same handles again.
+
+    Raises:
+        CommandError: a script has stopped the new run.
+    """
+    world, sim = loop.world, loop.simulation
+    loop.is_going_back = True
+    try:
+        sim.stop()
+        sim.scene.next_handle = next_handle
+        sim.start()
+        if not sim.is_running:
+            raise CommandError("a script has stopped the new run at its start")
+        restore(world, moment, before)
+    except CommandError:
+        raise
+    except Exception:
+        sim.stop()  # a state that is restored in part must not be simulated
+        raise
+    finally:
+        loop.is_going_back = False
+
+
+def restarted_scripts(world: World) -> list[str]:
+    """Return the descriptions of the scripts that start with each run."""
+    return [
+        world.scripts.describe(script)
+        for script in world.scripts.all()
+        if script.kind is not ScriptKind.CUSTOMIZATION and script.interpreter is not None
+    ]

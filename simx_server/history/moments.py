@@ -158,7 +158,7 @@ def restore(world: World, moment: Moment, before: Moment | None) -> None:
     sim.dynamics_enabled = moment.dynamics_enabled
     sim.joints.recall_moment(moment.joints)
     # Contacts, and what follows from them, are those of the state; they are not saved.
-    mujoco.mj_forward(sim.model, sim.data)
+    sim.foresight.forward(sim.model, sim.data)
     world.signals.recall(moment.signals)
     world.velocities.go_on(_poses(before, moment))
     sim.recall_parts(moment.parts)

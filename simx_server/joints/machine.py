@@ -140,7 +140,7 @@ class Machine:
         self._follow()
         for body in {binding.body for binding in self._bindings.values() if binding.element == "joint"}:
             self._write_gravcomp(body)
-        self._weights = Weights(model)
+        self._weights = Weights.of(model)
         self._write_weights(always=True)
 
     def masses_changed(self) -> None:
@@ -158,7 +158,7 @@ class Machine:
             mujoco.mj_setConst(model, mujoco.MjData(model))
         finally:
             model.body_gravcomp[0] = 0.0
-        self._weights = Weights(model, self._weights.armature)
+        self._weights = Weights.of(model, self._weights.armature)
         self._write_weights(always=True)
 
     def alignment(self, joint: int) -> Quaternion | None:

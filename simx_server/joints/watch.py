@@ -63,6 +63,10 @@ class StepFailed(Exception):
     """
 
 
+class TooSlow(StepFailed):
+    """A single physics step takes too long; the same state leads to it again."""
+
+
 class Watch:
     """Divides the simulation steps of one model into calls of MuJoCo, and checks the progress between them."""
 
@@ -114,7 +118,7 @@ class Watch:
             before = now
             # A process that was suspended for a while has not worked during that time.
             if cost > longest and (seconds := (time.thread_time() - worked) / done) > longest:
-                raise StepFailed(_too_slow(seconds, self._sim))
+                raise TooSlow(_too_slow(seconds, self._sim))
             if done == count:
                 return
             if now - began > SERVES_AFTER:

@@ -8,6 +8,7 @@ the inertia of motors. It takes the inertia of degrees of freedom that touch no 
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -16,20 +17,31 @@ KINEMATIC_ARMATURE = 1e5
 """Inertia in kg m2 (kg) added to a kinematic joint. With ten times as much the solver ends too early."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class Weights:
     """The numbers of one model as its file and masses give them, and those written in their place."""
 
-    def __init__(self, model: mujoco.MjModel, armature: np.ndarray | None = None) -> None:
-        """Keep the numbers of a model.
+    armature: np.ndarray
+    bodies: np.ndarray
+    """Inverse weights of the bodies."""
+
+    dofs: np.ndarray
+    """Inverse weights of the degrees of freedom."""
+
+    inertia: np.ndarray
+    """Of the degrees of freedom, with the armature of the file."""
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, armature: np.ndarray | None = None) -> Weights:
+        """Return the numbers of a model.
 
         Args:
             model: just compiled or with new masses.
             armature: the value from the file, if the model's has changed.
         """
-        self.armature = model.dof_armature.copy() if armature is None else armature
-        self._bodies = model.body_invweight0.copy()
-        self._dofs = model.dof_invweight0.copy()
-        self._inertia = model.dof_M0 - (model.dof_armature - self.armature)
+        of_file = model.dof_armature.copy() if armature is None else armature
+        inertia = model.dof_M0 - (model.dof_armature - of_file)
+        return cls(of_file, model.body_invweight0.copy(), model.dof_invweight0.copy(), inertia)
 
     def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
         """Write the inertia of kinematic joints; `kinematic`: ids of the joints that physics does not move."""
@@ -37,10 +49,10 @@ class Weights:
             dofs = np.flatnonzero(np.isin(model.dof_jntid, list(kinematic)))
             model.dof_armature[:] = self.armature
             model.dof_armature[dofs] = KINEMATIC_ARMATURE
-            model.dof_M0[:] = self._inertia + (model.dof_armature - self.armature)
-            model.dof_invweight0[:] = self._dofs
+            model.dof_M0[:] = self.inertia + (model.dof_armature - self.armature)
+            model.dof_invweight0[:] = self.dofs
             model.dof_invweight0[dofs] = 0.0
-        model.body_invweight0[:] = self._bodies
+        model.body_invweight0[:] = self.bodies
         model.body_invweight0[_immovable_bodies(model, kinematic)] = 0.0
 
 

@@ -117,12 +117,16 @@ class IkGroups(Part):
         self._stop()
 
     def remember(self) -> object:
-        groups = [(each, replace(each, elements=list(each.elements))) for each in self._every().values()]
+        groups = {
+            handle: replace(each, elements=list(each.elements)) for handle, each in self._every().items()
+        }
         return self.random.bit_generator.state, groups, self._made, self._removed, self._next
 
     def recall(self, memory: Any) -> None:
         self.random.bit_generator.state, groups, self._made, self._removed, self._next = memory
-        for group, before in groups:
+        present = self._every()
+        for handle, before in groups.items():
+            group = present[handle]
             group.elements, group.how, group.explicit = list(before.elements), before.how, before.explicit
             group.enabled, group.result = before.enabled, before.result
 

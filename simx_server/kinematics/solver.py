@@ -73,7 +73,7 @@ class Result(IntEnum):
     FAIL = 2
 
 
-MOST_ITERATIONS = 10_000
+MOST_ITERATIONS = 1000
 
 
 @dataclass(frozen=True)

@@ -26,13 +26,21 @@ Pairs = list[tuple[int, int]]
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
+MOST_PAIRS = 1000
+"""Collision pairs: each state of a search is checked for all of them at once."""
+
+
 def as_pairs(entities: Sequence[int] | None) -> Pairs:
     """Return the pairs of a flat list {first, second, first, second, ...}.
 
     Raises:
-        CommandError: the count is odd.
+        CommandError: the count is odd, or there are too many.
     """
     listed = list(entities or [])
+    if len(listed) > 2 * MOST_PAIRS:
+        raise CommandError(
+            f"at most {MOST_PAIRS} collision pairs are checked; use collections for more objects"
+        )
     if len(listed) % 2:
         raise CommandError("collision pairs are entities two by two: {first, second, first, second, ...}")
     return list(zip(listed[::2], listed[1::2], strict=True))

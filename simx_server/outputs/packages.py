@@ -28,18 +28,33 @@ def package(name: str, flag: str, extra: str) -> Any:
 class NewFile:
     """A file that only grows. Each write goes to the system at once, so a kill of the process loses none of it."""
 
-    def __init__(self, path: Path, flag: str, *, begin: bytes = b"", is_private: bool = False) -> None:
-        """Open the file and write its first bytes. Raises OutputError: it cannot be written, or it exists already."""
+    def __init__(
+        self, path: Path, flag: str, *, begin: bytes = b"", is_private: bool = False, keep: int = 0
+    ) -> None:
+        """Open the file and write its first bytes.
+
+        Args:
+            keep: bytes of an existing file that stay, in place of the first bytes; 0: there must be no such file.
+
+        Raises:
+            OutputError: it cannot be written, or it exists already.
+        """
         self.path = path
         try:
-            if path.is_file() and path.stat().st_size:
+            if not keep and path.is_file() and path.stat().st_size:
                 raise OutputError(
                     f"'{path}' exists already and is not written over; give another {flag}, or delete it"
                 )
             mode = 0o600 if is_private else 0o666
-            self._file = FileIO(path, "wb", opener=lambda name, flags: os.open(name, flags, mode))
+            self._file = FileIO(
+                path, "r+b" if keep else "wb", opener=lambda name, flags: os.open(name, flags, mode)
+            )
             try:
-                self.write(begin)
+                if keep:
+                    self._file.truncate(keep)
+                    self._file.seek(keep)
+                else:
+                    self.write(begin)
             except OSError:
                 self.close()
                 raise

@@ -13,11 +13,13 @@ import struct
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import UNTAGGED
 from simx_server.scene.formats.texts.values import decode_bytes
 from simx_server.world.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
@@ -43,6 +45,9 @@ _TAG = re.compile(r"&\w{1,20}&\.")
 
 _TEMPORARY = "@tmp"
 
+MOST_NAMES = 1000
+"""Custom data of an object, the scene or the server: reading a name looks at all of them."""
+
 
 class CustomData(Part):
     """All custom data of one simulation."""
@@ -50,9 +55,17 @@ class CustomData(Part):
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._known: dict[int, dict[str, bytes]] = {}
+        self._bytes: int | None = None
+        """The size of all data; None when others than `write_typed` have changed them."""
+
+        self._has_changed = False
+        """Objects of data may have gone."""
 
     def scene_changed(self) -> None:
         self._forget_scene()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._has_changed = True
 
     def run_stopped(self) -> None:
         self._forget_temporary()
@@ -62,14 +75,15 @@ class CustomData(Part):
 
         Raises UnknownHandle, LimitReached.
         """
-        known = self._of(handle)
-        if not name:
-            for each in [kept for kept in known if not kept.startswith(HIDDEN)]:
-                del known[each]
-        elif not data:
+        if name and data:
+            self.write_typed(handle, name, "", data)
+            return
+        known, self._bytes = self._of(handle), None
+        if name:
             known.pop(name, None)
         else:
-            self.write_typed(handle, name, "", data)
+            for each in [kept for kept in known if not kept.startswith(HIDDEN)]:
+                del known[each]
 
     def write_typed(self, handle: int, name: str, tag: str, data: bytes) -> None:
         """Store data with a type under a name, which replaces other data of this name; empty data are kept.
@@ -85,19 +99,26 @@ class CustomData(Part):
             LimitReached: there would be too many data.
         """
         known, key = self._of(handle), tag + name
-        present = sum(_size(each, content) for kept in self._known.values() for each, content in kept.items())
+        if key not in known and len(known) >= MOST_NAMES:
+            raise CommandError(f"at most {MOST_NAMES} custom data of an object or the scene: remove some")
+        present = self._bytes
+        if present is None:
+            present = sum(map(_total, self._known.values()))
         wanted = present - (_size(key, known[key]) if key in known else 0) + _size(key, data)
         self._sim.limits.check("custom_data", wanted, "remove some")
-        known[key] = data
-        for each in [other for other in known if other != key and _split(other)[1] == _split(key)[1]]:
-            del known[each]
+        own = _split(key)[1]
+        for each in [other for other in known if other.endswith(own) and other != key]:
+            if _split(each)[1] == own:
+                wanted -= _size(each, known.pop(each))
+        known[key], self._bytes = data, wanted
 
     def read_typed(self, handle: int, name: str) -> tuple[str, bytes] | None:
         """Return the tag of the type and the data of a name, or None. Raises UnknownHandle."""
         for key, data in self._of(handle).items():
-            tag, own = _split(key)
-            if own == name:
-                return tag, data
+            if key.endswith(name):
+                tag, own = _split(key)
+                if own == name:
+                    return tag, data
         return None
 
     def erase(self, handle: int, name: str) -> bool:
@@ -106,6 +127,7 @@ class CustomData(Part):
         gone = [key for key in known if _split(key)[1] == name]
         for key in gone:
             del known[key]
+            self._bytes = None
         return bool(gone)
 
     def typed_names(self, handle: int) -> list[str]:
@@ -128,6 +150,7 @@ class CustomData(Part):
             data: whether the data of scripts are copied.
             references: whether references to other objects are copied.
         """
+        self._bytes = None
         for original, copy in copies.items():
             if original not in self._known:
                 continue
@@ -140,11 +163,14 @@ class CustomData(Part):
     def _of(self, handle: int) -> dict[str, bytes]:
         if handle not in (SCENE, APPLICATION):
             self._sim.scene.get(handle)
-        gone = [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]
-        for each in gone if not self._sim.is_running else ():  # a stop may restore objects that a run removed
-            del self._known[each]
+        if self._has_changed and not self._sim.is_running:  # a stop may restore objects that a run removed
+            self._has_changed, self._bytes = False, None
+            for each in [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]:
+                del self._known[each]
         if handle not in self._known:
-            self._known[handle] = self._in_file(handle)
+            found = self._known[handle] = self._in_file(handle)
+            if self._bytes is not None:
+                self._bytes += _total(found)
         return self._known[handle]
 
     def _in_file(self, handle: int) -> dict[str, bytes]:
@@ -165,9 +191,11 @@ class CustomData(Part):
         return found
 
     def _forget_scene(self) -> None:
+        self._bytes = None
         self._known = {APPLICATION: self._known.get(APPLICATION, {})}
 
     def _forget_temporary(self) -> None:
+        self._bytes = None
         for kept in self._known.values():
             for name in [each for each in kept if _split(each)[1].startswith(_TEMPORARY)]:
                 del kept[name]
@@ -182,6 +210,10 @@ def _renumbered(packed: bytes, copies: Mapping[int, int]) -> bytes:
 def _size(key: str, data: bytes) -> int:
     """Return the bytes that count against the limit; empty data count by their name."""
     return len(data) or len(key)
+
+
+def _total(data: Mapping[str, bytes]) -> int:
+    return sum(_size(key, content) for key, content in data.items())
 
 
 def _split(key: str) -> tuple[str, str]:

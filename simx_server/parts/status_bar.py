@@ -22,11 +22,11 @@ class StatusBar:
         self.count = 0
         """Number of messages ever added."""
 
-    def add(self, message: str) -> None:
-        """Add a message; it may have several lines."""
+    def add(self, message: str, level: int = logging.INFO) -> None:
+        """Add a message, which may have several lines; `level`: its level in the log."""
         self._messages.append(message[:_LONGEST_KEPT])
         self.count += 1
-        logger.info("%s", as_log_line(message))
+        logger.log(level, "%s", as_log_line(message))
 
     @property
     def messages(self) -> list[str]:

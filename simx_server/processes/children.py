@@ -23,6 +23,25 @@ ENDS_WITHIN = 4.8
 """Seconds that a child has to end; after that it is killed."""
 
 
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+
+
+def fork() -> int:
+    """Fork as `os.fork` does, for a child that calls `become`.
+
+    A signal to the child must not reach it while it has the parent's handlers: the parent would take it for its own.
+    """
+    masked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    is_child = False
+    try:
+        process_id = os.fork()
+        is_child = not process_id
+        return process_id
+    finally:
+        if not is_child:
+            signal.pthread_sigmask(signal.SIG_SETMASK, masked)
+
+
 def become(run: Callable[[], int], lifeline: tuple[int, int]) -> NoReturn:
     """Run this process, a fork, and end it with the exit code that the function returns.
 
@@ -35,6 +54,7 @@ def become(run: Callable[[], int], lifeline: tuple[int, int]) -> NoReturn:
     try:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
         os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
         os.close(lifeline[1])
         end_with(lifeline[0], ENDS_WITHIN)
@@ -52,8 +72,7 @@ def ending_signals() -> Generator[int]:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     before = signal.set_wakeup_fd(writer)
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    handlers = {number: signal.signal(number, lambda _number, _frame: None) for number in numbers}
+    handlers = {number: signal.signal(number, lambda _number, _frame: None) for number in _ENDING}
     try:
         yield reader
     finally:
@@ -66,4 +85,8 @@ def ending_signals() -> Generator[int]:
 
 def how_it_ended(exit_code: int) -> str:
     """Return in words how a process ended; a negative exit code is the number of a signal."""
-    return f"with exit code {exit_code}" if exit_code >= 0 else f"by signal {-exit_code}"
+    if exit_code >= 0:
+        return f"with exit code {exit_code}"
+    with contextlib.suppress(ValueError):  # of real-time signals, which have no names
+        return f"by signal {-exit_code} ({signal.Signals(-exit_code).name})"
+    return f"by signal {-exit_code}"

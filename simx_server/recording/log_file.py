@@ -44,11 +44,22 @@ class LogWriter(FileThread[None]):
 
     KIND, REMAINS, LONGEST_WAIT = "recording", "replayed", 600.0
 
-    def __init__(self, path: Path) -> None:
-        """Start a recording. Raises OutputError: it cannot be written there, or it exists already."""
+    def __init__(self, path: Path, *, goes_on: bool = False) -> None:
+        """Start a recording.
+
+        Args:
+            goes_on: write behind the last whole block of the recording that is there.
+
+        Raises:
+            OutputError: it cannot be written there, or it exists already.
+        """
         # For its owner alone: it contains everything that clients have sent.
-        super().__init__(NewFile(path, "--record", begin=MAGIC, is_private=True))
-        self._size = len(MAGIC)
+        self._size = _whole_size(path) if goes_on else 0
+        super().__init__(NewFile(path, "--record", begin=MAGIC, is_private=True, keep=self._size))
+        self.is_empty = self._size <= len(MAGIC)
+        """No block was there."""
+
+        self._size = max(self._size, len(MAGIC))
         self._pack = msgpack.Packer(unicode_errors="surrogateescape").pack
         self._waiting: deque[bytes] = deque()
         self._start()
@@ -87,6 +98,28 @@ class LogWriter(FileThread[None]):
             self._gone += size
 
     _finish = _flush
+
+
+def _whole_size(path: Path) -> int:
+    """Return the bytes of a recording up to the end of its last whole block; 0 without a recording."""
+    try:
+        with path.open("rb") as file:
+            end = file.seek(0, 2)
+            file.seek(0)
+            if file.read(len(MAGIC)) != MAGIC:
+                return 0
+            size = len(MAGIC)
+            while size + _HEAD.size <= end:
+                file.seek(size)
+                length, check = _HEAD.unpack(file.read(_HEAD.size))
+                following = size + _HEAD.size + length
+                # Only the last block can be torn, so the others need not be read.
+                if following > end or (following == end and zlib.crc32(file.read(length)) != check):
+                    break
+                size = following
+            return size
+    except OSError:
+        return 0
 
 
 class LogReader:

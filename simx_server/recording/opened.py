@@ -34,7 +34,7 @@ _LAST_CLOCK = 1 << 62
 _MANY_PICTURES = "pictures=10000000"
 """Clients request no images in a replay, and the images of a film must not make it refuse one that a script reads."""
 
-_EVENTS = (Kind.JOINED, Kind.JOINED_ZMQ, Kind.LEFT, Kind.BATCH)
+_EVENTS = (Kind.JOINED, Kind.JOINED_ZMQ, Kind.LEFT, Kind.STEPPING_LOST, Kind.BATCH)
 """Events that may also have come while a script ran."""
 
 _PARTS = (Kind.STATE, Kind.WITHIN)
@@ -84,6 +84,7 @@ class Opened:
             )
         try:
             flags |= {"scene": str(scene), "workspace": str(workspace)}
+            flags["unconfined_scripts"] = chosen.unconfined_scripts
             flags["limit"] = [*flags.get("limit", ()), _MANY_PICTURES]
             return Settings.gather(flags, {})
         except (SettingError, AttributeError, TypeError, ValueError) as error:

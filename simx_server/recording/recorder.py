@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -28,6 +29,7 @@ from .scene_files import files_of
 
 if TYPE_CHECKING:
     from simx_server.app.settings import Settings
+    from simx_server.history.journal import Block
     from simx_server.runtime.sessions import ClientSession
     from simx_server.scene.formats.sources import Sources
     from simx_server.world.world import World
@@ -57,9 +59,9 @@ class RecordedLoop(Protocol):
 class Recorder(Part):
     """Listens to a simulation and its server loop. Physics thread only."""
 
-    def __init__(self, path: Path, settings: Settings) -> None:
-        """Start a recording. Raises LogError."""
-        self._log = LogWriter(path)
+    def __init__(self, path: Path, settings: Settings, *, goes_on: bool = False) -> None:
+        """Start a recording, or go on with that of a server that has crashed. Raises OutputError."""
+        self._log = LogWriter(path, goes_on=goes_on)
         self.began = time.time_ns()
         """Nanoseconds since 1970."""
 
@@ -89,7 +91,8 @@ class Recorder(Part):
             "sources": simulation.files.sources.described(),
             **{name: _as_flag(getattr(self._settings, name)) for name in DECISIVE},
         }
-        self._log.put(Kind.HEADER, header)
+        if self._log.is_empty:
+            self._log.put(Kind.HEADER, header)
         simulation.attach(self)
         find = simulation.files.find
 
@@ -125,6 +128,9 @@ class Recorder(Part):
     def left(self, client: str) -> None:
         self._log.put(Kind.LEFT, self._point(), self._numbers[client])
 
+    def stepping_lost(self, client: str) -> None:
+        self._log.put(Kind.STEPPING_LOST, self._point(), self._numbers[client])
+
     def batch(self, client: str, payload: bytes) -> None:
         """Record a batch before it is executed."""
         self._log.put(Kind.BATCH, self._point(), self._numbers[client], payload)
@@ -144,6 +150,10 @@ class Recorder(Part):
     def started(self) -> None:
         """Record that the server is going to start the simulation."""
         self._log.put(Kind.STARTED)
+
+    def resumed(self, what: str, blocks: Sequence[Block]) -> None:
+        """Record from what the server is going to continue the work of one that has crashed; see `Kind.RESUMED`."""
+        self._log.put(Kind.RESUMED, what, [list(block) for block in blocks])
 
     def passed(self, *, is_advancing: bool) -> None:
         """Record a simulation step; `is_advancing`: False for an idle one, which executes only streams and scripts."""

@@ -15,7 +15,8 @@ have physics steps of 5 ms, wheels that roll on one point, and concave static sh
 4: each blocking call that changes something takes a step at the pace `repeat`, functions of `sim` return as many values
 as in CoppeliaSim, and closed fingers press with no more than their friction.
 5: loops of V-REP's files are rigid, the velocity of a shape is that of its mass centre, an old joint call-back that
-returns nothing leaves its joint free, and images, which scripts may use, have V-REP's light.
+returns nothing leaves its joint free, images, which scripts may use, have V-REP's light, and physics steps with
+hundreds of shapes that all touch each other are solved by conjugate gradients.
 """
 
 
@@ -74,6 +75,13 @@ class Kind(IntEnum):
     WITHIN = 15
     """number, the next message of such a client that runs a function for the server, or why none was waited for."""
 
+    RESUMED = 16
+    """what happened, blocks of a journal (kind, number, content): the server crashed, and its successor continued from
+    there; what the first one recorded last may be missing. See `simx_server.history.succession`."""
+
+    STEPPING_LOST = 17
+    """point, number: the server ended the stepped mode of a client that was silent."""
+
 
 Record = list[Any]
 
@@ -108,5 +116,7 @@ _FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
     Kind.JOINED_ZMQ: (_NUMBER, _NUMBER, _TEXT, _TEXT, _NUMBER),
     Kind.CONTINUED: (_NUMBER, _NUMBER),
     Kind.WITHIN: (_NUMBER, (bytes, str)),
+    Kind.RESUMED: (_TEXT, (list,)),
+    Kind.STEPPING_LOST: (_NUMBER, _NUMBER),
 }
 _LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -13,6 +13,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.commands import TABLE
+from simx_server.history.journal import Block
+from simx_server.history.succession import resume
+from simx_server.history.writing import First
 from simx_server.runtime.box import Arrival
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import ServerLoop
@@ -48,6 +51,7 @@ class ReplayLoop(ServerLoop):
         skipped = {name: _without_picture(HANDLERS[name]) for name in _PICTURES}
         super().__init__(world, {**HANDLERS, **skipped}, Pacer(math.inf))
         self.points = 0
+        self._scene = world.simulation.scene.path
         self._due: deque[tuple[int, Record]] = deque()
         """Events within a script's run, each with the number of the recorded event that it follows."""
 
@@ -98,8 +102,10 @@ class ReplayLoop(ServerLoop):
                 self._handle(lambda: self.join(client, name, port, NoLink()))
             case [Kind.JOINED_ZMQ | Kind.CONTINUED, *_]:
                 self._do_of_zmq(record)
-            case [Kind.LEFT, _, number]:
-                self._handle(partial(self.leave, self._client(number)))
+            case [Kind.LEFT | Kind.STEPPING_LOST as kind, _, number]:
+                client = self._client(number)
+                end = partial(self.end_stepping, client, "it was silent")
+                self._handle(partial(self.leave, client) if kind == Kind.LEFT else end)
             case [Kind.BATCH, _, number, payload]:
                 self._handle(Arrival(self._client(number), payload))
             case [Kind.WENT_ON, number]:
@@ -131,6 +137,23 @@ class ReplayLoop(ServerLoop):
                 self._handle(lambda: self._zmq.go_on(self._client(number), connection))
             case _:  # callers give these two kinds alone
                 pass
+
+    def resume(self, what: str, blocks: list[list[Any]]) -> None:
+        """Start as the successor of a crashed server did: with the scene of the start, without clients."""
+        for client in list(self.sessions):
+            self._handle(partial(self.leave, client))
+        self._clients.clear()
+        self._zmq.begin_again()
+        self._due.clear()
+        self.simulation.stop()
+        assert self._scene is not None  # recordings are of files
+        self.simulation.load(self._scene)
+        self.points = 0
+        first = First.of(self.simulation.scene, self.simulation.model)
+        try:
+            resume(self, first, what, [Block(*block) for block in blocks])
+        except TypeError:
+            raise LogError("the recording has no moment where its server was started again") from None
 
     def _client(self, number: int) -> str:
         try:

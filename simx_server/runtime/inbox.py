@@ -22,7 +22,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from simx_client.protocol.codec import MAX_MESSAGE
+from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.keys import VIEWER
 from simx_server.limits import Limits
 
@@ -204,7 +204,7 @@ class Inbox:
         """Return the limit that one more message would exceed; empty if there is space for it."""
         limits, waiting = self._limits(), box.size
         of_client = waiting + size
-        if size > MAX_MESSAGE:
+        if size > MAX_BATCH:
             return "message"
         if len(box.items) >= limits.waiting:
             return "waiting"

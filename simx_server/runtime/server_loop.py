@@ -19,11 +19,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
+from simx_server.errors import CommandError
 from simx_server.handlers.registry import Handler
-from simx_server.processes.heap import give_back
+from simx_server.processes.heap import Unused, give_back
 from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
+from .admission.places import Entrance, Places
+from .admission.unfinished import Unfinished
 from .batches import Batches
 from .box import Arrival, Event
 from .busy import BusyDesk, Doing
@@ -42,6 +45,7 @@ from .sockets import Sockets
 
 if TYPE_CHECKING:
     from simx_server.history import History, LogOfCalls
+    from simx_server.history.returning import Returning
     from simx_server.recording import Recorder
     from simx_server.world.world import World
 
@@ -125,6 +129,10 @@ class ServerLoop(Part):
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
+        self.places = Places(lambda: simulation.limits, self.sessions)
+        self.unfinished = Unfinished(lambda: simulation.limits)
+        """Counts what is held of messages that have not arrived completely, at all doors."""
+
         self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing, self.readers_while_busy)
         self._is_serving = False
         """Within `serve_others`."""
@@ -132,6 +140,10 @@ class ServerLoop(Part):
         self._next_giving = 0.0
         """When memory may be returned to the system again."""
         self._givings = 0
+        self._unused = Unused()
+        self._has_handled = False
+        """Something was handled since the last look."""
+
         self._is_paced = False
         """Simulation steps follow the wall clock at present."""
 
@@ -140,6 +152,8 @@ class ServerLoop(Part):
 
         self.watches: list[Callable[[], object]] = []
         """Called about once per second, or more often: time-outs of work on other threads."""
+
+        self.watches.append(self.unfinished.look)
 
         self._is_ending = False
         self._end_asked_by: str | None = None
@@ -153,6 +167,9 @@ class ServerLoop(Part):
 
         self.history: History | None = None
         """Keeps past steps of a run; None: nothing can ask for one."""
+
+        self.returning: Returning | None = None
+        """Clients of a crashed server whose successor this is; None: there was none."""
 
         self.is_going_back = False
         """A stop is followed by a start at once: a new run goes on from an earlier step (`history.going_on`)."""
@@ -342,9 +359,11 @@ class ServerLoop(Part):
         with self._busy.open():
             while not self._is_ending and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
+                if self._has_handled:  # a look at what it changed must not wait for the next event
+                    left = min(left, next_look - time.monotonic())
                 self.turn(max_wait=max(0.0, min(1.0, left)))
                 if (now := time.monotonic()) >= next_look:
-                    next_look = now + LOOK
+                    next_look, self._has_handled = now + LOOK, False
                     self.look()
             self._outbox.send()
 
@@ -367,11 +386,14 @@ class ServerLoop(Part):
             sockets.close()
 
     def _give_memory_back(self) -> None:
-        """Return memory to the system, after much has waited or a client has left, and nothing waits any more."""
+        """Return memory to the system, after much has waited, a client has left or much has become unused."""
         if self._inbox.had_much:
             self._inbox.had_much, self._givings = False, GIVINGS
-        if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
-            self._givings, self._next_giving = self._givings - 1, now + GIVING_PAUSE
+        if (now := time.monotonic()) <= self._next_giving or len(self._inbox):
+            return
+        self._next_giving = now + GIVING_PAUSE
+        if self._givings or self._unused.has_grown():
+            self._givings = max(0, self._givings - 1)
             give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
@@ -454,6 +476,7 @@ class ServerLoop(Part):
         return Doing(self._batches.executing, self._batches.command)
 
     def _handle(self, event: Event | Arrival) -> None:
+        self._has_handled = True
         outer = self._busy.begin()
         began = time.perf_counter()
         try:
@@ -514,6 +537,8 @@ class ServerLoop(Part):
 
     def _seconds_until_pass(self) -> float:
         if self.is_running_freely:
+            if self.returning is not None and (awaited := self.returning.seconds_left()) > 0:
+                return awaited
             if not self._is_paced:
                 self._is_paced = True
                 self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
@@ -595,6 +620,16 @@ class ServerLoop(Part):
         for session in self.sessions.values():
             session.set_stepping(False)
 
+    def end_stepping(self, client: str, why: str) -> None:
+        """End the stepped mode of a client that is silent, so that the simulation goes on. Physics thread."""
+        session = self.sessions.get(client)
+        if session is None or not session.is_stepping:
+            return
+        if self.recorder is not None:
+            self.recorder.stepping_lost(client)
+        logger.warning("client %s steps no more: %s", session.name, why)
+        session.lose_stepping(f"the server ended the stepped mode of this client: {why}")
+
     # --- clients ---------------------------------------------------------------------------------
 
     def join(
@@ -605,25 +640,28 @@ class ServerLoop(Part):
         link: Link,
         serve: Callable[[bytes], object] | None = None,
         demands: Callable[[bytes], Demands] = demands_of_batch,
+        entrance: Entrance | None = None,
     ) -> ClientSession:
         """Add a client that says hello. A second hello (after a loss) starts a new session.
 
         Args:
             serve: executes its messages, when they hold other calls than the table's.
             demands: reads what these messages demand of a script that runs.
+            entrance: where it has come in; `places` has checked it.
         """
         self._end_session(client)
         self._inbox.open(client, demands)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
-        session = ClientSession(client, name, port, link, serve=serve)
+        session = ClientSession(client, name, port, link, serve=serve, entrance=entrance or Entrance())
         self.sessions[client] = session
         if self.recorder is not None:
             self.recorder.joined(client, name, port, is_zmq=serve is not None)
         logger.info("client %s joined by port %d", name, port)
+        has_returned = self.returning is not None and self.returning.welcome(session)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
-        if is_starting and is_stopped and not session.may_only_read:
+        if is_starting and is_stopped and not session.may_only_read and not has_returned:
             if self._is_serving:
                 self._inbox.hold(partial(self._start_for, port))
             else:
@@ -634,7 +672,10 @@ class ServerLoop(Part):
         logger.info("starting the simulation, as port %d exists only while one runs", port)
         if self.recorder is not None:
             self.recorder.started()
-        self.simulation.start()
+        try:
+            self.simulation.start()
+        except CommandError as problem:
+            logger.error("%s", problem)
 
     def leave(self, client: str) -> None:
         """Remove a client with its streams and its stepped mode."""

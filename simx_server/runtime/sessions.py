@@ -11,9 +11,11 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.keys import VIEWER
+from simx_client.protocol.link import LEASE_MS
 from simx_client.protocol.messages import Call, Reply
 from simx_server.errors import CommandError
 
+from .admission.places import Entrance
 from .background import Unfinished
 from .pacing import PacedCalls
 from .streams import Stream, Streams
@@ -25,6 +27,9 @@ logger = logging.getLogger(__name__)
 
 MAX_ERRORS = 50
 """Error texts kept for simxGetLastErrors; the oldest are dropped first."""
+
+FROZEN = LEASE_MS / 1000
+"""Seconds without a sign of life after which a client loses its stepped mode: that of Zenoh's links, for all doors."""
 
 MAX_LOGGED = 1000
 """Failures of one client that reach the log; later ones are available from simxGetLastErrors only."""
@@ -117,6 +122,7 @@ class ClientSession:
     serve: Callable[[bytes], object] | None = None
     """Executes a message of a client that speaks another protocol; None: a message is a batch of the table's calls."""
 
+    entrance: Entrance = field(default_factory=Entrance)
     direct: DirectLink | None = None
     """Takes values instead of bytes, for a client in this process."""
 
@@ -140,6 +146,9 @@ class ClientSession:
 
     before_trigger: list[Reply] = field(default_factory=list[Reply])
     """Replies to the calls before the last trigger, sent with its answer or before those to the next batch."""
+
+    lost_stepping: str = ""
+    """Why the server has ended its stepped mode; empty again when the mode is set."""
 
     _triggers: list[Future[None]] = field(default_factory=list[Future[None]])
     _logged: set[str] = field(default_factory=set[str])
@@ -169,9 +178,15 @@ class ClientSession:
 
     def set_stepping(self, enable: bool) -> None:
         """Arm or end stepped mode. Ending it answers waiting triggers."""
-        self.is_stepping = enable
+        self.is_stepping, self.lost_stepping = enable, ""
         if not enable:
             self.release_triggers()
+
+    def lose_stepping(self, why: str) -> None:
+        """End stepped mode, because the client is not heard of any more; its next call about steps is told why."""
+        self.set_stepping(False)
+        self.lost_stepping = why
+        self.errors.append(why)
 
     def trigger(self, *, is_running: bool) -> Future[None]:
         """Allow one simulation step; the future is done after it.
@@ -180,7 +195,8 @@ class ClientSession:
             CommandError: stepped mode is off, or no simulation step can come.
         """
         if not self.is_stepping:
-            raise CommandError("stepped mode is off; call simxSynchronous(clientID, True) first")
+            why = self.lost_stepping or "stepped mode is off"
+            raise CommandError(f"{why}; call simxSynchronous(clientID, True) first")
         if not is_running:
             raise CommandError("the simulation does not run, so there is no step to trigger; start it first")
         future: Future[None] = Future()

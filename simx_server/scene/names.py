@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 _INDEX = re.compile(r"^(?P<alias>.*)(?:\[(?P<index>\d+)\]|\{(?P<among_all>\d+)\})$")
 _COPY = re.compile(r"#\d*$")
 
+_LONGEST = 10_000
+"""Characters of a name or path: no object has a longer one."""
+
 _LINK_SHAPES = ("_respondable", "_visual")
 """Suffixes that V-REP's importer of URDF appends to the names of links."""
 
@@ -58,6 +61,8 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
     that, `/` at the top.
     Raises UnknownName, whose text lists the nearest names, or paths if a path was given.
     """
+    if len(text) > _LONGEST:
+        raise UnknownName(text, [])
     plain, _, suffix = text.partition("@")
     silent = suffix.lower() == "silenterror"
     is_path = plain.startswith(("/", ".", ":"))

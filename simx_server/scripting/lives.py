@@ -55,6 +55,7 @@ class Lives:
         api_called: Callable[[], object],
         *,
         allows_code: bool,
+        needs_seccomp: bool,
     ) -> None:
         """Create the lives of scripts.
 
@@ -69,6 +70,7 @@ class Lives:
         self._changed = changed
         self._api_called = api_called
         self.allows_code = allows_code
+        self._needs_seccomp = needs_seccomp
         self._active = 0
         self._retired: list[Script] = []
         """Removed scripts that end when the present call into a script returns."""
@@ -126,7 +128,9 @@ class Lives:
             )
             if script.language == PYTHON:
                 folder = script_folder(self._sim, script.folder)
-                script.interpreter = _python_interpreter(script.file, side, self.time_limit, folder)
+                script.interpreter = _python_interpreter(
+                    script.file, side, self.time_limit, folder, self._needs_seccomp
+                )
             else:
                 script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
                 source = with_call_backs(
@@ -278,8 +282,10 @@ class Lives:
             self._sim.interruptions.serve_others()
 
 
-def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:
+def _python_interpreter(
+    name: str, side: ScriptSide, time_limit: float, folder: Path | None, needs_seccomp: bool
+) -> Interpreter:
     """Return an interpreter for Python; the import is delayed until a scene has such a script."""
     from .python.interpreter import PythonInterpreter
 
-    return PythonInterpreter(name, side, time_limit=time_limit, folder=folder)
+    return PythonInterpreter(name, side, time_limit=time_limit, folder=folder, needs_seccomp=needs_seccomp)

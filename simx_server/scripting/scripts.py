@@ -63,6 +63,7 @@ class Scripts(Part):
         describe_api: Callable[[], Mapping[str, str]],
         *,
         allows_code: bool = False,
+        needs_seccomp: bool = True,
     ) -> None:
         """Create an empty list of scripts.
 
@@ -71,6 +72,7 @@ class Scripts(Part):
             name_ports: receives the ports at which a script's text starts the remote API.
             describe_api: returns what each function and constant of the API is, by full name.
             allows_code: scripts may run code that clients send, by the operator's decision.
+            needs_seccomp: Python scripts do not run where the kernel cannot restrict their system calls.
         """
         self._sim = sim
         self._status_bar = status_bar
@@ -91,7 +93,14 @@ class Scripts(Part):
         self.sandbox = Script(SANDBOX_HANDLE, ScriptKind.SANDBOX, -1, "sandbox", text="")
         """Runs pieces of Lua; it starts when it is used, and ends with the scene."""
         self._lives = Lives(
-            sim, signals, status_bar, open_spaces, self._changed, self._edited, allows_code=allows_code
+            sim,
+            signals,
+            status_bar,
+            open_spaces,
+            self._changed,
+            self._edited,
+            allows_code=allows_code,
+            needs_seccomp=needs_seccomp,
         )
         self._phases = Phases(sim, self, self._lives, status_bar, vision, proximity, force)
 

@@ -2,8 +2,9 @@
 
 The annotations of the Python method are the complete description: ``int``, ``float``, ``bool``, ``str``, ``bytes``,
 ``list`` of these (``list[X | None]``: with nil inside), ``Any`` plain value, ``dict`` for a table with names, ``X | Y``
-for the first that fits, and ``X | None`` for an optional value or nil. Numbers behave as they do in Lua 5.1, which has
-one type of number: 3.0 is accepted as an integer, and a fraction is dropped.
+for the first that fits, ``X | None`` for an optional value or nil, and ``Annotated[X, Most(100)]`` for what must not be
+larger. Numbers behave as they do in Lua 5.1, which has one type of number: 3.0 is accepted as an integer, and a
+fraction is dropped.
 """
 
 from __future__ import annotations
@@ -15,12 +16,27 @@ import types
 import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, cast
 
 from simx_client.protocol.kinds import to_int32
 
 from ..errors import CommandError
 from .interpreter import Function, Plain
+
+MOST_ITEMS = 1_000_000
+"""Numbers in a list, where the function does not declare fewer."""
+
+MOST_TEXTS = 100_000
+"""Items in a list of texts, or of other values than numbers."""
+
+MOST_VALUES = 250_000
+"""Values in a table of any kind, with those of tables in it."""
+
+_NUMBERS_PER_VALUE = 4
+"""Numbers that count as one of these, in a table of numbers alone."""
+
+MOST_CHARACTERS = 1 << 20
+"""Length of a text, as in the remote API."""
 
 _NO_TEXT = 10**4000
 """Python converts no integer above 4300 digits to text."""
@@ -30,6 +46,13 @@ _OLD_HANDLE = re.compile(rb"@backCompatibility\d*:(-?\d{1,18})")
 """A handle as scripts pass it that V-REP 3.1.3 converted: the prefix asked for older colours."""
 
 _NUMBER = re.compile(rb"\s*[-+]?(\d{1,300}\.?\d{0,300}|\.\d{1,300})([eE][-+]?\d{1,4})?\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Most:
+    """The greatest number or length of an argument, chosen so that a call takes at most 0.25 s of processor time."""
+
+    count: int
 
 
 def _number_of(value: Any) -> Any:
@@ -94,11 +117,19 @@ def to_text(value: Any) -> str:
     return to_bytes(value).split(b"\0", 1)[0].decode("utf-8", "surrogateescape")
 
 
+def to_short_text(value: Any) -> str:
+    """Return a C string that is not too long."""
+    if isinstance(value, (bytes, str)) and len(value) > MOST_CHARACTERS:
+        raise TypeError(f"a string of at most {MOST_CHARACTERS} characters")
+    return to_text(value)
+
+
 def to_dict(value: Plain) -> dict[Any, Any]:
     """Return a table with names; an empty one may have arrived as an empty list. Names are text."""
     if isinstance(value, list) and not value:
         return {}
     if isinstance(value, dict):
+        _check_size(value)
         return {to_text(name) if isinstance(name, bytes) else name: item for name, item in value.items()}
     raise TypeError("a table with named values")
 
@@ -110,25 +141,78 @@ def to_function(value: Any) -> Function:
 
 
 def to_any(value: Any) -> Any:
+    if type(value) in _TABLES:
+        _check_size(value)
     return value
 
+
+def _check_size(table: list[Any] | dict[Any, Any]) -> None:
+    """Raise TypeError if a table has too many values, with those of tables in it."""
+    waiting: list[Any] = [table]
+    left = MOST_VALUES
+    while waiting:
+        values = waiting.pop()
+        content = cast(list[Any], values if isinstance(values, list) else list(values.values()))
+        kinds = set(map(type, content))
+        left -= 1 + (len(content) // _NUMBERS_PER_VALUE if kinds <= _REALS else len(content))
+        if left < 0:
+            raise TypeError(f"a table of at most {MOST_VALUES} values, with those of tables in it")
+        if not _TABLES.isdisjoint(kinds):
+            waiting += [each for each in content if type(each) in _TABLES]
+
+
+_TABLES = {list, dict}
+_REALS = {int, float}
+
+
+_FEW = 64
+"""Items of a list up to which each is converted alone."""
 
 _SCALARS: dict[Any, Callable[[Any], Any]] = {
     int: to_int,
     float: to_float,
     bool: to_bool,
     bytes: to_bytes,
-    str: to_text,
+    str: to_short_text,
     dict: to_dict,
     Function: to_function,
     Any: to_any,
 }
 
 
+def _all_ints(items: list[Any]) -> list[Any] | None:
+    is_plain = set(map(type, items)) == {int} and min(items) >= -0x8000_0000 and max(items) <= 0x7FFF_FFFF
+    return items.copy() if is_plain else None
+
+
+def _all_floats(items: list[Any]) -> list[Any] | None:
+    if not set(map(type, items)) <= {int, float}:
+        return None
+    try:
+        converted = list(map(float, items))
+    except OverflowError:  # Python's integers have no limit
+        return None
+    return converted if math.isfinite(sum(converted)) else None
+
+
+_ALL: dict[Callable[[Any], Any], Callable[[list[Any]], list[Any] | None]] = {
+    to_int: _all_ints,
+    to_float: _all_floats,
+}
+"""Conversions of whole lists of plain numbers, in a fraction of the time; None for any other list."""
+
+
 def to_list(item: Callable[[Any], Any], *, with_nil: bool = False) -> Callable[[Any], list[Any]]:
+    most = MOST_ITEMS if item in (to_int, to_float, to_bool) else MOST_TEXTS
+    all_at_once = _ALL.get(item)
+
     def convert(value: Plain) -> list[Any]:
+        if isinstance(value, (list, dict)) and len(value) > most:
+            raise TypeError(f"a table of at most {most} values")
         if not isinstance(value, list):
             value = _list_part(value, with_nil=with_nil)
+        if len(value) > _FEW and all_at_once is not None and (converted := all_at_once(value)) is not None:
+            return converted
         items: list[Any] = []
         for index, element in enumerate(value, 1):
             try:
@@ -154,6 +238,23 @@ def _list_part(value: Plain, *, with_nil: bool) -> list[Any]:
     raise TypeError("a table")
 
 
+def to_bounded(convert: Callable[[Any], Any], most: int) -> Callable[[Any], Any]:
+    """Return a conversion that refuses what is longer, or a greater number."""
+
+    def bounded(value: Any) -> Any:
+        if isinstance(value, (list, dict, bytes, str)):
+            if len(cast(Any, value)) > most:
+                kind = "a table" if isinstance(value, (list, dict)) else "a string"
+                raise TypeError(f"{kind} of at most {most} {'values' if kind == 'a table' else 'characters'}")
+            return convert(value)
+        number = convert(value)
+        if isinstance(number, (int, float)) and number > most:
+            raise TypeError(f"a number of at most {most}")
+        return number
+
+    return bounded
+
+
 def to_first(*kinds: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """Return a conversion that tries several and uses the first that fits."""
 
@@ -173,6 +274,10 @@ def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
     """Return the conversion for an annotation, and whether None is accepted."""
     arguments = typing.get_args(annotation)
     origin = typing.get_origin(annotation)
+    if origin is Annotated:
+        convert, nil_passes = _converter(arguments[0])
+        most = next(each for each in arguments[1:] if isinstance(each, Most))
+        return to_bounded(convert, most.count), nil_passes
     if isinstance(annotation, types.UnionType) or origin is typing.Union:
         inner = [_converter(argument)[0] for argument in arguments if argument is not type(None)]
         return (inner[0] if len(inner) == 1 else to_first(*inner)), type(None) in arguments
@@ -208,7 +313,7 @@ class Signature:
 
     @classmethod
     def of(cls, function: Callable[..., Any]) -> Signature:
-        hints = typing.get_type_hints(function)
+        hints = typing.get_type_hints(function, include_extras=True)
         parameters: list[Parameter] = []
         rest: Parameter | None = None
         for name, parameter in list(inspect.signature(function).parameters.items())[1:]:

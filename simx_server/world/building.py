@@ -62,6 +62,7 @@ def build_world(
     sources: Sources | None = None,
     own_scene: Path | None = None,
     allows_code: bool = False,
+    needs_seccomp: bool = True,
     tries_all: bool = False,
     arguments: tuple[str, ...] = (),
 ) -> World:
@@ -75,6 +76,7 @@ def build_world(
         sources: further places to search the files that scenes and models reference.
         own_scene: the scene that the server starts with; the operator trusts the files that it references.
         allows_code: scripts may run code that clients send.
+        needs_seccomp: Python scripts do not run where the kernel cannot restrict their system calls.
         tries_all: the operator's own files are tried in a child process too.
         arguments: of the server, for programs that read them as string parameters.
     """
@@ -143,6 +145,7 @@ def build_world(
             script_ports.name,
             descriptions,
             allows_code=allows_code,
+            needs_seccomp=needs_seccomp,
         ),
         ik_groups=IkGroups(sim, collections),
         path_plannings=PathPlannings(sim),

@@ -21,8 +21,9 @@ from simx_server.errors import CommandError, one_line
 from simx_server.files.scene_files import SceneFiles
 from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
+from simx_server.joints.foresight import Foresight
 from simx_server.joints.stepping.stepper import Within
-from simx_server.joints.watch import DIVERGED, StepFailed
+from simx_server.joints.watch import DIVERGED, StepFailed, TooSlow
 from simx_server.limits import Limits
 from simx_server.scene import properties
 from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
@@ -111,11 +112,16 @@ class Simulation:
         self._parts: list[Part] = []
         self._told_of_steps: list[Part] = []
         self._holding: list[Part] = []
-        self._remembering: list[Part] = []
+        self.remembering: list[Part] = []
+        """Parts that remember something of a moment, in the order of `remember_parts`."""
         self._soon: list[Callable[[], object]] = []
+        self.foresight = Foresight(self)
         self.sleepers = Sleepers(self)
         self.surfaces = Surfaces(self)
         self._snapshot: Snapshot | None = None
+        self._too_slow: tuple[int, int, str] | None = None
+        """The version of state and model with which a run could not make its first step, and the reason."""
+
         self._stale = False
         self.is_rearranged = True
         """State or model was written since the last physics."""
@@ -142,7 +148,7 @@ class Simulation:
             each for each in self._parts if type(each).step_finished is not Part.step_finished
         ]
         self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
-        self._remembering = [each for each in self._parts if type(each).remember is not Part.remember]
+        self.remembering = [each for each in self._parts if type(each).remember is not Part.remember]
 
     @property
     def is_held(self) -> bool:
@@ -201,6 +207,11 @@ class Simulation:
         self.time_step = self._time_step
 
     @property
+    def physics_step(self) -> float:
+        """Return the length of a physics step that was asked for; the actual one is a whole fraction of `time_step`."""
+        return self._wanted_timestep
+
+    @property
     def substeps(self) -> int:
         """Return the number of physics steps per simulation step."""
         return max(1, round(self._time_step / self._wanted_timestep))
@@ -253,13 +264,19 @@ class Simulation:
         self.use(*default_scene(self.files.sources))
 
     def start(self) -> None:
-        """Start from stopped (everything is saved), resume from paused."""
+        """Start from stopped (everything is saved), resume from paused.
+
+        Raises:
+            CommandError: from this very state, a run was stopped at its first step, because that takes too long.
+        """
         if self.state == SimulationState.PAUSED:
             self.state = SimulationState.RUNNING
             self.tell(lambda part: part.run_resumed())
             return
         if self.state == SimulationState.RUNNING:
             return
+        self._refuse_what_was_too_slow()
+        self.foresight.begin_run()
         self.tell(lambda part: part.run_starting())
         self._snapshot = Snapshot.take(self)
         self.joints.forget_run()
@@ -285,8 +302,12 @@ class Simulation:
 
     def remember_parts(self, before: Memories | None) -> Memories:
         """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
-        memories = [(part, part.remember()) for part in self._remembering]
-        return before if before is not None and before == memories else memories
+        memories = [(part, part.remember()) for part in self.remembering]
+        if before is None or len(before) != len(memories):
+            return memories
+        if before == memories:
+            return before
+        return [old if old == new else new for old, new in zip(before, memories, strict=True)]
 
     def recall_parts(self, memories: Memories) -> None:
         """Restore what `remember_parts` returned."""
@@ -362,6 +383,8 @@ class Simulation:
         within: tuple[Within, ...] = (limit_separation,) if self.is_rearranged or self.has_overlaps else ()
         if lifts_what_slides(self.model):
             within += (keep_down,)
+        if self.foresight.is_needed(self.model):
+            within += (self.foresight.look,)
         if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
             self.is_rearranged = False
             if self.model.ngeom > FEW:
@@ -369,11 +392,14 @@ class Simulation:
         with physics_warnings.OnceAKind():
             if self.sleepers.are_to_wake:
                 self.refresh()
-            if self.sleepers.must_stay_awake:
-                with self.sleepers.kept_awake():
+            try:
+                if self.sleepers.must_stay_awake:
+                    with self.sleepers.kept_awake():
+                        self.joints.step(self.substeps, *within)
+                else:
                     self.joints.step(self.substeps, *within)
-            else:
-                self.joints.step(self.substeps, *within)
+            finally:
+                self.foresight.restore()
         self.has_overlaps = has_deep_contacts(self.data)
         # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
         if not _are_finite(self.data):
@@ -388,7 +414,7 @@ class Simulation:
         self.refresh()
         if is_crowded(self.model, self.data, self.limits.near_pairs):
             reached = self.limits.reached("near_pairs", "move shapes apart, or remove some")
-            raise StepFailed(f"too many shapes are in the same place; {reached}")
+            raise TooSlow(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:
         """End a run whose physics cannot continue; the log says why."""
@@ -396,7 +422,17 @@ class Simulation:
         what, _, advice = text.partition("; ")
         problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
         logger.error("%s", problem)
+        is_first = self.is_before_first_pass
         self.fail(f"{problem}; {advice}" if advice else problem)
+        if is_first and isinstance(error, TooSlow):
+            self._too_slow = self.version, self.model_version, text
+
+    def _refuse_what_was_too_slow(self) -> None:
+        """Refuse a start that would be stopped at its first step. Raises CommandError."""
+        if self._too_slow is not None and self.dynamics_enabled:
+            version, model_version, text = self._too_slow
+            if (version, model_version) == (self.version, self.model_version):
+                raise CommandError(f"the simulation is not started, because nothing has changed since {text}")
 
     def fail(self, problem: str) -> None:
         """End a run that cannot continue. Calls that wait for one of its steps fail with the reason.
@@ -499,7 +535,7 @@ class Simulation:
             data = mujoco.MjData(model)
             set_turns(scene, model, data)
             with physics_warnings.OnceAKind():
-                mujoco.mj_forward(model, data)
+                self.foresight.forward(model, data)
         except (mujoco.FatalError, MemoryError) as error:
             raise CommandError(f"'{scene.name}' cannot be simulated: {one_line(error)}") from error
         return data

@@ -8,7 +8,7 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.legacy.marshalling import Shape
 from simx_client.legacy.operation_modes import Modes
 from simx_client.protocol.commands import BY_NAME
-from simx_client.protocol.messages import Delivery, Reply
+from simx_client.protocol.messages import Reply
 
 __all__ = ["cid", "world"]
 
@@ -58,7 +58,7 @@ class Sets:
         return [self.modes.call(self._shape, [joint, 0.0], mode) for joint in self._joints]
 
     def codes_after(self, *replies):
-        self.modes.absorb(Delivery(1, 0, 0, 1, 0, list(replies)))
+        self.modes.absorb_replies(list(replies))
         return self._call(v.simx_opmode_buffer)
 
 

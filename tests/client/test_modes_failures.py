@@ -3,6 +3,7 @@
 from mode_world import GET, SET, cid, world
 
 import simx_client as v
+from simx_client.connection import connection
 
 __all__ = ["cid", "world"]
 
@@ -66,3 +67,20 @@ def test_a_time_out_with_an_older_reply_is_2_and_removes_it(world):
     assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 0
     assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_blocking)[0] == 2
     assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 1
+
+
+def test_a_message_that_is_too_large_is_not_sent_and_each_call_says_so(cid, monkeypatch, caplog):
+    """The server would close the connection."""
+    monkeypatch.setattr(connection, "MAX_BATCH", 1000)
+    assert (
+        v.simxSetStringSignal(cid, "s", bytes(2000), v.simx_opmode_blocking)
+        == v.simx_return_remote_error_flag
+    )
+    assert "at most 1000 are" in caplog.text
+    v.simxPauseCommunication(cid, True)
+    for _ in range(3):
+        SET(cid, 3, 1.0, v.simx_opmode_oneshot)
+    v.simxSetStringSignal(cid, "s", bytes(2000), v.simx_opmode_oneshot)
+    v.simxPauseCommunication(cid, False)
+    assert SET(cid, 3, 1.0, v.simx_opmode_buffer) == v.simx_return_remote_error_flag
+    assert GET(cid, 3, v.simx_opmode_blocking)[0] == 0

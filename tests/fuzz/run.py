@@ -1,7 +1,7 @@
 """Feeds the server what means no good: `python tests/fuzz/run.py TARGET CASES [SEED]`.
 
 TARGET: codec, scenes, vrep (coverage-guided where atheris is installed, else random), files, calls, results, lua,
-peers, originals, zmq, sockets.
+peers, originals, zmq, sockets, costs.
 Nothing is written into the repository. Exit code 0: nothing found; 1: the case is told, with how to run it again:
 `python tests/fuzz/run.py TARGET -r HEX`.
 """
@@ -155,9 +155,11 @@ def _hypothesis_target(target: str, cases: int, seed: int) -> int:
 
 
 def _peers_target(target: str, cases: int, seed: int) -> int:
-    from fuzz import originals, peers, sockets, zmq_clients
+    from fuzz import message_costs, originals, peers, sockets, zmq_clients
 
-    run = {"peers": peers, "originals": originals, "zmq": zmq_clients, "sockets": sockets}[target].run
+    run = {
+        "peers": peers, "originals": originals, "zmq": zmq_clients, "sockets": sockets, "costs": message_costs,
+    }[target].run  # fmt: skip
     with tempfile.TemporaryDirectory() as name:
         began = time.monotonic()
         seen = run(cases, seed, Path(name))
@@ -177,7 +179,7 @@ def main(argv: list[str]) -> int:
     if "--in" in rest:
         _child(target, cases, seed, Path(rest[rest.index("--in") + 1]), rest[-1])
         return 0
-    if target in ("peers", "originals", "zmq", "sockets"):
+    if target in ("peers", "originals", "zmq", "sockets", "costs"):
         return _peers_target(target, cases, seed)
     if target not in ("codec", "scenes", "files", "vrep"):
         return _hypothesis_target(target, cases, seed)

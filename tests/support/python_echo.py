@@ -55,9 +55,16 @@ class Scripts:
         self.made: list[PythonInterpreter] = []
 
     def __call__(
-        self, source: str, *, time_limit: float = 5.0, folder: Path | None = None
+        self,
+        source: str,
+        *,
+        time_limit: float = 5.0,
+        folder: Path | None = None,
+        needs_seccomp: bool = True,
     ) -> PythonInterpreter:
-        interpreter = PythonInterpreter("test.py", self.api, time_limit=time_limit, folder=folder)
+        interpreter = PythonInterpreter(
+            "test.py", self.api, time_limit=time_limit, folder=folder, needs_seccomp=needs_seccomp
+        )
         self.made.append(interpreter)
         self.api.interpreter = interpreter
         interpreter.run(source.encode())

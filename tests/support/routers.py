@@ -1,4 +1,4 @@
-"""Zenoh routers for tests, and a wire to one that can be cut."""
+"""Zenoh routers for tests, a wire to one that can be cut, and connections that say nothing."""
 
 from __future__ import annotations
 
@@ -40,6 +40,16 @@ def router(port: int, *config: Path) -> Iterator[subprocess.Popen[str]]:
         with process.stdin:
             assert read_line(process) == "ready\n"
             yield process
+
+
+@contextlib.contextmanager
+def silent(port: int, count: int, opening: bytes = b"", patience: float = 20.0) -> Iterator[None]:
+    """Hold so many connections at a loopback port within the block; they say nothing after their opening."""
+    with contextlib.ExitStack() as stack:
+        for _ in range(count):
+            made = stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=patience))
+            made.sendall(opening)
+        yield
 
 
 class Wire:

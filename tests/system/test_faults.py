@@ -188,7 +188,7 @@ def test_a_client_whose_leaving_nobody_would_notice_is_not_taken_in(transport):
 
 def test_what_is_ready_for_a_client_that_has_gone_is_dropped_without_a_word(transport, caplog):
     postman = Postman(Care(), lambda _: None)
-    link = ZenohLink(transport._zenoh, transport._session, "realm", "client", postman)
+    link = ZenohLink(transport._zenoh, transport._session, "realm", "client", postman, lambda: None)
     link.close()
     link.deliver(b"an answer")
     link.publish(b"values")

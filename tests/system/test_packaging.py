@@ -24,9 +24,11 @@ NOT_FOR_IMPORT = (
     "__main__",
     "python_calls",
     "python_child",
+    "python_launcher",
     "python_link",
     "python_confine",
     "python_guard",
+    "python_limits",
     "stable_baselines3",
 )
 """Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""

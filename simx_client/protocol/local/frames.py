@@ -15,7 +15,7 @@ MEMORY = 1
 """Kind of a frame with the number of a place, whose shared memory comes with it as a file descriptor."""
 
 MAX_FRAME = 256 << 20
-"""Maximum size of a message in bytes."""
+"""Maximum size of a server's message in bytes."""
 
 _HEAD = struct.Struct("<IB")
 _PLACE = struct.Struct("<I")
@@ -85,6 +85,11 @@ class Frames:
 
         self.count = 0
         """Complete frames that have arrived."""
+
+    @property
+    def held(self) -> int:
+        """Return the bytes of the incomplete frame."""
+        return len(self._data)
 
     @property
     def missing(self) -> int:

@@ -11,13 +11,12 @@ import asyncio
 import contextlib
 import logging
 import socket
-from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
-from simx_server.browsers import SLOW, cookie_of, end_connection
+from simx_server.browsers import SLOW, Places, cookie_of, end_connection
 
 logger = logging.getLogger(__name__)
 
@@ -104,12 +103,7 @@ class HttpServer:
             handle: makes the answer. An exception in it becomes a 500 and a line in the log.
         """
         self._handle = handle
-        self._waiting: dict[asyncio.StreamWriter, None] = {}
-        """Connections without a request at present, those that wait longest first."""
-
-        self._count = 0
-        self._by_peer: Counter[str] = Counter()
-        """Connections by the address of the other machine."""
+        self._places = Places()
 
     async def listen(self, listener: socket.socket) -> asyncio.Server:
         """Start to accept connections."""
@@ -118,15 +112,9 @@ class HttpServer:
         )
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        peer: str = (writer.get_extra_info("peername") or ("",))[0]
-        self._count += 1
-        self._by_peer[peer] += 1
-        if self._count > MOST_CONNECTIONS and self._waiting:
-            next(iter(self._waiting)).transport.abort()
+        most = 2 * MOST_CONNECTIONS
         try:
-            if self._count > 2 * MOST_CONNECTIONS or (
-                self._by_peer[peer] > MOST_OF_ONE and not _is_here(peer)
-            ):
+            if not self._places.enter(writer, many=MOST_CONNECTIONS, most=most, most_of_one=MOST_OF_ONE):
                 raise BadRequest(
                     HTTPStatus.SERVICE_UNAVAILABLE, "There are too many connections to this page.\n"
                 )
@@ -137,29 +125,24 @@ class HttpServer:
         except (OSError, TimeoutError, EOFError):
             logger.debug("a browser went away, or did not send a whole request in time")
         finally:
-            self._waiting.pop(writer, None)
             try:
                 await end_connection(writer)
             finally:
-                self._count -= 1
-                self._by_peer[peer] -= 1
-                if not self._by_peer[peer]:
-                    del self._by_peer[peer]
+                self._places.leave(writer)
 
     async def _serve_one(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
         """Answer one request. Returns whether the connection stays for another."""
-        self._waiting[writer] = None
+        self._places.waits(writer)
         try:
             async with asyncio.timeout(IDLE):
                 head = await reader.readuntil(b"\r\n\r\n")
         except asyncio.LimitOverrunError:
             raise BadRequest(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, "The head is too large.\n") from None
-        finally:
-            self._waiting.pop(writer, None)
         request = read_head(head)
         if length := _length(request):
             async with asyncio.timeout(SLOW):
                 await reader.readexactly(length)  # no request here needs its body
+        self._places.has_request(writer)
         try:
             response = await self._handle(request)
         except Exception:
@@ -167,15 +150,14 @@ class HttpServer:
             response = Response(
                 HTTPStatus.INTERNAL_SERVER_ERROR, b"The page has a fault; its log has the details.\n"
             )
-        stays = request.headers.get("connection", "").lower() != "close" and self._count <= MOST_CONNECTIONS
+        stays = (
+            request.headers.get("connection", "").lower() != "close" and len(self._places) <= MOST_CONNECTIONS
+        )
+        self._places.waits(writer)  # also one that does not take its answer
         writer.write(response.packed(is_head=request.method == "HEAD", stays=stays))
         async with asyncio.timeout(SLOW):
             await writer.drain()
         return stays
-
-
-def _is_here(peer: str) -> bool:
-    return peer in ("127.0.0.1", "::1")
 
 
 def read_head(head: bytes) -> Request:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from simx_client.protocol.cli.exit_codes import DONE
+from simx_server.browsers import is_of_another_page
 from simx_server.classroom import channel
 from simx_server.classroom.plan import ClassPlan, Seat
 from simx_server.gateways.descriptors import raise_limit
@@ -113,7 +114,9 @@ class ClassPage:
             return _refusal(
                 HTTPStatus.METHOD_NOT_ALLOWED, "This page knows GET and POST.", ("Allow", "GET, HEAD, POST")
             )
-        if method == "POST" and not self._access.is_from_here(request):
+        if is_of_another_page(request.headers) or (
+            method == "POST" and not self._access.is_from_here(request)
+        ):
             return _refusal(HTTPStatus.FORBIDDEN, "Another web site may not use this page.")
         if method == "GET" and (file := _file(request.path.removeprefix("/"))) is not None:
             return file

@@ -14,23 +14,26 @@ import threading
 import time
 import uuid
 from collections import deque
+from functools import partial
 from logging import INFO, WARNING
 
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Pace
 from simx_server.limits import LimitReached
+from simx_server.runtime.admission.places import Entrance
 from simx_server.runtime.server_loop import ServerLoop
+from simx_server.runtime.sessions import FROZEN
 
 from ..outsider_log import OutsiderLog
 from . import messages
 from .containers import Containers
-from .packets import HEAD, BadPeer, packets, read_message
+from .packets import BadPeer, packets, read_message
 
 logger = logging.getLogger(__name__)
 
 SILENCE = 10.0
 """Seconds without a message after which a client is dropped, as by the original. A client that is alive sends one in
-every cycle, even if it has nothing to say."""
+every cycle, even if it has nothing to say; before that it loses its stepped mode (`FROZEN`)."""
 
 STALL = 2.0
 """Seconds for the rest of a message that has started, or for a client to take more of an answer."""
@@ -49,6 +52,9 @@ MUCH_WORK = 0.002
 
 MOST_UNREAD = 64 << 20
 """Bytes for a client that takes nothing, above which it is dropped."""
+
+DOOR = "legacy"
+"""Clients of all these ports share their places."""
 
 READ, MOST_READ = 1 << 16, 1 << 20
 """Least and most bytes to read from the socket at once."""
@@ -83,12 +89,25 @@ class Connection:
             pace: of its blocking calls.
             log: says why it is dropped.
         """
-        self.client = uuid.uuid4().hex
+        self.client = f"legacy/{uuid.uuid4().hex}"
         self.name = f"legacy {peer}"
         self._loop, self._socket, self._port, self._log = loop, connected, port, log
+        self._entrance = Entrance(DOOR, peer.rpartition(":")[0])
         self._containers = Containers(lambda: loop.simulation.limits, pace)
         self._arrived = bytearray()
         """Bytes that were read from the socket and not used."""
+
+        self._message_size = 0
+        """Bytes that were read of the message that is arriving."""
+
+        self._began = 0.0
+        """When its first bytes were read, on the monotonic clock."""
+
+        self._unfinished, self._pieces = (loop.unfinished.holder(self.break_off) for _ in range(2))
+        """Accounts of that message, and of commands that come in pieces."""
+
+        self._problem = ""
+        """Why another connection, or the server, has closed this one."""
 
         self._timeout = 0.0
         """The time-out of the socket."""
@@ -96,7 +115,7 @@ class Connection:
         self._last_empty = 0.0
         """The time of the last answer without replies."""
 
-        self._has_joined = False
+        self.has_joined = False
         self._is_closed = False
         self._news = threading.Event()
         self._lock = threading.Lock()
@@ -129,18 +148,23 @@ class Connection:
                 logger.exception("%s at port %d is dropped because of a fault", self.name, self._port)
             finally:
                 self._is_closed = True
-                if self._has_joined:
+                self._unfinished.end()
+                self._pieces.end()
+                if self.has_joined:
                     self._loop.depart(self.client)
 
     def _exchange(self) -> bool:
         """Read a message and answer it; return False after the last one."""
         limits = self._loop.simulation.limits
-        data = read_message(self._receive, limits.message)
+        self._message_size, self._began = len(self._arrived), time.monotonic()
         began = time.thread_time()
+        data = read_message(self._receive, limits.message)
+        self._unfinished.hold(0)
         message = messages.read(data, limits.calls)
-        if not self._has_joined:
+        if not self.has_joined:
             self._join()
         self._containers.receive(message)
+        self._pieces.hold(self._containers.incomplete)
         is_slow = self._submit()
         self._wait_for_results()
         answer = self._containers.message()
@@ -158,12 +182,11 @@ class Connection:
 
     def _fill(self, size: int) -> None:
         """Read until this number of bytes has arrived. Raises Gone."""
-        is_start = size == HEAD.size
+        most = self._loop.simulation.limits.message_seconds
         while (have := len(self._arrived)) < size:
-            is_silent = is_start and not have
-            self._set_timeout(SILENCE if is_silent else STALL)
+            is_silent = not self._message_size
             try:
-                part = self._socket.recv(max(READ, min(size - have, MOST_READ)))
+                part = self._read_first() if is_silent else self._read(max(READ, min(size - have, MOST_READ)))
             except TimeoutError:
                 raise Gone(
                     f"it has sent nothing for {SILENCE:g} s"
@@ -171,8 +194,30 @@ class Connection:
                     else "a message of it does not go on"
                 ) from None
             if not part:
-                raise Gone("" if is_silent else "it has left within a message")
+                raise Gone(self._problem or ("" if is_silent else "it has left within a message"))
+            if is_silent:
+                self._began = time.monotonic()
+            elif time.monotonic() > self._began + most:
+                raise Gone(f"its message has not arrived within {most} s (limit 'message_seconds')")
             self._arrived += part
+            self._message_size += len(part)
+            self._unfinished.hold(self._message_size)
+
+    def _read_first(self) -> bytes:
+        """Return the first bytes of a message; end the stepped mode of a client that is silent for long."""
+        self._set_timeout(min(FROZEN, SILENCE))
+        try:
+            return self._socket.recv(READ)
+        except TimeoutError:
+            why = f"nothing was heard of it for {FROZEN:g} s"
+            self._loop.post(partial(self._loop.end_stepping, self.client, why))
+        self._set_timeout(max(LEAST_CYCLE, SILENCE - FROZEN))
+        return self._socket.recv(READ)
+
+    def _read(self, size: int) -> bytes:
+        """Return the next bytes of a message, at most this many."""
+        self._set_timeout(STALL)
+        return self._socket.recv(size)
 
     def _set_timeout(self, seconds: float) -> None:
         """Set the time-out of the socket, which is a system call, if it is another one."""
@@ -182,16 +227,15 @@ class Connection:
 
     def _join(self) -> None:
         """Join the server loop. Raises LimitReached, or Gone: the server ends."""
-        sessions = self._loop.sessions
-        self._loop.simulation.limits.check("clients", len(sessions) + 1, "let others leave first")
+        self._loop.places.check(self._entrance)
         joined = threading.Event()
 
         def join() -> None:
             if not self._is_closed:
-                self._loop.join(self.client, self.name, self._port, self)
+                self._loop.join(self.client, self.name, self._port, self, entrance=self._entrance)
             joined.set()
 
-        self._has_joined = True
+        self.has_joined = True
         self._loop.post(join)
         while not joined.wait(LOOK):
             self._check_open()
@@ -284,6 +328,11 @@ class Connection:
         """Keep the newest image of a stream."""
         with self._lock:
             self._pictures[stream_id] = payload
+
+    def break_off(self, problem: str) -> None:
+        """End the connection for a reason."""
+        self._problem = problem
+        self.close()
 
     def close(self) -> None:
         """End the connection; the thread notices it at once."""

@@ -125,6 +125,11 @@ class Containers:
             self._blocking[-1 - place] = message_id
 
     @property
+    def incomplete(self) -> int:
+        """Return the bytes of commands of which pieces are missing."""
+        return self._incoming.size
+
+    @property
     def is_full(self) -> bool:
         """Return whether so much waits that the client must be slowed down."""
         return len(self._waiting) > MUCH_WAITING or self._waiting_bytes > MUCH_WAITING_BYTES

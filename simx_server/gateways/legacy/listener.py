@@ -15,7 +15,7 @@ from simx_server.runtime.server_loop import ServerLoop
 from ..errors import GatewayError
 from ..exposure import plain_exposure
 from ..outsider_log import OutsiderLog
-from .connection import Connection
+from .connection import DOOR, Connection
 
 logger = logging.getLogger(__name__)
 
@@ -50,7 +50,9 @@ class LegacyGateway:
         self._loop, self._pace = loop, pace
         self._log = OutsiderLog(logger)
         self._lock = threading.Lock()
-        self._connections: set[Connection] = set()
+        self._connections: dict[Connection, None] = {}
+        """In the order in which they came."""
+
         self._threads: set[threading.Thread] = set()
         self._is_closed = False
         self._listeners: list[socket.socket] = []
@@ -65,6 +67,8 @@ class LegacyGateway:
         self.endpoints = [f"{host}:{port}" for host, port in places]
         if warning := plain_exposure(self.endpoints):
             logger.warning("%s", warning)
+        if self.ports:
+            loop.places.open(DOOR)
         for listener, port in zip(self._listeners, self.ports, strict=True):
             thread = threading.Thread(
                 target=self._accept, args=(listener, port), name="simx-legacy-port", daemon=True
@@ -91,9 +95,9 @@ class LegacyGateway:
         connection = Connection(self._loop, connected, peer, port, self._pace, log=self._log)
         thread = threading.Thread(target=self._run, args=(connection,), name="simx-legacy", daemon=True)
         with self._lock:
-            is_refused = self._is_closed or len(self._connections) >= self._loop.simulation.limits.clients
+            is_refused = self._is_closed or not self._has_room()
             if not is_refused:
-                self._connections.add(connection)
+                self._connections[connection] = None
                 self._threads.add(thread)
                 thread.start()  # under the lock, because `close` waits only for threads that have started
         if is_refused:
@@ -101,12 +105,23 @@ class LegacyGateway:
             self._log.say(logging.WARNING, text, connection.name, port)
             connected.close()
 
+    def _has_room(self) -> bool:
+        """Return whether there is a place for one more; the longest one without a client is closed. Under the lock."""
+        if len(self._connections) < self._loop.simulation.limits.clients:
+            return True
+        longest = next((each for each in self._connections if not each.has_joined), None)
+        if longest is None:
+            return False
+        del self._connections[longest]
+        longest.break_off("it has sent nothing, and others need its place")
+        return True
+
     def _run(self, connection: Connection) -> None:
         try:
             connection.run()
         finally:
             with self._lock:
-                self._connections.discard(connection)
+                self._connections.pop(connection, None)
                 self._threads.discard(threading.current_thread())
 
     def close(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 from .messages import COMMAND, Key, Request, piece
@@ -33,8 +34,10 @@ class Incoming:
             largest: most bytes of all pieces that are kept together; older commands are dropped first.
         """
         self._largest = largest
-        self._partial: dict[Key, _Partial] = {}
-        self._kept = 0
+        self._partial: OrderedDict[Key, _Partial] = OrderedDict()
+        """Oldest first; to find the first one of a dict takes long after many of its first ones have gone."""
+
+        self.size = 0
         """The bytes of all pieces, with `PIECE_COST` for each."""
 
     def add(self, request: Request) -> Request | None:
@@ -50,18 +53,18 @@ class Incoming:
             partial = self._partial[request.key] = _Partial(request.full_size, [])
         partial.parts.append(request.payload)
         partial.size += len(request.payload)
-        self._kept += len(request.payload) + PIECE_COST
+        self.size += len(request.payload) + PIECE_COST
         if COMMAND.size + len(request.ident) + partial.size >= request.full_size:
             self._drop(request.key)
             return request._replace(payload=b"".join(partial.parts), offset=0)
-        while self._kept > self._largest and self._partial:
+        while self.size > self._largest and self._partial:
             self._drop(next(iter(self._partial)))
         return None
 
     def _drop(self, key: Key) -> None:
         partial = self._partial.pop(key, None)
         if partial is not None:
-            self._kept -= partial.size + PIECE_COST * len(partial.parts)
+            self.size -= partial.size + PIECE_COST * len(partial.parts)
 
 
 @dataclass

@@ -14,11 +14,14 @@ import socket
 import threading
 import time
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.local.frames import MAX_FRAME, MESSAGE, BadFrame, Frames
+from simx_client.protocol.codec import MAX_BATCH
+from simx_client.protocol.local.frames import MESSAGE, BadFrame, Frames
 from simx_client.protocol.local.offer import Offer, is_same_user, made_folder, new_name, new_token, path_of
+from simx_server.runtime.admission.unfinished import Unfinished
 
 from ..outsider_log import OutsiderLog
 from .link import LocalLink
@@ -30,7 +33,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MOST_STRANGERS = 64
-"""Connections that have not shown a token yet; further ones are closed."""
+"""Connections that have not shown a token yet; of more, the one that came first is closed."""
 
 SILENCE = 10.0
 """Seconds that a connection has for its token."""
@@ -131,15 +134,20 @@ class LocalGateway:
                 self._loop.sockets.remove(self._listener)
             return
         try:
-            strangers = sum(peer.link is None for peer in self._peers)
-            if problem := _refusal(connected, strangers):
+            if not is_same_user(connected):
+                problem = "it comes from another user"
                 self._log.say(logging.WARNING, "a connection at %s is closed: %s", self.path, problem)
                 connected.close()
                 return
         except OSError:  # it has left already
             connected.close()
             return
-        peer = _Peer(connected)
+        strangers = [each for each in self._peers if each.link is None]
+        if len(strangers) >= MOST_STRANGERS:
+            longest = min(strangers, key=attrgetter("since"))
+            longest.problem = "it has no token yet, and others need its place"
+            self._settle(longest)
+        peer = _Peer(connected, self._loop.unfinished)
         self._peers.add(peer)
         self._listen_to(peer)
 
@@ -248,27 +256,31 @@ class LocalGateway:
 
     def _drop(self, peer: _Peer) -> None:
         """Close a connection; its client leaves after everything that it has sent is executed."""
-        if peer.link is None:
+        link = peer.link
+        if link is None:
             self._forget(peer)
             peer.socket.close()
             return
         if peer.is_used:
             self._loop.depart(peer.client)
-        peer.link.close()
+        link.close()
 
     def _forget(self, peer: _Peer) -> None:
         """Read a connection no more, which is about to be closed."""
         self._peers.remove(peer)
         if not peer.is_resting:
             self._loop.sockets.remove(peer.socket)
+        with self._reading:
+            peer.end()
 
 
 class _Peer:
     """A connection as it is read."""
 
-    def __init__(self, connected: socket.socket) -> None:
+    def __init__(self, connected: socket.socket, unfinished: Unfinished) -> None:
         self.socket = connected
         self.frames = Frames(TOKEN_FRAME)
+        self._unfinished = unfinished.holder(self.break_off)
         self.since = time.monotonic()
         self.client = ""
         self.link: LocalLink | None = None
@@ -287,7 +299,7 @@ class _Peer:
     def begin(self, client: str, link: LocalLink) -> None:
         """Read batches of a client from now on."""
         self.client, self.link = client, link
-        self.frames.longest = MAX_FRAME
+        self.frames.longest = MAX_BATCH
 
     def receive(self) -> None:
         """Read some of what has arrived. Under the gateway's lock."""
@@ -297,7 +309,9 @@ class _Peer:
         try:
             data = self.socket.recv(min(missing, _MOST_READ) if missing > _READ else _READ, _AT_ONCE)
             self.has_ended = not data
+            count = self.frames.count
             self.frames.add(data)
+            self._unfinished.hold(self.frames.held, is_new=self.frames.count > count)
         except BlockingIOError:
             pass
         except BadFrame as problem:
@@ -305,14 +319,16 @@ class _Peer:
         except OSError:
             self.has_ended = True
 
+    def break_off(self, problem: str) -> None:
+        """Have the physics thread close the connection, for a reason. Any thread."""
+        self.problem = problem
 
-def _refusal(connected: socket.socket, strangers: int) -> str:
-    """Return why to close a new connection; empty if it may stay. Raises OSError: it has gone."""
-    if not is_same_user(connected):
-        return "it comes from another user"
-    if strangers >= MOST_STRANGERS:
-        return f"more than {MOST_STRANGERS} others have no token yet"
-    return ""
+    def end(self) -> None:
+        """Keep nothing of a connection that is about to be closed: its link refers to it, and it to its link."""
+        self._unfinished.end()
+        self.has_ended = True
+        self.frames = Frames()
+        self.link = None
 
 
 def _listen(folder: Path, path: str) -> socket.socket:

@@ -62,7 +62,7 @@ class LocalLink:
             OSError: no memory or file descriptor is free.
         """
         self._loop, self._client, self._socket, self._zenoh = loop, client, connected, zenoh
-        self._closed = closed
+        self._closed: Callable[[], object] = closed
         self._lock = threading.Lock()
         self._memories = [MemoryWriter(VALUES_ROOM)]
         self._places: dict[int, int] = {}
@@ -127,6 +127,7 @@ class LocalLink:
                 return
             self.is_closed = True
             self._closed()
+            self._closed = bool
             self._memories[VALUES].end()
             for memory in self._memories:
                 memory.close()

@@ -17,6 +17,7 @@ from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Oper
 from simx_client.protocol.messages import Call as TableCall
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
+from simx_server.runtime.admission.places import Entrance
 
 from .endpoints import Call
 
@@ -42,8 +43,8 @@ class Ros2Client:
         Raises:
             LimitReached: there are too many clients.
         """
-        loop.simulation.limits.check("clients", len(loop.sessions) + 1, "let others leave first")
-        self.key = f"ros2-{uuid.uuid4().hex}"
+        loop.places.check(Entrance())
+        self.key = f"ros2/{uuid.uuid4().hex}"
         self._loop = loop
         self._replies: list[Reply] = []
         """Replies to the call of `ask`."""

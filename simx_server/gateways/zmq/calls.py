@@ -99,6 +99,7 @@ def _eval(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
 def _set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
     """Raise the level with true, lower it with false, set it with a number; return the level before."""
     enable: Any = arguments[0] if arguments else True
+    client.forget_lost_stepping()
     before = client.level
     if isinstance(enable, bool) or not isinstance(enable, (int, float)):
         client.level = before + 1 if enable else max(0, before - 1)
@@ -110,6 +111,9 @@ def _set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
 
 def _step(client: Client, _arguments: list[Any]) -> Waiting:
     """Wait for the next simulation step; return at once while the simulation is stopped or paused."""
+    if why := client.session.lost_stepping:
+        client.forget_lost_stepping()
+        raise CommandError(f"{why}; call sim.setStepping(True) again")
     simulation = client.world.simulation
     before = simulation.step_count
     if simulation.state is SimulationState.RUNNING:
@@ -120,12 +124,14 @@ def _step(client: Client, _arguments: list[Any]) -> Waiting:
 
 
 def _lock(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+    client.forget_lost_stepping()
     client.locks += 1
     client.set_stepping()
     return ()
 
 
 def _unlock(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+    client.forget_lost_stepping()
     client.locks = max(0, client.locks - 1)
     client.set_stepping()
     return ()

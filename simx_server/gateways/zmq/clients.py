@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import logging
 import re
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
+from simx_server.runtime.admission.places import Entrance
 from simx_server.runtime.sessions import ClientSession
 from simx_server.scripting.interpreter import PATIENCE
 from simx_server.scripting.namespaces import Namespaces
@@ -23,8 +25,9 @@ from simx_server.world.part import Part
 from .connection import Connection, too_long
 from .demands import demands_of_message
 from .functions import described
-from .peer import NUMBER_BYTES, Peer, number_of, with_number
-from .wire import WireError, read_request
+from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
+from .reading import only_reads
+from .wire import language_of
 
 if TYPE_CHECKING:
     from simx_server.runtime.server_loop import ServerLoop
@@ -34,6 +37,9 @@ logger = logging.getLogger(__name__)
 
 FIRST_HANDLE = 3_000_003
 """Handles of clients' scripts are above those of the scene's scripts."""
+
+ONE_CALL = 5.0
+"""Seconds after which a client that has made one call only gives its place to another one, if all are taken."""
 
 Answer = Callable[[Peer, Any], None]
 
@@ -61,6 +67,11 @@ class Client:
         self.connections: dict[int, Connection] = {}
         self.acting: Connection | None = None
         """The connection whose call is being executed."""
+
+    def forget_lost_stepping(self) -> None:
+        """Count from 0 again, if the server has ended the stepped mode."""
+        if self.session.lost_stepping:
+            self.session.lost_stepping, self.level, self.locks = "", 0, 0
 
     def set_stepping(self) -> None:
         """Have the simulation wait for this client, or not, as its level and its locks require."""
@@ -98,6 +109,7 @@ class ZmqClients(Part):
         answer: Callable[[Peer, Any], object],
         *,
         first_handle: int = FIRST_HANDLE,
+        door: str = "",
     ) -> None:
         """Make an empty list.
 
@@ -105,7 +117,9 @@ class ZmqClients(Part):
             peers: the open connections by number.
             answer: sends a message to a connection.
             first_handle: that of the first client's script.
+            door: the gateway's name.
         """
+        self._door = door
         self.loop, self.world = loop, loop.world
         self.answer = answer
         self._peers = peers
@@ -119,35 +133,64 @@ class ZmqClients(Part):
 
     # --- coming and going ------------------------------------------------------------------------
 
-    def welcome(self, key: str, payload: bytes, port: int) -> Mapping[str, Any] | None:
+    def welcome(self, peer: SocketPeer, payload: bytes, port: int) -> Mapping[str, Any] | None:
         """Accept a client with its message, unless it is there already; return the answer if it must not be queued.
 
         Args:
+            peer: the connection by which it comes.
             port: the gateway's.
         """
+        key, entrance = peer.key, Entrance(self._door, peer.address)
         client = self._clients.get(key)
         if client is not None:
             return REPEAT if client.is_leaving else None  # it has come back at once
-        limits = self.loop.simulation.limits
         try:
-            limits.check("clients", len(self.loop.sessions) + 1, "let others leave first")
+            self.loop.places.check(entrance)
         except LimitReached as problem:
-            return {"err": str(problem)}
-        self.join(key, _name(key, payload), port)
+            return REPEAT if self._frees_place() else {"err": str(problem)}
+        self.join(key, _name(key, payload), port, entrance)
         return None
 
-    def join(self, key: str, name: str, port: int) -> None:
+    def _frees_place(self) -> bool:
+        """Have the client leave that has been silent for longest since its only call, which has changed nothing.
+
+        It loses nothing: with its next message it joins again. Return whether a client is about to leave.
+        """
+        if any(client.is_leaving for client in self._clients.values()):
+            return True
+        before = time.perf_counter() - ONE_CALL
+        for key, client in self._clients.items():
+            peers = [connection.peer for connection in client.connections.values()]
+            if (
+                len(peers) == 1
+                and isinstance(peer := peers[0], SocketPeer)
+                and peer.answered < before
+                and not peer.unanswered
+                and sum(client.session.called.values()) == 1
+                and all(map(only_reads, client.session.called))
+            ):
+                peer.break_off("its client has made one call, and others need its place")
+                self.part_from(key)
+                return True
+        return False
+
+    def join(self, key: str, name: str, port: int, entrance: Entrance | None = None) -> None:
         """Add a client."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
         serve = partial(self._serve, client)
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
-        client.session = self.loop.join(key, name, port, link, serve, demands_of_message)
+        client.session = self.loop.join(key, name, port, link, serve, demands_of_message, entrance=entrance)
+        client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:
         """Return an open connection."""
         return self._peers.get(number)
+
+    def steppers(self) -> list[str]:
+        """Return the clients for which the simulation waits now and then."""
+        return [key for key, client in self._clients.items() if client.session.is_stepping]
 
     def part_from(self, key: str) -> None:
         """Let a client leave after what it has sent is executed."""
@@ -203,11 +246,14 @@ class ZmqClients(Part):
 
     def _await(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes | str:
         """Wait for the next message; return why none is waited for any longer, if none comes."""
-        is_late, simulation = connection.time_limit(), self.world.simulation
-        while not is_late() and not simulation.is_ending:
+        simulation = self.world.simulation
+        while not connection.is_late() and not simulation.is_ending:
             if queue:
+                connection.has_answered()
                 return queue.popleft() or f"the client has left within its function {name}"
+            began = time.perf_counter()
             self.loop.sockets.poll(PATIENCE)
+            connection.has_waited(time.perf_counter() - began)
             if not queue and not simulation.physics_calls.is_in_step:
                 simulation.interruptions.serve_others()
         return "the server ends" if simulation.is_ending else too_long(name)
@@ -261,11 +307,8 @@ class ZmqClients(Part):
 
 def _name(key: str, payload: bytes) -> str:
     """Return how a client is called in messages: its language and the start of its identity."""
-    try:
-        language = re.sub(r"[^a-z0-9+]", "", read_request(payload).language.lower())[:12]
-    except WireError:  # its answer says what is wrong
-        language = ""
-    return f"{language or 'client'}-{key.rpartition('zmq-')[2][:8]}"
+    language = re.sub(r"[^a-z0-9+]", "", language_of(payload).lower())[:12]
+    return f"{language or 'client'}-{key.rpartition('/')[2][:8]}"
 
 
 class _Functions:

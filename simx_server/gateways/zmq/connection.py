@@ -39,11 +39,16 @@ MOST_NESTED = 8
 _STEPS = ("sim.step", "sim.setStepping")
 """Functions that come with every step of a client that steps."""
 
-SILENCE = 2.0
-"""Seconds that a function of the client may take between two messages; scripts have as long for a call."""
+SILENCE = 0.9
+"""Seconds that the client may take for the functions in one call, or in one simulation step of a call that waits: the
+others wait for these too.
+"""
+
+QUICK = 0.02
+"""Seconds more for each message: a call that needs thousands of quick answers gets them."""
 
 LONGEST = 10.0
-"""Seconds that the functions of the client may take in one call, or in one simulation step of a call that waits."""
+"""Seconds for all functions in one call or step, with the calls that they make."""
 
 
 class ClientFunction:
@@ -80,6 +85,9 @@ class Connection:
 
         self._until = 0.0
         """When the functions of the client have taken too long."""
+
+        self._patience = 0.0
+        """Seconds that are left for the client itself."""
 
         self._is_broken = False
         """A function of the client was not waited for any longer, so the client does not wait for the present call."""
@@ -168,8 +176,16 @@ class Connection:
             self._problem = problem
 
     def _invoke(self, request: Request) -> tuple[Any, ...] | Waiting:
-        arguments = with_functions(request.arguments, lambda name: ClientFunction(self.client, name))
+        arguments = with_functions(request.arguments, self._function_of_client)
         return invoke(self.client, request.function, arguments)
+
+    def _function_of_client(self, name: str) -> ClientFunction:
+        """Return a function that the client passes. Raises CommandError: it may pass none."""
+        if self.client.session.may_only_read:
+            raise CommandError(
+                f"{self.client.name} is a viewer, who may only read, and passes no functions: others would wait"
+            )
+        return ClientFunction(self.client, name)
 
     def _act(self, action: Callable[[], _Result]) -> _Result:
         """Run a piece of the present call: this connection acts, and its time counts."""
@@ -177,7 +193,7 @@ class Connection:
         outer, client.acting = client.acting, self
         outer_work = loop.begin_work(client.key, name)
         began = time.perf_counter()
-        self._until = began + LONGEST
+        self._until, self._patience = began + LONGEST, SILENCE
         try:
             return action()
         finally:
@@ -283,10 +299,17 @@ class Connection:
             self._refuse("message", CommandError(str(problem)))
             return None
 
-    def time_limit(self) -> Callable[[], bool]:
-        """Return a function that returns whether a function of the client has been silent, or busy, for too long."""
-        until = min(self._until, time.perf_counter() + SILENCE)
-        return lambda: time.perf_counter() > until
+    def is_late(self) -> bool:
+        """Return whether the functions of the client have taken too long."""
+        return self._patience <= 0 or time.perf_counter() > self._until
+
+    def has_waited(self, seconds: float) -> None:
+        """Count time for which the server has waited for the client."""
+        self._patience -= seconds
+
+    def has_answered(self) -> None:
+        """Count a message of the client."""
+        self._patience = min(SILENCE, self._patience + QUICK)
 
     def broken(self, reason: str) -> ScriptError:
         """Return the error that ends the present call; its answer is not sent."""
@@ -314,8 +337,8 @@ class Connection:
 def too_long(name: str) -> str:
     """Return why a function of a client is not waited for any longer."""
     return (
-        f"the function {name} took too long: it may be silent for {SILENCE:g} s, and all functions in one call may "
-        f"take {LONGEST:g} s; other clients wait meanwhile"
+        f"the function {name} took too long: all functions in one call may take {SILENCE:g} s, and {QUICK:g} s more "
+        f"for each message, at most {LONGEST:g} s; other clients wait meanwhile"
     )
 
 

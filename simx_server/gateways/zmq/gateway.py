@@ -10,11 +10,15 @@ import logging
 import re
 import socket
 import time
+from collections.abc import Sequence
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.keys import VIEWER
+from simx_server.runtime.admission.places import is_elsewhere
+from simx_server.runtime.sessions import FROZEN
 from simx_server.runtime.sockets import LOOK
 
 from ..errors import GatewayError
@@ -38,7 +42,10 @@ with more is closed.
 """
 
 MOST_CONNECTIONS = 1024
-"""A client with many calls at a time has one connection for each; further ones are closed."""
+"""A client with many calls at a time has one connection for each; of more, the longest one without a client goes."""
+
+MOST_OF_ONE = 256
+"""Connections from one other machine."""
 
 BACKLOG = 100
 """Connections that the system keeps until they are accepted."""
@@ -51,6 +58,11 @@ FAREWELL = 0.5
 
 RETRY = 1.0
 """Seconds between two looks at the peers, and until the port accepts again when no file descriptor was free."""
+
+QUIET = 0.15
+"""Seconds without a message after which a peer that has come to the successor of a crashed server waits for an answer
+of that one.
+"""
 
 _VIEWERS = 500_000
 """The handles of viewers are so much higher than those of other clients."""
@@ -118,8 +130,13 @@ class ZmqGateway:
 
         self._next_number = 1
         self._clients = ZmqClients(
-            loop, self._peers, self.answer, first_handle=FIRST_HANDLE + may_only_read * _VIEWERS
+            loop,
+            self._peers,
+            self.answer,
+            first_handle=FIRST_HANDLE + may_only_read * _VIEWERS,
+            door=self.endpoint,
         )
+        loop.places.open(self.endpoint)
         loop.simulation.attach(self._clients)
         self._is_full = False
         """No file descriptor was free for a connection."""
@@ -155,28 +172,28 @@ class ZmqGateway:
             self._loop.sockets.remove(self._listener)
         self._listener.close()
         self._loop.watches.remove(self._look)
+        self._loop.places.close(self.endpoint)
         self._loop.simulation.detach(self._clients)
 
     # --- connections -----------------------------------------------------------------------------
 
     def _accept(self) -> None:
         try:
-            connected, _ = self._listener.accept()
+            connected, address = self._listener.accept()
         except OSError as error:
             if error.errno in (errno.EMFILE, errno.ENFILE):
                 self._is_full = True
                 self._loop.sockets.remove(self._listener)
             return
-        if len(self._peers) >= MOST_CONNECTIONS:
-            text = "a connection of the ZeroMQ remote API is refused: at most %d are served"
-            self._log.say(logging.INFO, text, MOST_CONNECTIONS)
+        if not self._has_room(address[0]):
+            text = "a connection of the ZeroMQ remote API is refused: at most %d are served, and %d of one machine"
+            self._log.say(logging.INFO, text, MOST_CONNECTIONS, MOST_OF_ONE)
             connected.close()
             return
         try:
             _set_up(connected)
-            peer = SocketPeer(
-                connected, self._next_number, min(MAX_MESSAGE, self._loop.simulation.limits.message)
-            )
+            longest = min(MAX_MESSAGE, self._loop.simulation.limits.message)
+            peer = SocketPeer(connected, self._next_number, longest, self._loop.unfinished)
         except OSError:  # it has left already
             connected.close()
             return
@@ -186,9 +203,31 @@ class ZmqGateway:
         if peer.unsent:
             self._await_reader(peer)
 
+    def _has_room(self, address: str) -> bool:
+        """Return whether there is a place for one more connection, which another one may have to free."""
+        peers = list(self._peers.values())
+        if is_elsewhere(address):
+            of_one = [peer for peer in peers if peer.address == address]
+            if len(of_one) >= MOST_OF_ONE:
+                return self._frees_place(of_one)
+        return len(peers) < MOST_CONNECTIONS or self._frees_place(peers)
+
+    def _frees_place(self, peers: Sequence[SocketPeer]) -> bool:
+        """Close the longest one without a client, or an idle one of the client with most; return whether one is."""
+        gone = next((peer for peer in peers if not peer.key), None)
+        if gone is None:
+            numbers = max((self._of_client[peer.key] for peer in peers), key=len)
+            idle = [self._peers[number] for number in numbers if not self._peers[number].unanswered]
+            gone = min(idle, key=attrgetter("answered")) if idle and len(numbers) > 1 else None
+        if gone is not None:
+            self._cut(gone, "others need its place")
+        return gone is not None
+
     def _look(self) -> None:
         """Close connections that do not start, and accept again if descriptors may be free; after each turn."""
         now = time.monotonic()
+        if (returning := self._loop.returning) is not None and returning.are_awaited(f"{self._prefix}zmq-"):
+            self._answer_lost_calls(returning.text, now - QUIET)
         if now < self._next_look:
             return
         self._next_look = now + RETRY
@@ -196,9 +235,41 @@ class ZmqGateway:
             each for each in self._peers.values() if not each.is_ready and each.since < now - SILENCE
         ]:
             self._cut(peer, f"it has not started within {SILENCE:g} s")
+        for key in self._clients.steppers():
+            self._look_for_life(key)
         if self._is_full:
             self._is_full = False
             self._loop.sockets.add(self._listener, self._accept)
+
+    def _answer_lost_calls(self, text: str, before: float) -> None:
+        """Send an error to the peers that have been here since before a time and have sent nothing.
+
+        A socket of ZeroMQ reconnects automatically, but it never repeats a request whose answer is lost: its program
+        would wait for ever. A socket that does not wait drops the answer when it sends its next request.
+        """
+        for peer in list(self._peers.values()):
+            if peer.is_ready and not peer.key and not peer.was_told and peer.since < before:
+                peer.was_told = True
+                self.answer(peer, {"err": text})
+
+    def _look_for_life(self, key: str) -> None:
+        """Ping a client for which the simulation waits; end its stepped mode if it does not answer."""
+        peers = [self._peers[number] for number in self._of_client.get(key, ())]
+        for peer in peers:
+            peer.silent_looks += 1
+        if all(peer.answers_pings and peer.silent_looks > FROZEN / RETRY for peer in peers):
+            self._loop.end_stepping(key, f"nothing was heard of it for {FROZEN:g} s")
+            return
+        for peer in peers:
+            if peer.answers_pings and peer.silent_looks > 1:
+                was_idle = not peer.unsent
+                try:
+                    peer.ping()
+                except OSError:
+                    self._lose(peer)
+                else:
+                    if peer.unsent and was_idle:
+                        self._await_reader(peer)
 
     def _read(self, peer: SocketPeer) -> None:
         """Queue the messages that have arrived at a connection."""
@@ -228,11 +299,13 @@ class ZmqGateway:
 
     def _cut(self, peer: SocketPeer, why: str) -> None:
         """Close a connection whose peer breaks the rules."""
-        self._log.say(logging.INFO, "a connection of the ZeroMQ remote API is closed: %s", why)
+        peer.problem = why
         self._lose(peer)
 
     def _lose(self, peer: SocketPeer) -> None:
         """Forget a connection that has ended; its client leaves with its last one."""
+        if peer.problem:
+            self._log.say(logging.INFO, "a connection of the ZeroMQ remote API is closed: %s", peer.problem)
         self._forget(peer)
         if (nested := peer.nested) is not None:
             nested.append(None)
@@ -247,7 +320,7 @@ class ZmqGateway:
         peer.is_gone = True
         del self._peers[peer.number]
         self._loop.sockets.remove(peer.socket)
-        peer.socket.close()
+        peer.end()
 
     # --- messages --------------------------------------------------------------------------------
 
@@ -272,9 +345,9 @@ class ZmqGateway:
             if not _UUID.fullmatch(uuid):
                 self.answer(peer, {"err": "uuid must be letters, digits, dots and dashes"})
                 return
-            peer.key = f"{self._prefix}zmq-{uuid}"
+            peer.key = f"{self._prefix}zmq/{uuid}"
             self._of_client.setdefault(peer.key, set()).add(peer.number)
-        if refusal := self._clients.welcome(peer.key, payload, self.port):
+        if refusal := self._clients.welcome(peer, payload, self.port):
             self.answer(peer, refusal)
             return
         numbered = with_number(peer.number, payload)

@@ -8,7 +8,9 @@ import socket
 import time
 from collections import deque
 
-from .zmtp import GREETING, Incoming, framed
+from simx_server.runtime.admission.unfinished import Unfinished
+
+from .zmtp import GREETING, PING, BadPeer, Incoming, framed
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""
@@ -30,6 +32,9 @@ def number_of(numbered: bytes) -> int:
 class Peer:
     """A connection as its client's calls see it. Physics thread."""
 
+    address = ""
+    """Of the other machine, where it is known."""
+
     def __init__(self, number: int) -> None:
         """Make a connection.
 
@@ -45,19 +50,24 @@ class Peer:
 class SocketPeer(Peer):
     """An open connection. Physics thread."""
 
-    def __init__(self, connected: socket.socket, number: int, longest: int) -> None:
+    def __init__(self, connected: socket.socket, number: int, longest: int, unfinished: Unfinished) -> None:
         """Greet the peer.
 
         Args:
             connected: a socket that does not block; it belongs to the connection from now on.
             number: never used again.
             longest: bytes that a message may have.
+            unfinished: counts what it has sent of a message that is not complete.
         """
         super().__init__(number)
         self.socket = connected
+        self.address: str = connected.getpeername()[0]
         self.since = time.monotonic()
         self.key = ""
         """Its client, as the server loop names it; empty before the first valid message."""
+
+        self.was_told = False
+        """It was told that the server before this one has crashed."""
 
         self.unanswered = 0
         """Messages that were not answered yet."""
@@ -68,7 +78,14 @@ class SocketPeer(Peer):
         self.is_quick = False
         """Its last message came soon after the answer before."""
 
+        self.silent_looks = 0
+        """How often the gateway has looked without anything new of it."""
+
+        self.problem = ""
+        """Why it is closed, as soon as it is noticed; see `break_off`."""
+
         self._incoming = Incoming(longest)
+        self._unfinished = unfinished.holder(self.break_off)
         self.unsent = bytearray(GREETING)
         """Bytes that the system has not taken yet."""
 
@@ -78,6 +95,16 @@ class SocketPeer(Peer):
     def is_ready(self) -> bool:
         """Return whether the peer has said everything that comes before its messages."""
         return self._incoming.is_ready
+
+    @property
+    def answers_pings(self) -> bool:
+        """Return whether silence means that its process is frozen, or cannot be reached."""
+        return self._incoming.answers_pings
+
+    def ping(self) -> None:
+        """Ask for a sign of life. Raises OSError: the peer has left."""
+        self.unsent += PING
+        self.flush()
 
     def receive(self) -> list[bytes]:
         """Return the messages that have arrived.
@@ -93,7 +120,11 @@ class SocketPeer(Peer):
             return []
         if not data:
             raise ConnectionResetError
+        self.silent_looks = 0
         messages = incoming.take(data)
+        self._unfinished.hold(incoming.held, is_new=bool(messages))
+        if self.problem:
+            raise BadPeer(self.problem)
         if incoming.due:
             self.unsent += incoming.due
             incoming.due = b""
@@ -120,6 +151,17 @@ class SocketPeer(Peer):
         """Send what is left. Raises OSError: the peer has left."""
         with contextlib.suppress(BlockingIOError):
             del self.unsent[: self.socket.send(self.unsent)]
+
+    def break_off(self, problem: str) -> None:
+        """Have the physics thread close the connection, for a reason. Any thread."""
+        self.problem = problem
+        with contextlib.suppress(OSError):  # it is closed already
+            self.socket.shutdown(socket.SHUT_RDWR)
+
+    def end(self) -> None:
+        """Close the socket, and keep nothing."""
+        self._unfinished.end()
+        self.socket.close()
 
     def finish(self, until: float) -> None:
         """Send what is left, and wait for it until a time on the monotonic clock."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from typing import TYPE_CHECKING
 
-from .clients import Client, ZmqClients
+from .clients import FIRST_HANDLE, Client, ZmqClients
 from .connection import Connection
 from .peer import Peer, number_of
 
@@ -21,6 +21,11 @@ class ReplayedClients(ZmqClients):
         super().__init__(loop, {}, lambda peer, value: None)
         self.answers: defaultdict[str, deque[bytes | str]] = defaultdict(deque)
         """The recorded messages from within functions of a client, by its key; see `Recorder.within`."""
+
+    def begin_again(self) -> None:
+        """Count clients from the first one again, as another server did: the recorded one crashed."""
+        self.answers.clear()
+        self._next_handle = FIRST_HANDLE
 
     def peer(self, number: int) -> Peer:
         """Return a connection, which is never closed."""

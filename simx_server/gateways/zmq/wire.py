@@ -5,7 +5,6 @@ The reader is a separate one because general readers build objects for tags, and
 
 from __future__ import annotations
 
-import re
 import struct
 from array import array
 from collections.abc import Callable
@@ -18,8 +17,10 @@ MAX_MESSAGE = 64 << 20
 MAX_DEPTH = 18
 """Nesting of lists and maps: that of scripts' values, within the list of arguments, within the message."""
 
-MAX_ITEMS = 1 << 20
-"""Values in one message; a list of float64 counts as one for each 64 numbers."""
+MAX_ITEMS = 1 << 19
+"""Values in one message, which take up to 0.4 us each to read. Collections count as more; of float64 in a row,
+two count as one.
+"""
 
 LONGEST_NAME = 200
 """Characters of a function's name; a search for similar names would take long with a longer one."""
@@ -27,11 +28,19 @@ LONGEST_NAME = 200
 LONGEST_UUID = 64
 """Bytes of a client's identity; official clients send 36."""
 
-_UUID = b"\x64uuid"
-"""The key of the identity."""
+LONGEST_LANGUAGE = 32
+"""Bytes of the name of a client's language."""
+
+_UUID, _LANGUAGE = b"\x64uuid", b"\x64lang"
+"""The keys of the identity, and of the language of the client's program."""
+
+_EDGE = 1024
+"""Bytes at each end of a message in which these keys are looked for: only ``args`` may be long, and it stands on one
+side of them.
+"""
 
 _PLACES = 4
-"""Places that are looked at: an argument may look like the key."""
+"""Places of a key that are looked at in each end: an argument may look like the key."""
 
 EXECUTED = "_*executed*_"
 END = "_*end*_"
@@ -42,13 +51,22 @@ EVAL = "zmqRemoteApi.eval"
 _LARGEST_KEY = (1 << 63) - 1
 """Thousands of larger numbers may have the same hash, and such a dict takes seconds to build."""
 
-_FLOATS = re.compile(rb"(?:\xfb.{8}){16,}", re.DOTALL)
-"""Many numbers of 64 bits, one after another."""
+_COLLECTION, _PIECE = 2, 1
+"""Values that a list, a map or a text without a length, and a piece of such a text, count in addition to their
+content.
+"""
 
-_NUMBERS_PER_ITEM = 64
+_FLOAT = b"\xfb"
+"""The first byte of a number of 64 bits; eight follow."""
 
 _MANY = 16
 """Numbers from which they are read together."""
+
+_TO_LAST = 9 * (_MANY - 1)
+"""Bytes from the first to the last of these."""
+
+_TEXTS = frozenset(bytes((major << 5 | code,)) for major in (2, 3) for code in range(26))
+"""First bytes of texts and bytes whose length, of less than 64 KB, is given."""
 
 _SIZES = {24: 1, 25: 2, 26: 4, 27: 8}
 _REALS = {25: struct.Struct(">e"), 26: struct.Struct(">f"), 27: struct.Struct(">d")}
@@ -67,9 +85,6 @@ class Request(NamedTuple):
     function: str
     arguments: list[Any]
     """None, bool, int, float, bytes (every string), list, dict with keys str or int."""
-
-    language: str = ""
-    """That of the client's program; empty in later messages."""
 
 
 def read_request(payload: bytes) -> Request:
@@ -94,31 +109,39 @@ def read_request(payload: bytes) -> Request:
         arguments = []  # an empty table of Lua
     if not isinstance(arguments, list):
         raise WireError("args must be a list")
-    language = fields.get("lang")
-    return Request(
-        function.decode("utf-8", "replace"),
-        cast(list[Any], arguments),
-        language[:32].decode("utf-8", "replace") if isinstance(language, bytes) else "",
-    )
+    return Request(function.decode("utf-8", "replace"), cast(list[Any], arguments))
 
 
 def uuid_of(payload: bytes) -> str:
-    """Return the identity in a message without reading the rest; empty if there is none that is valid.
+    """Return the identity in a message without reading the rest; empty if there is none that is valid."""
+    return _short_text(payload, _UUID, LONGEST_UUID)
 
-    It stands behind the arguments, so the last place that looks like one counts.
+
+def language_of(payload: bytes) -> str:
+    """Return the language of the client's program without reading the rest; empty if none is named."""
+    return _short_text(payload, _LANGUAGE, LONGEST_LANGUAGE)
+
+
+def _short_text(payload: bytes, key: bytes, longest: int) -> str:
+    """Return the text of a key near the end or the start of a message; empty if there is none that is valid.
+
+    Most clients put it behind the arguments, so the last place that looks like one counts.
     """
-    place = len(payload)
-    for _ in range(_PLACES):
-        place = payload.rfind(_UUID, 0, place)
-        if place < 0:
-            break
-        try:
-            found = Reader(payload, place + len(_UUID)).item(0)
-        except (WireError, struct.error, IndexError):
-            continue
-        if isinstance(found, bytes) and 0 < len(found) <= LONGEST_UUID:
-            text = found.decode("ascii", "replace")
-            return text if text.isprintable() and text.isascii() else ""
+    for edge in (payload[-_EDGE:], payload[:_EDGE]):
+        place = len(edge)
+        for _ in range(_PLACES):
+            place = edge.rfind(key, 0, place)
+            if place < 0:
+                break
+            start = place + len(key)
+            if edge[start : start + 1] not in _TEXTS:
+                continue
+            try:
+                text = Reader(edge, start).item(0)[: longest + 1].decode("ascii", "replace")
+            except (WireError, IndexError):
+                continue
+            if 0 < len(text) <= longest:
+                return text if text.isprintable() and text.isascii() else ""
     return ""
 
 
@@ -219,10 +242,11 @@ class Reader:
     def _pieces(self, major: int) -> bytes:
         """Return a string that comes in pieces."""
         pieces: list[bytes] = []
+        self._count(_COLLECTION)
         while not self._ends():
             first = self._data[self._place]
             self._place += 1
-            self._count(1)
+            self._count(1 + _PIECE)
             size = first & 31 if first & 31 < 24 else self._number(first & 31)
             if first >> 5 != major or size is None:
                 raise WireError("a piece of another kind in a string")
@@ -231,28 +255,46 @@ class Reader:
 
     def _list(self, count: int | None, depth: int) -> list[Any]:
         if count is not None and count < _MANY:
-            self._count(count)
+            self._count(count + _COLLECTION)
             return [self.item(depth) for _ in range(count)]
+        self._count(_COLLECTION)
         values: list[Any] = []
+        data = self._data
         while not self._ends() if count is None else len(values) < count:
-            left = _MANY if count is None else count - len(values)
-            run = self._floats(left) if left >= _MANY else None
-            if run is None:
+            place, left = self._place, _MANY if count is None else count - len(values)
+            last = place + _TO_LAST  # of many numbers; looked at first, since to count them takes longer
+            if left < _MANY or data[place] != 0xFB or last >= len(data) or data[last] != 0xFB:
                 self._count(1)
                 values.append(self.item(depth))
+                continue
+            allowed = 2 * self._left + 2  # one more than may come
+            run = self._run(allowed if count is None else min(left, allowed))
+            if run < _MANY:
+                self._count(run + 1)
+                values += [self.item(depth) for _ in range(max(run, 1))]
             else:
-                values += run
+                self._count(run // 2)
+                values += self._floats(run)
         return values
 
-    def _floats(self, left: int) -> list[float] | None:
-        """Return the numbers of 64 bits that follow, if they are many; not more than are left in the list."""
-        if self._data[self._place] != 0xFB:
-            return None
-        found = _FLOATS.match(self._data, self._place)
-        if found is None:
-            return None
-        count = min(left, (found.end() - found.start()) // 9)
-        self._count(1 + count // _NUMBERS_PER_ITEM)
+    def _run(self, most: int) -> int:
+        """Return how many numbers of 64 bits follow, at most `most`.
+
+        Looks twice as far each time, so that it costs what it finds.
+        """
+        data, start, found, window = self._data, self._place, 0, _MANY
+        most = min(most, (len(data) - start) // 9)
+        while found < most:
+            heads = data[start + 9 * found : start + 9 * min(found + window, most) : 9]
+            same = len(heads) - len(heads.lstrip(_FLOAT))
+            found += same
+            if same < len(heads):
+                break
+            window *= 2
+        return found
+
+    def _floats(self, count: int) -> list[float]:
+        """Return this number of numbers of 64 bits, which follow."""
         run = memoryview(self._data)[self._place : self._place + 9 * count]
         raw = bytearray(8 * count)
         for byte in range(8):  # without the head of each number
@@ -265,6 +307,7 @@ class Reader:
 
     def _map(self, count: int | None, depth: int) -> dict[Any, Any]:
         values: dict[Any, Any] = {}
+        self._count(_COLLECTION)
         if count is not None:
             self._count(2 * count)
             for _ in range(count):
@@ -291,7 +334,10 @@ class Reader:
         """Return a number of more than 64 bits, the only value with a tag that is read."""
         if tag not in (_BIG, _BIG_NEGATIVE):
             raise WireError(f"tag {tag} has no meaning here")
-        digits = self.item(MAX_DEPTH)
+        is_text = (
+            self._data[self._place : self._place + 1] in _TEXTS
+        )  # another tag would have another one in it
+        digits = self.item(MAX_DEPTH) if is_text else None
         if not isinstance(digits, bytes) or len(digits) > 128:
             raise WireError("a big number has at most 128 bytes")
         number = int.from_bytes(digits, "big")

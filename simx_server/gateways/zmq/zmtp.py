@@ -48,8 +48,11 @@ def _command(body: bytes) -> bytes:
 GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x01" + b"NULL".ljust(20, b"\0") + bytes(32)
 """Signature, version, mechanism, no server of the mechanism, nothing; the first that is sent to a peer."""
 
-_SIGNATURE_END, _VERSION, _MECHANISM = 9, 10, slice(12, 32)
+_SIGNATURE_END, _VERSION, _MINOR, _MECHANISM = 9, 10, 11, slice(12, 32)
 """Places in a greeting."""
+
+PING = _command(_PING + bytes(2))
+"""Asks a peer for a PONG; the two bytes are a time that means nothing here."""
 
 READY = _command(_READY + b"\x0bSocket-Type\x00\x00\x00\x06ROUTER")
 """Sent when the peer's greeting is here."""
@@ -72,6 +75,9 @@ class Incoming:
         self.is_ready = False
         """The peer has said everything that comes before its messages."""
 
+        self.answers_pings = False
+        """The peer's version has PING: a library answers it, also while its program computes."""
+
         self._is_inside = False
         """The next frame is behind an empty one."""
 
@@ -80,6 +86,11 @@ class Incoming:
 
         self.due = b""
         """Bytes to send to the peer now; the sender clears it."""
+
+    @property
+    def held(self) -> int:
+        """Return how many bytes of a message that is not complete are kept."""
+        return len(self._data)
 
     def take(self, data: bytes) -> list[bytes]:
         """Return the messages that are complete with these further bytes.
@@ -112,6 +123,7 @@ class Incoming:
             raise BadPeer(
                 f"the peer asks for {mechanism.decode('ascii', 'replace')}, and the server has NULL only"
             )
+        self.answers_pings = start[_VERSION] > 3 or start[_MINOR] >= 1
         del start[: len(GREETING)]
         self._is_greeted, self.due = True, READY
         return True

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from simx_server.joints.servo import Entry, is_motor
 from simx_server.joints.stepping.indices import as_slice
+from simx_server.joints.watch import StepFailed
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Makes one physics step."""
@@ -95,14 +96,24 @@ class Motors:
         return step
 
     def _awake_rows(self, data: mujoco.MjData) -> NDArray[np.intp]:
-        """Return the rows of the motors where those of sleeping bodies are missing. A body with a motor is awake."""
+        """Return the rows of the motors where those of sleeping bodies are missing. A body with a motor is awake.
+
+        Raises:
+            StepFailed: the model's memory has no room for all constraints; MuJoCo goes on without the rest.
+        """
         first, last = data.ne, data.ne + data.nf
         kinds, ids = data.efc_type[first:last].tolist(), data.efc_id[first:last].tolist()
         present = {key: first + row for row, key in enumerate(zip(kinds, ids, strict=True))}
-        return np.array(
-            [present[_ROW_TYPES[b.element], b.dof if b.element == "joint" else b.id] for b in self._bindings],
-            dtype=np.intp,
-        )
+        rows = [
+            present.get((_ROW_TYPES[b.element], b.dof if b.element == "joint" else b.id))
+            for b in self._bindings
+        ]
+        if None in rows:
+            raise StepFailed(
+                f"MuJoCo's memory ({data.narena} bytes) has no room for the constraints of {data.ncon} contacts, so "
+                "motors would do nothing: have fewer contacts, or a larger <size memory=...> in the scene"
+            )
+        return np.array(rows, dtype=np.intp)
 
     def _commanding(self, data: mujoco.MjData) -> Callable[[], object]:
         """Return what writes the difference of each motor's command from its velocity, rad/s or m/s."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,22 +11,25 @@ from simx_server.errors import CommandError
 from simx_server.parts.clouds.near import Array
 from simx_server.parts.clouds.voxels import FARTHEST, Cells
 
-_MOST_PAIRS = 4_000_000
-"""Pairs of a triangle and a cell in one call, which take about ten seconds."""
+_MOST_PAIRS = 1_000_000
+"""Pairs of a triangle and a cell of one size: half a second."""
 
-_AT_ONCE = 200_000
+_AT_ONCE = 50_000
+"""Pairs between two moments at which others are served."""
+
 _SLACK = 1e-6
 """A face on the border of two cells meets both: in parts of a cell, half its size grows by this."""
 
 _OCTANTS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], np.int64)
 
 
-def surface_cells(corners: Array, size: float) -> Cells:
+def surface_cells(corners: Array, size: float, serve_others: Callable[[], object]) -> Cells:
     """Return the numbers (n, 3) of the cells that some triangles (m, 3, 3) meet; cell 0 starts at the origin.
 
     Args:
         corners: of the triangles, metres.
         size: edge of a cell in metres.
+        serve_others: called between parts of the work.
 
     Raises:
         CommandError: too many cells, or one too far away.
@@ -43,23 +48,36 @@ def surface_cells(corners: Array, size: float) -> Cells:
         edge = float(1 << level)
         fresh = np.flatnonzero(levels == level)
         starts = np.floor(low[fresh] / edge - _SLACK).astype(np.int64)
+        _check_room(len(cells) + len(_OCTANTS) * len(starts), size)
         cells = np.concatenate([cells, (starts[:, np.newaxis] + _OCTANTS).reshape(-1, 3)])
         triangles = np.concatenate([triangles, np.repeat(fresh, len(_OCTANTS))])
-        if len(cells) > _MOST_PAIRS:
-            raise CommandError(f"the surface meets too many voxels of {size:g} m; choose larger ones")
-        met = _meet(corners, triangles, cells, edge)
+        met = _meet(corners, triangles, cells, edge, serve_others)
         triangles, cells = triangles[met], cells[met]
         if level:
+            _check_room(len(_OCTANTS) * len(cells), size)
             cells = (2 * cells[:, np.newaxis] + _OCTANTS).reshape(-1, 3)
             triangles = np.repeat(triangles, len(_OCTANTS))
     found.append(cells)
     return np.unique(np.concatenate(found), axis=0)
 
 
-def _meet(corners: Array, triangles: NDArray[np.intp], cells: Cells, edge: float) -> NDArray[np.bool_]:
+def _check_room(pairs: int, size: float) -> None:
+    """Raise CommandError for too many pairs, before they take memory."""
+    if pairs > _MOST_PAIRS:
+        raise CommandError(f"the surface meets too many voxels of {size:g} m; choose larger ones")
+
+
+def _meet(
+    corners: Array,
+    triangles: NDArray[np.intp],
+    cells: Cells,
+    edge: float,
+    serve_others: Callable[[], object],
+) -> NDArray[np.bool_]:
     """Return (n,) whether triangles meet cells with this edge, in parts of the smallest cell."""
     found = np.zeros(len(cells), bool)
     for first in range(0, len(cells), _AT_ONCE):
+        serve_others()
         part = slice(first, first + _AT_ONCE)
         middles = (cells[part] + 0.5) * edge
         found[part] = _overlap(corners[triangles[part]] - middles[:, np.newaxis], edge / 2 + _SLACK)

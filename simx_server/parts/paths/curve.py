@@ -40,6 +40,7 @@ _TURNS, _SAME_AXIS = math.radians(1.0), 0.99
 _NO_LENGTH, _NO_ANGLE = 5e-5, math.radians(0.01)
 """V-REP ignores distances below these when the other kind of distance can be used instead."""
 
+MOST_CONTROL_POINTS = 4000
 MOST_POINTS = 100_000
 """Most Bezier points of a path."""
 
@@ -117,6 +118,8 @@ class Curve:
 
     def __init__(self, points: Sequence[ControlPoint], rules: Rules) -> None:
         """Compute the curve. Raises CommandError: too many points."""
+        if len(points) > MOST_CONTROL_POINTS:
+            raise CommandError(f"a path has at most {MOST_CONTROL_POINTS} control points, not {len(points)}")
         if sum(max(1, each.count) for each in points) > MOST_POINTS:
             raise CommandError(f"a path has at most {MOST_POINTS} Bezier points")
         self.control = tuple(points)

@@ -7,13 +7,15 @@ joint angles. Types say what each number is; without types all are Cartesian.
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simx_server.errors import CommandError
-from simx_server.scene.geometry.frames import wxyz_from_xyzw, xyzw_from_wxyz
-from simx_server.scene.geometry.poses import blend, conjugate, multiply, rotation_vector
+from simx_server.scene.geometry.frames import wxyz_from_xyzw
+from simx_server.scene.geometry.poses import conjugate, multiply, rotation_vector
 
 CARTESIAN, CYCLIC, QUATERNION = range(3)
 """Types of a number: as it is; an angle where whole turns are equal; one of four of a quaternion."""
@@ -21,10 +23,16 @@ CARTESIAN, CYCLIC, QUATERNION = range(3)
 LINEAR, BEZIER = "linear", "quadraticBezier"
 """Types of interpolation."""
 
+MOST_NUMBERS = 100_000
+"""Numbers of a path: some 14,000 poses. A number takes up to 2 us, one of a quaternion longer."""
+
 Configuration = list[float]
 Distance = Callable[[Configuration, Configuration], float]
 
 _LEAST_STRENGTH = 0.05
+_NO_TURN = 1e-15
+"""Sine of half of an angle, below which two rotations are the same."""
+
 _SAME = 1e-4
 """Distance below which the ends of a path overlap."""
 
@@ -51,47 +59,53 @@ class FlatPath:
         return list(self.numbers[index * self.size : (index + 1) * self.size])
 
     def at(self, position: float, kind: str, strength: float, *, is_open: bool) -> Configuration:
-        """Return the configuration at a length from the start; a length outside means the nearer end.
+        """Return the configuration at a length from the start; see `sampled`."""
+        found: Configuration = self.sampled(np.array([position]), kind, strength, is_open=is_open)[0].tolist()
+        return found
+
+    def sampled(
+        self, places: NDArray[np.float64], kind: str, strength: float, *, is_open: bool
+    ) -> NDArray[np.float64]:
+        """Return a configuration for each length from the start; a length outside means the nearer end.
 
         Args:
             kind: LINEAR or BEZIER.
             strength: share of each way that the Bezier curves take up, 0 to 1.
             is_open: a path whose ends overlap is open too.
         """
-        last = len(self.lengths) - 1
-        index = min(max(bisect_right(self.lengths, position) - 1, 0), last - 1)
-        span = self.lengths[index + 1] - self.lengths[index]
-        share = min(max((position - self.lengths[index]) / span, 0.0), 1.0) if span > 0 else 0.0
-        start, end = self.point(index), self.point(index + 1)
+        lengths = np.asarray(self.lengths, np.float64)
+        points = np.asarray(self.numbers, np.float64).reshape(len(lengths), self.size)
+        last = len(lengths) - 1
+        index = np.clip(np.searchsorted(lengths, places, "right") - 1, 0, last - 1)
+        span = lengths[index + 1] - lengths[index]
+        share = np.clip((places - lengths[index]) / np.where(span > 0, span, np.inf), 0.0, 1.0)
+        found = blended(points[index], points[index + 1], share, self.types)
+        if kind != BEZIER:
+            return found
         half = min(max(strength, _LEAST_STRENGTH), 1.0) / 2
-        if kind != BEZIER or half <= share <= 1 - half:
-            return blended(start, end, share, self.types)
-        is_closed = not is_open and distance(self.point(0), self.point(last), None, self.types) < _SAME
-        if share < half:  # the second half of the curve around the start
-            if index == 0 and not is_closed:
-                return blended(start, end, share, self.types)
-            before = self.point(index - 1 if index else last - 1)
-            return self._bend(before, start, end, half, 0.5 + share / half / 2)
-        if index + 1 == last and not is_closed:
-            return blended(start, end, share, self.types)
-        after = self.point(index + 2 if index + 1 < last else 1)
-        return self._bend(start, end, after, half, (share - 1 + half) / half / 2)
-
-    def _bend(
-        self, before: Configuration, middle: Configuration, after: Configuration, half: float, share: float
-    ) -> Configuration:
-        """Return a point of the quadratic Bezier curve around `middle`, which takes up `half` of both ways."""
-        first = blended(before, middle, 1 - half + half * share, self.types)
-        second = blended(middle, after, half * share, self.types)
-        return blended(first, second, share, self.types)
+        is_behind = share < half
+        corner = np.where(is_behind, index, index + 1)
+        bends = is_behind | (share > 1 - half)
+        if is_open or distance(self.point(0), self.point(last), None, self.types) >= _SAME:
+            bends &= (corner > 0) & (corner < last)
+        corner, share = corner[bends], share[bends]
+        along = np.where(is_behind[bends], 0.5 + share / half / 2, (share - 1 + half) / half / 2)
+        before = points[np.where(corner > 0, corner - 1, last - 1)]
+        after = points[np.where(corner < last, corner + 1, 1)]
+        # A quadratic Bezier curve around the corner takes up `half` of both ways.
+        first = blended(before, points[corner], 1 - half + half * along, self.types)
+        second = blended(points[corner], after, half * along, self.types)
+        found[bends] = blended(first, second, along, self.types)
+        return found
 
     def resampled(self, count: int, kind: str, strength: float, *, is_open: bool) -> list[float]:
         """Return the numbers of as many points, at equal lengths. Raises CommandError."""
         if count < 2:
             raise CommandError(f"a path has two points or more, not {count}")
         first, last = self.lengths[0], self.lengths[-1]
-        places = [first + (last - first) * step / (count - 1) for step in range(count)]
-        return [number for place in places for number in self.at(place, kind, strength, is_open=is_open)]
+        places = first + (last - first) * np.arange(count) / (count - 1)
+        found: list[float] = self.sampled(places, kind, strength, is_open=is_open).ravel().tolist()
+        return found
 
 
 def lengths_of(numbers: Sequence[float], size: int, measure: Distance | None = None) -> list[float]:
@@ -106,12 +120,14 @@ def lengths_of(numbers: Sequence[float], size: int, measure: Distance | None = N
     """
     if size < 1 or not numbers or len(numbers) % size:
         raise CommandError(f"{len(numbers)} numbers do not divide among points of {size}")
+    if measure is None:
+        places = np.asarray(numbers, np.float64).reshape(-1, size)[:, :3]
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        return [0.0, *np.cumsum(steps).tolist()]
     points = [list(numbers[start : start + size]) for start in range(0, len(numbers), size)]
     found = [0.0]
     for before, point in pairwise(points):
-        found.append(
-            found[-1] + (math.dist(before[:3], point[:3]) if measure is None else measure(before, point))
-        )
+        found.append(found[-1] + measure(before, point))
     return found
 
 
@@ -160,21 +176,55 @@ def distance(
 
 
 def blended(
-    first: Sequence[float], second: Sequence[float], share: float, types: Sequence[int]
-) -> Configuration:
-    """Return the configuration at a share of the way from the first to the second."""
-    found: Configuration = []
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    share: NDArray[np.float64],
+    types: Sequence[int],
+) -> NDArray[np.float64]:
+    """Return configurations at shares of the ways from the first ones to the second ones.
+
+    Args:
+        first: a configuration in each row.
+        second: the same.
+        share: a number for each row.
+        types: of the numbers of a configuration.
+    """
+    gap = second - first
+    cyclic = [index for index, kind in enumerate(types) if kind == CYCLIC]
+    gap[:, cyclic] -= 2 * math.pi * np.rint(gap[:, cyclic] / (2 * math.pi))
+    found = first + share[:, None] * gap
     index = 0
-    while index < len(first):
+    while index < len(types):
         if types[index] == QUATERNION:
-            start_turn, end_turn = (wxyz_from_xyzw(each[index : index + 4]) for each in (first, second))
-            found += xyzw_from_wxyz(blend(start_turn, end_turn, share))
-            index += 4
-            continue
-        start, gap = first[index], second[index] - first[index]
-        found.append(start + share * (math.remainder(gap, 2 * math.pi) if types[index] == CYCLIC else gap))
+            turns = slice(index, index + 4)
+            found[:, turns] = _turned(first[:, turns], second[:, turns], share)
+            index += 3
         index += 1
     return found
+
+
+def _turned(
+    first: NDArray[np.float64], second: NDArray[np.float64], share: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return rotations x, y, z, w on the shorter ways, of length 1 and w not negative. Raises CommandError."""
+    first, second = _normalised(first), _normalised(second)
+    start, scalar = first[:, :3], first[:, 3:]
+    between = scalar * second[:, :3] - second[:, 3:] * start - np.cross(start, second[:, :3])
+    cosine = np.sum(first * second, axis=1)
+    sine = np.linalg.norm(between, axis=1)
+    angle = np.arctan2(sine, np.abs(cosine)) * share
+    axis = between * (np.where(cosine < 0, -1.0, 1.0) / np.where(sine > _NO_TURN, sine, np.inf))[:, None]
+    turn, rest = axis * np.sin(angle)[:, None], np.where(sine > _NO_TURN, np.cos(angle), 1.0)[:, None]
+    vector = scalar * turn + rest * start + np.cross(start, turn)
+    found = np.hstack([vector, scalar * rest - np.sum(start * turn, axis=1, keepdims=True)])
+    return np.where(found[:, 3:] < 0, -found, found)
+
+
+def _normalised(turns: NDArray[np.float64]) -> NDArray[np.float64]:
+    lengths = np.linalg.norm(turns, axis=1, keepdims=True)
+    if not lengths.all() or not np.isfinite(lengths).all():
+        raise CommandError("a quaternion is four finite numbers, not all of them 0")
+    return turns / lengths
 
 
 def checked_types(types: Sequence[int] | None, size: int) -> list[int]:

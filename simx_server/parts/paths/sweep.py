@@ -13,7 +13,8 @@ from simx_server.scene.geometry.poses import Pose, matrix
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
-MOST_CORNERS = 500_000
+MOST_CORNERS = 10_000
+"""MuJoCo compiles two triangles for each."""
 
 _SAME = 1e-6
 

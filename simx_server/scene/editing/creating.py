@@ -38,7 +38,10 @@ _LARGEST = 1e4
 _LEAST_MASS, _LARGEST_MASS = 1e-6, 1e4
 """V-REP's limits, kg."""
 
-_MOST_POINTS = 1_000_000
+_MOST_POINTS = _MOST_TRIANGLES = 20_000
+"""Of a mesh. MuJoCo compiles a triangle in about 10 us; larger ones come as files, which are tried elsewhere first."""
+
+_MOST_HEIGHTS = 250_000
 
 _GEOM = mujoco.mjtGeom
 
@@ -125,6 +128,10 @@ def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, 
     """
     if len(points) < 3 or len(faces) < 1 or len(points) > _MOST_POINTS:
         raise CommandError(f"a mesh has from 3 to {_MOST_POINTS} points and at least one triangle")
+    if len(faces) > _MOST_TRIANGLES:
+        raise CommandError(
+            f"a mesh has at most {_MOST_TRIANGLES} triangles, not {len(faces)}; load it from a file"
+        )
     if faces.min() < 0 or faces.max() >= len(points):
         raise CommandError(f"a triangle's corners are indices from 0 to {len(points) - 1} here")
     if len(points) == 3:  # MuJoCo wants four, of which one may belong to no triangle
@@ -144,8 +151,10 @@ def create_height_field(world: World, heights: np.ndarray, width: float) -> int:
     Raises CommandError: less than 2 x 2 heights, or no width.
     """
     rows, columns = heights.shape
-    if rows < 2 or columns < 2 or not 0 < width <= _LARGEST:
-        raise CommandError("a height field has at least 2 x 2 points and a width above 0 m")
+    if rows < 2 or columns < 2 or not 0 < width <= _LARGEST or heights.size > _MOST_HEIGHTS:
+        raise CommandError(
+            f"a height field has 2 x 2 points or more, at most {_MOST_HEIGHTS}, and a width above 0 m"
+        )
     low, high = float(heights.min()), float(heights.max())
     rise, middle = max(high - low, THICKNESS), (low + high) / 2
     depth = width * (rows - 1) / (columns - 1)

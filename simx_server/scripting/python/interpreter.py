@@ -10,8 +10,8 @@ other strings ``bytes``, but results of functions that pack, and of those that r
 are always ``bytes``. CoppeliaSim's choice between the two depends on the data as well. Lists, dicts and numbers keep
 their types; arrays of numpy become lists.
 
-`python_guard.py` limits the rights of a script, `process.py` its time. A script that was killed has ended: each later
-call returns the reason. A script stays usable after an error inside it.
+`python_launcher.py` limits the rights of a script, `process.py` its time. A script that was killed has ended: each
+later call returns the reason. A script stays usable after an error inside it.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _LONGEST_NAME = 200
 
 _MOST_TURNS = 1 << 20
 
-_WALLS = ("no_new_privs", "landlock", "seccomp")
+_WALLS = ("landlock", "seccomp")
 
 
 class PythonFunction:
@@ -78,12 +78,19 @@ class PythonInterpreter:
     """The parent's side of one running script."""
 
     def __init__(
-        self, name: str, api: Api, *, time_limit: float = TIME_LIMIT, folder: Path | None = None
+        self,
+        name: str,
+        api: Api,
+        *,
+        time_limit: float = TIME_LIMIT,
+        folder: Path | None = None,
+        needs_seccomp: bool = True,
     ) -> None:
         """Start the script's process, which initializes while the server continues.
 
         Args:
             folder: the scene's folder, whose files the script may read; None: none.
+            needs_seccomp: the script does not run where the kernel cannot restrict its system calls.
         """
         self.name = name
         self._api = api
@@ -105,6 +112,8 @@ class PythonInterpreter:
             api.serve_others,
             lambda: api.is_ending,
             time_limit,
+            folder,
+            needs_seccomp=needs_seccomp,
         )
         self._process.begin()
         known = {space: dict(names) for space, names in api.namespaces().items()}
@@ -213,6 +222,7 @@ class PythonInterpreter:
                         return []
                     self._process.send("ok", [])
                 case "ready", [list(told)]:
+                    self._process.started()
                     self._warn_of_missing([wall for wall in _WALLS if wall in told])
                 case "print", [str(text)]:
                     self._api.output(_clean(text))
@@ -246,8 +256,8 @@ class PythonInterpreter:
         if walls and not self._is_warned:
             self._is_warned = True
             logger.warning(
-                "%s runs without the kernel's %s: nothing but Python itself confines it, so run only "
-                "scripts whose author you trust",
+                "%s runs without the kernel's %s, which its author can make use of: run only scripts whose author "
+                "you trust",
                 self.name,
                 " and ".join(walls),
             )

@@ -31,6 +31,7 @@ from typing import Any
 
 from simx_server.scripting.interpreter import ENDING_LIMIT, PATIENCE, ScriptError
 
+from .python_limits import NOT_CONFINED
 from .python_wire import HEADER, Packer, Unpacker, WireError
 
 WALL_FACTOR = 2
@@ -43,6 +44,9 @@ _CHUNK = 1 << 16
 _LAST_WORDS = 0.1
 """Seconds in which a late process must report its position."""
 
+_START_LIMIT = 1.0
+"""Further processor seconds for the first request, until the interpreter is ready."""
+
 _UNASKED_LIMIT = 1.0
 """Limit of the sum of processor seconds between requests; freeing much memory takes a part of it."""
 
@@ -52,11 +56,14 @@ _UNASKED_PER_REQUEST = 0.005
 _LONGEST_WORDS = 4 * _CHUNK
 """Maximum characters of this report; the script may have written to the same stream."""
 
+_LONGEST_REASON = 300
+"""Maximum characters of the last line of an ended process that are told."""
+
 _PLACE = re.compile(r'File "([^"\x00-\x1f\x7f]{1,200})", line (\d{1,9})')
 
 _OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 
-_CHILD = Path(__file__).with_name("python_child.py")
+_LAUNCHER = Path(__file__).with_name("python_launcher.py")
 
 _ENVIRONMENT = {
     # The order of sets must repeat, as everything in stepped mode.
@@ -72,6 +79,10 @@ _ENVIRONMENT = {
 class PythonProcess:
     """Starts the process; `send` and `receive` must be called between ``begin`` and ``finish``.
 
+    Args (of interest beside the obvious ones):
+        folder: the script may read its files; None: none.
+        needs_seccomp: the script does not run where the kernel cannot restrict its system calls.
+
     Raises:
         ScriptError: Python scripts are not supported on this system.
     """
@@ -84,6 +95,9 @@ class PythonProcess:
         serve_others: Callable[[], None],
         is_ending: Callable[[], bool],
         time_limit: float,
+        folder: Path | None = None,
+        *,
+        needs_seccomp: bool = True,
     ) -> None:
         if sys.platform != "linux":
             raise ScriptError(
@@ -102,7 +116,11 @@ class PythonProcess:
         # server ends.
         lifeline, self._lifeline = os.pipe()
         self._child = subprocess.Popen(
-            [sys.executable, "-s", "-B", str(_CHILD), str(lifeline)],
+            [
+                *(sys.executable, "-I", "-S", "-B", str(_LAUNCHER)),
+                *(str(lifeline), str(int(needs_seccomp)), "" if folder is None else str(folder)),
+                *library_folders(),
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -128,6 +146,7 @@ class PythonProcess:
         self._delay_before = 0.0
         """Seconds that the process had been ready without a processor when the request started to last."""
 
+        self._is_starting = True
         self._is_long = False
         """The request lasts so long that others are served meanwhile."""
 
@@ -145,10 +164,11 @@ class PythonProcess:
             ScriptError: the process continued to compute after the last request.
         """
         now, used = time.monotonic(), self._processor_time()
-        self._look_at = now + self._time_limit
-        self._wall_end = now + WALL_FACTOR * self._time_limit
+        limit = self._time_limit + (_START_LIMIT if self._is_starting else 0.0)
+        self._look_at = now + limit
+        self._wall_end = now + WALL_FACTOR * limit
         self._ending_end = now + ENDING_LIMIT
-        self._processor_end = used + self._time_limit
+        self._processor_end = used + limit
         self._is_long = False
         self._next_service = now + PATIENCE
         self._unasked += max(0.0, used - self._finished) - _UNASKED_PER_REQUEST
@@ -157,6 +177,12 @@ class PythonProcess:
         self._unasked = max(0.0, self._unasked)
         if self._processor_end + 1 > self._allowed:
             self._allow(math.ceil(self._processor_end) + 2)
+
+    def started(self) -> None:
+        """Restart the time of the first request: the process is ready. Without effect the next time."""
+        if self._is_starting:
+            self._is_starting = False
+            self.begin()
 
     def finish(self) -> None:
         """Record the end of a request."""
@@ -326,6 +352,22 @@ class PythonProcess:
             return self.kill(
                 f"{self.name}: took too long, or computed while nothing was asked of it, and was stopped"
             )
+        if code == NOT_CONFINED:
+            return self.kill(f"{self.name}: does not run: {self._last_line()}")
         how = f"was ended by signal {-code}" if code < 0 else f"ended by itself (exit code {code})"
-        last = os.read(self._errors, _CHUNK).decode("utf-8", "replace").strip().rpartition("\n")[2]
-        return self.kill(f"{self.name}: its process {how}{last and ': ' + last[:200]}")
+        last = self._last_line()
+        return self.kill(f"{self.name}: its process {how}{last and ': ' + last}")
+
+    def _last_line(self) -> str:
+        text = os.read(self._errors, _CHUNK).decode("utf-8", "replace")
+        return text.strip().rpartition("\n")[2][:_LONGEST_REASON]
+
+
+def library_folders() -> list[str]:
+    """Return the folders of Python's library and the installed packages, with no link in their paths."""
+    folders = [
+        os.path.dirname(os.__file__),
+        *(path for path in sys.path if path.startswith(sys.base_prefix + "/lib")),
+        *(path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")),
+    ]
+    return list(dict.fromkeys(os.path.realpath(path) for path in folders))

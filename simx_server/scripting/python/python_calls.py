@@ -7,8 +7,9 @@ Left out on purpose:
 
 * signals to other processes, and calls that make the kernel send them: ``F_SETOWN``, ``O_ASYNC``, timers, message
   queues;
-* handlers and masks of signals, so that a script cannot disable the limit on processor time and the request for its
-  position;
+* handlers and masks of signals, so that a script cannot disable the limit on processor time; Python sets four
+  handlers when it starts, which the script may change too;
+* programs: one call of ``execve`` passes, the launcher's, which is known by the addresses of its arguments;
 * processes, threads, sockets, pipes, every change of the file tree, the memory of other processes;
 * io_uring, which executes calls outside the filter.
 
@@ -21,7 +22,10 @@ from __future__ import annotations
 import errno
 import os
 import struct
-from typing import NamedTuple
+
+TYPE_CHECKING = False  # typing would cost more than all the rest of the launcher
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 _ALLOW = 0x7FFF0000
 _KILL = 0x80000000
@@ -65,6 +69,9 @@ ALLOWED = {
     "getuid": (102, 174), "geteuid": (107, 175), "getgid": (104, 176), "getegid": (108, 177), "getresuid": (118, 148),
     "getresgid": (120, 150), "getgroups": (115, 158), "getpgrp": (111, -1), "getpgid": (121, 155), "getsid": (124, 156),
     "getrusage": (98, 165), "getrlimit": (97, 163), "prlimit64": (302, 261),
+    # the start of the interpreter
+    "execve": (59, 221), "arch_prctl": (158, -1), "set_tid_address": (218, 96), "rt_sigaction": (13, 134),
+    "sigaltstack": (131, 132),
     # the machine
     "getrandom": (318, 278), "uname": (63, 160), "sysinfo": (99, 179), "getcpu": (309, 168),
     "sched_getaffinity": (204, 123),
@@ -81,14 +88,24 @@ _WRITING = 0o3 | 0o100 | 0o1000 | 0o2000 | 0o20000 | 0o20000000
 """O_WRONLY, O_RDWR, O_CREAT, O_TRUNC, O_APPEND, O_ASYNC, O_TMPFILE without its O_DIRECTORY."""
 
 
-class _Check(NamedTuple):
+_HANDLED = (2, 10, 13, 25)
+"""SIGINT, SIGUSR1, SIGPIPE, SIGXFSZ: handled by Python, and by the child's report of its position."""
+
+
+class _Check:
     """Condition on one 32-bit half of an argument for a call to be allowed."""
 
-    argument: int
-    among: tuple[int, ...] = ()
-    other_than: tuple[int, ...] = ()
-    without_bits: int = 0
-    upper: bool = False
+    def __init__(
+        self,
+        argument: int,
+        *,
+        among: tuple[int, ...] = (),
+        other_than: tuple[int, ...] = (),
+        without_bits: int = 0,
+        upper: bool = False,
+    ) -> None:
+        self.argument, self.among, self.other_than = argument, among, other_than
+        self.without_bits, self.upper = without_bits, upper
 
     def program(self, refuse: tuple[int, int, int, int]) -> list[tuple[int, int, int, int]]:
         """Return the steps that continue after the last one if the condition holds."""
@@ -104,7 +121,7 @@ class _Check(NamedTuple):
         return [*steps, refuse]
 
 
-def _checks(lifeline: int) -> dict[str, tuple[_Check, ...]]:
+def _checks(lifeline: int, launch: Sequence[int]) -> dict[str, tuple[_Check, ...]]:
     return {
         "fcntl": (_Check(1, among=_FCNTL),),
         "ioctl": (_Check(1, among=_IOCTL),),
@@ -117,16 +134,29 @@ def _checks(lifeline: int) -> dict[str, tuple[_Check, ...]]:
         # abort() sends its signal in this way.
         "tgkill": (_Check(0, among=(os.getpid(),)),),
         # A null pointer for the new limit: only reading.
-        "prlimit64": (_Check(2, among=(0,)), _Check(2, among=(0,), upper=True)),
+        "prlimit64": _is_pointer(2, 0),
+        "rt_sigaction": (_Check(0, among=_HANDLED),),
+        "execve": tuple(
+            check for place, address in enumerate(launch) for check in _is_pointer(place, address)
+        )
+        or (_Check(0),),
     }
 
 
-def steps(machine: str, lifeline: int) -> list[tuple[int, int, int, int]]:
+def _is_pointer(argument: int, address: int) -> tuple[_Check, _Check]:
+    return (
+        _Check(argument, among=(address & 0xFFFFFFFF,)),
+        _Check(argument, among=(address >> 32,), upper=True),
+    )
+
+
+def steps(machine: str, lifeline: int, launch: Sequence[int] = ()) -> list[tuple[int, int, int, int]]:
     """Return the filter's steps for a machine of `ARCHITECTURES`: operation, jump if true, jump if false, operand.
 
     Args:
         machine: as `platform.machine` names it.
         lifeline: the descriptor that the process must not close.
+        launch: addresses of the arguments of the one ``execve`` that is allowed; none: no call is.
     """
     architecture, column = ARCHITECTURES[machine]
     refuse = (_GIVE, 0, 0, _ERRNO | errno.EPERM)
@@ -139,7 +169,7 @@ def steps(machine: str, lifeline: int) -> list[tuple[int, int, int, int]]:
         (_AT_LEAST, 0, 1, _X32),
         (_GIVE, 0, 0, _KILL),
     ]
-    checks = _checks(lifeline)
+    checks = _checks(lifeline, launch)
     for name, numbers in ALLOWED.items():
         if numbers[column] < 0:
             continue
@@ -149,6 +179,6 @@ def steps(machine: str, lifeline: int) -> list[tuple[int, int, int, int]]:
     return [*program, (_AT_LEAST, 0, 1, _UNIFIED), (_GIVE, 0, 0, _ERRNO | errno.ENOSYS), refuse]
 
 
-def packed(machine: str, lifeline: int) -> bytes:
+def packed(machine: str, lifeline: int, launch: Sequence[int] = ()) -> bytes:
     """Return the steps in the kernel's binary format."""
-    return b"".join(struct.pack("<HBBI", *step) for step in steps(machine, lifeline))
+    return b"".join(struct.pack("<HBBI", *step) for step in steps(machine, lifeline, launch))

@@ -1,4 +1,4 @@
-"""The process of one Python script: standard library only, started by `process.py`.
+"""The process of one Python script: standard library only, started by `process.py` with `python_launcher.py`.
 
 It processes one message at a time. While the script waits for an answer of the server, further requests may arrive
 and are processed on top of it (call-backs while ``sysCall_thread`` waits, a function of ``sim`` that calls the script
@@ -21,8 +21,8 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-import python_confine
 import python_guard
+import python_limits
 import python_stubs
 from python_link import Link, Output
 
@@ -213,7 +213,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
                 place = f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
             trace = trace.tb_next
         if isinstance(problem, MemoryError):
-            return f"{place}: used more than {python_guard.MEMORY_LIMIT >> 20} MiB of memory"
+            return f"{place}: used more than {python_limits.MEMORY_LIMIT >> 20} MiB of memory"
         if isinstance(problem, ApiError):
             return f"{place}: {problem}"
         if isinstance(problem, SystemExit):
@@ -246,46 +246,28 @@ def _results(value: Any) -> list[Any]:
 
 
 def main() -> None:
-    """Take over the pipes, confine the process, and serve requests."""
-    link = Link(os.dup(0), os.dup(1))
-    nothing = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nothing, 0)
-    os.dup2(2, 1)
-    # The server reads standard error only after this process has ended: a full pipe must not stop the script.
-    os.set_blocking(2, False)
-    lifeline = int(sys.argv.pop())
-    end_with(lifeline)
+    """Take over the pipes, and serve requests; `python_launcher.py` has built the walls and tells which are missing."""
+    reading, writing, missing, *libraries = sys.argv[1:]
+    del sys.argv[1:]
+    link = Link(int(reading), int(writing))
     faulthandler.register(signal.SIGUSR1, all_threads=True)
     _, name, namespaces, folder = link.receive()
     random.seed(1)
     sys.dont_write_bytecode = True
-    libraries = python_guard.library_folders()
-    sys.path[:] = [path for path in sys.path if os.path.realpath(path) in libraries]
+    sys.path[:] = libraries
     folders = list(libraries)
     if folder is not None:
         folders.append(os.path.realpath(folder))
         os.chdir(folder)
     script = Script(link, name, namespaces)
-    builtins.__dict__.pop("exit", None)
-    builtins.__dict__.pop("quit", None)
-    python_guard.limit_resources()
-    missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"], lifeline)
+    python_guard.drop_native_modules()
     stubs = python_stubs.stubs()
     python_guard.hide_modules()
     sys.modules.update(stubs)
     python_guard.refuse(folders, libraries)
-    link.send("ready", missing)
+    link.send("ready", missing.split(",") if missing else [])
     while True:
         script.serve()
-
-
-def end_with(lifeline: int) -> None:
-    """Have the kernel kill this process when the other end of this pipe closes, whatever the script is doing then."""
-    import fcntl
-
-    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(lifeline, fcntl.F_SETSIG, signal.SIGKILL)
-    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
 
 
 if __name__ == "__main__":

@@ -1,40 +1,30 @@
-"""Limits on the process of a Python script, set before the script's text is read. Linux only.
+"""Python's own refusals, within the walls of the kernel that `python_launcher.py` has built.
 
-There are three barriers, each for gaps of the others:
+An audit hook gives clear and immediate errors for files, processes, sockets, signals, threads and native code. It
+stops mistakes and careless scripts, **not a hostile author**: it is Python code in the script's process, and native
+code gets past it, which even numpy gives, because its arrays can lie at any address. The kernel's walls hold against
+everybody; see `python_confine.py` and `python_calls.py`.
 
-* an audit hook: clear and immediate errors for files, processes, sockets, signals, threads, ctypes. It is Python code
-  in
-  the script's process: one function without globals, whose values are constants, known only to Python's list of
-      hooks.
-  It uses no module, frame, built-in name or object that a script can change. Native code gets past it, and ctypes,
-  which sets up the kernel's barriers, leaves its types in the process;
-* limits of the kernel: memory, processor time, no file grows, no processes and threads (the last not for root), no
-  core
-  file;
-* Landlock and seccomp, see `python_confine.py` and `python_calls.py`: which files can be opened; which system calls
-  can
-  be made. They hold against native code too, as far as the kernel itself does.
+The hook still makes the way past it long. It is one function without globals, whose values are constants, known only
+to Python's list of hooks; it uses no module, frame, built-in name or object that a script can change. Nothing that
+built the walls was ever loaded into this process, ctypes included; the kernel does not let its file be opened, and
+where Python has it built in, its import is taken away.
 
-On a kernel without Landlock (before 5.13, or switched off) or seccomp the first two barriers remain: effective
-against mistakes and careless scripts, not against a hostile author; the server's log reports this. The barriers do
-not prevent a script from reading Python's and the system's libraries and the installed packages, from testing whether
-a file exists and how large it is, from using up the processor time of a call, or from sending the server any call
-that the script may make anyhow.
+The walls do not prevent a script from reading Python's and the system's libraries and the installed packages, from
+testing whether a file exists and how large it is, from using up the processor time of a call, or from sending the
+server any call that the script may make anyhow.
 """
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import os
-import resource
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
-MEMORY_LIMIT = 512 << 20
-"""Bytes of address space; numpy alone takes 200 MiB of it."""
-
-_FILES = 64
-"""Open files at the same time."""
+import python_limits
 
 _REFUSED = {
     "files can only be read": (
@@ -53,46 +43,34 @@ _REFUSED = {
 }  # fmt: skip
 
 _MODULES = {
-    "no native code": (
-        "ctypes", "_ctypes", "_cffi_backend", "_interpreters", "_xxsubinterpreters", "_testcapi", "_testinternalcapi",
-    ),
+    "no native code": python_limits.NATIVE_MODULES,
     "no other processes": ("_posixsubprocess",),
     "no connections": ("_socket", "_ssl"),
     "files can only be read": ("fcntl",),
 }  # fmt: skip
 
-_OWN_MODULES = (
-    "python_calls",
-    "python_confine",
-    "python_guard",
-    "python_link",
-    "python_stubs",
-    "python_wire",
-)
+_OWN_MODULES = ("python_guard", "python_limits", "python_link", "python_stubs", "python_wire")
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 
-def limit_resources() -> None:
-    """Set the kernel's limits permanently: hard limits cannot be raised again."""
-    for kind, value in (
-        (resource.RLIMIT_AS, MEMORY_LIMIT),
-        (resource.RLIMIT_FSIZE, 0),
-        (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_NPROC, 0),
-        (resource.RLIMIT_NOFILE, _FILES),
-    ):
-        resource.setrlimit(kind, (value, value))
+def drop_native_modules() -> None:
+    """Leave no way to `python_limits.NATIVE_MODULES` where Python has them built in, not as files that can be hidden.
 
+    No later import can load a built-in module then, so the harmless ones are loaded now.
+    """
+    import _imp
 
-def library_folders() -> list[str]:
-    """Return the folders of Python's library and the installed packages, with no link in their paths."""
-    own = [
-        os.path.dirname(os.__file__),
-        *(path for path in sys.path if path.startswith(sys.base_prefix + "/lib")),
-    ]
-    packages = [path for path in sys.path if os.path.basename(path) in ("site-packages", "dist-packages")]
-    return sorted({os.path.realpath(path) for path in (*own, *packages)})
+    if not python_limits.NATIVE_MODULES.intersection(sys.builtin_module_names):
+        return
+    for name in set(sys.builtin_module_names).difference(*_MODULES.values()):
+        with contextlib.suppress(ImportError):
+            importlib.import_module(name)
+
+    def refuse_builtin(spec: Any) -> NoReturn:
+        raise ImportError(f"a script may not import {spec.name}: no native code")
+
+    _imp.create_builtin = refuse_builtin
 
 
 def hide_modules() -> None:
@@ -158,7 +136,8 @@ def make_hook(  # noqa: C901 - one function, see its docstring
             if given is None:
                 given = b"."
         elif event == "import":
-            name = encode(arguments[0], "utf-8", "surrogateescape").rpartition(b".")[2]
+            # Python calls the function PyInit__ctypes for a name "-ctypes" too.
+            name = encode(arguments[0], "utf-8", "surrogateescape").rpartition(b".")[2].replace(b"-", b"_")
             for reason, names in modules:
                 if name in names:
                     text = name.decode("utf-8", "replace")
@@ -202,6 +181,8 @@ def make_hook(  # noqa: C901 - one function, see its docstring
                 if target.startswith(b"/"):
                     place = b""
                 left += target.split(b"/")[::-1]
+        if event == "import" and place.rpartition(b"/")[2].partition(b".")[0] in modules[0][1]:
+            raise import_error("a script may not import this file: no native code")
         if not (place + b"/").startswith(allowed):
             text = path.decode("utf-8", "replace")
             raise permission_error(f"a script may not {problem} {text!r}: only files of the scene's folder")

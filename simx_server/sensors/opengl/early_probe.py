@@ -130,6 +130,7 @@ def _become_probe(name: str, writer: int) -> NoReturn:
         if (wakeup := signal.set_wakeup_fd(-1)) >= 0:  # the server's; see its watchdog
             os.close(wakeup)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         signal.alarm(round(PROBE_LIMIT))  # ends it, even if the server is gone
         for standard in (1, 2):  # the ready line's pipe must not stay open here; a driver may write anything
             os.dup2(writer, standard)

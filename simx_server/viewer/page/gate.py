@@ -23,7 +23,10 @@ import socket
 import threading
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-from simx_server.browsers import cookie_of, end_connection
+from simx_server.browsers import Places, cookie_of, end_connection, is_of_another_page
+from simx_server.runtime.admission.unfinished import Holder, Unfinished
+
+from .websocket_size import MessageSize
 
 logger = logging.getLogger(__name__)
 
@@ -33,6 +36,11 @@ _HEAD_TIMEOUT = 10.0
 
 _CHUNK = 65_536
 _MOST_CONNECTIONS = 200
+_MOST_OF_ONE = 100
+"""Connections from one other machine; a browser makes seven."""
+
+_LOOK = 1.0
+"""Seconds between two looks for messages that do not go on."""
 
 
 def is_loopback(host: str) -> bool:
@@ -85,7 +93,8 @@ class Gate:
             self.url += f"?token={self.token}"
         self._cookie = f"simx_token_{self.port}"  # cookies of one host are for all its ports
         self._behind = behind
-        self._connections = 0
+        self._places = Places()
+        self._unfinished = Unfinished()
         self._loop = asyncio.new_event_loop()
         self._server = self._loop.run_until_complete(
             asyncio.start_server(self._admit, sock=listener, limit=_MOST_HEAD)
@@ -100,6 +109,7 @@ class Gate:
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)  # gather needs it
+        self._look()
         try:
             self._loop.run_forever()
         finally:
@@ -112,15 +122,20 @@ class Gate:
             self._loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
             self._loop.close()
 
+    def _look(self) -> None:
+        self._unfinished.look()
+        self._loop.call_later(_LOOK, self._look)
+
     async def _admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._connections += 1
+        most = _MOST_CONNECTIONS
         try:
-            if self._connections > _MOST_CONNECTIONS:
+            if not self._places.enter(writer, many=most, most=most, most_of_one=_MOST_OF_ONE):
                 raise Refused(
                     "503 Service Unavailable", "Too many connections to this page; close some browsers.\n"
                 )
             async with asyncio.timeout(_HEAD_TIMEOUT):
                 head = await _head(reader)
+            self._places.has_request(writer)
             await self._pass_on(self._checked(head), reader, writer)
         except Refused as refusal:
             writer.write(refusal.response())
@@ -135,7 +150,7 @@ class Gate:
             # A task that is cancelled, since the page ends, closes at once.
             with contextlib.suppress(asyncio.CancelledError):
                 await end_connection(writer)
-            self._connections -= 1
+            self._places.leave(writer)
 
     # --- checks ----------------------------------------------------------------------------------
 
@@ -171,8 +186,7 @@ class Gate:
         origin = headers.get("origin")
         if origin is not None and _split(origin).netloc != host:
             raise Refused("403 Forbidden", "Another web site may not use this page.\n")
-        # A link may lead here; a frame or a script of another site may not.
-        if headers.get("sec-fetch-site") == "cross-site" and headers.get("sec-fetch-dest") != "document":
+        if is_of_another_page(headers, in_frames=True):
             raise Refused("403 Forbidden", "Another web site may not show this page within its own.\n")
 
     def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:
@@ -193,10 +207,11 @@ class Gate:
 
     async def _pass_on(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         back_reader, back_writer = await asyncio.open_connection(*self._behind)
+        unfinished = self._unfinished.holder(lambda _why: writer.transport.abort())
         try:
             back_writer.write(head)
             ways = [
-                asyncio.ensure_future(_copy(reader, back_writer)),
+                asyncio.ensure_future(_copy(reader, back_writer, unfinished)),
                 asyncio.ensure_future(_copy(back_reader, writer)),
             ]
             try:
@@ -207,6 +222,7 @@ class Gate:
                     way.cancel()
                 await asyncio.gather(*ways, return_exceptions=True)
         finally:
+            unfinished.end()
             back_writer.close()
 
 
@@ -221,8 +237,15 @@ async def _head(reader: asyncio.StreamReader) -> bytes:
         ) from None
 
 
-async def _copy(source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
+async def _copy(
+    source: asyncio.StreamReader, sink: asyncio.StreamWriter, unfinished: Holder | None = None
+) -> None:
+    """Copy until the source ends; count the messages of a browser. Raises TooLong."""
+    size = MessageSize()
     while data := await source.read(_CHUNK):
+        if unfinished is not None:
+            before, held = size.count, size.add(data)
+            unfinished.hold(held, is_new=size.count > before)
         sink.write(data)
         await sink.drain()
 

@@ -117,6 +117,16 @@ def test_server_interrupted_while_it_starts(monkeypatch: pytest.MonkeyPatch) -> 
     assert code_of(cli.main) == INTERRUPTED
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM")
+def test_server_that_is_told_to_end_while_it_starts_is_interrupted() -> None:
+    starting = (
+        "import signal, sys; from simx_server.app import cli; "
+        "cli.import_mujoco = lambda: signal.raise_signal(signal.SIGTERM); sys.exit(cli.main(['--port', '0']))"
+    )
+    run = subprocess.run([sys.executable, "-c", starting], cwd=ROOT, capture_output=True, timeout=60)
+    assert (run.returncode, run.stdout, run.stderr) == (INTERRUPTED, b"", b"")
+
+
 # --- simx-run -------------------------------------------------------------------------------------
 
 

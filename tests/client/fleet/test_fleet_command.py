@@ -10,8 +10,8 @@ import pytest
 from routers import free_port
 
 from simx_client.fleet import cluster, command
-from simx_client.fleet.member import reachable
 from simx_client.fleet.ray import FleetError
+from simx_client.fleet.router import reachable
 
 
 def test_without_ray_it_names_the_line_that_installs_it(

@@ -269,3 +269,30 @@ def test_each_of_many_servers_is_in_the_next_domain_of_ros_2() -> None:
     settings = Settings.gather({"ros2": "4", "count": "3"}, {})
     assert [settings.member(number).ros2 for number in range(3)] == [4, 5, 6]
     assert Settings.gather({"count": "3"}, {}).member(2).ros2 is None
+
+
+def test_what_is_written_is_no_link_to_another_file(tmp_path: Path) -> None:
+    (tmp_path / "link.png").symlink_to(tmp_path / "elsewhere.png")
+    with pytest.raises(SettingError, match="a file, no link, in an existing folder"):
+        Settings.gather({"snapshot": str(tmp_path / "link.png")}, {})
+
+
+def test_servers_of_a_fleet_are_supervised_and_a_single_one_if_asked_for() -> None:
+    assert not Settings().is_supervised
+    assert Settings(supervised=True).is_supervised
+    assert Settings(count=2).is_supervised
+    assert Settings(count=2).member(1).is_supervised
+    assert not Settings(count=2, supervised=False).member(1).is_supervised
+    assert not Settings(supervised=True, snapshot=Path("picture.png")).is_supervised  # set by a variable
+    with pytest.raises(SettingError, match="--supervised: has no meaning beside --snapshot"):
+        Settings.gather({"supervised": True, "snapshot": "picture.png"}, {})
+
+
+def test_a_server_that_is_started_again_has_the_ports_of_the_first_and_further_films() -> None:
+    first = Settings(ports=(0,), legacy_ports=("127.0.0.1:0",), zmq="127.0.0.1:0", video=Path("run/film.mp4"))
+    endpoints = ["tcp/127.0.0.1:4001", "legacy/127.0.0.1:4002", "zmq/127.0.0.1:4003"]
+    second = first.at([4001], endpoints).for_start(2)
+    assert (second.ports, second.legacy_ports, second.zmq) == ((4001,), ("127.0.0.1:4002",), "127.0.0.1:4003")
+    assert second.zmq_viewers is None
+    assert second.video == Path("run/film-2.mp4")
+    assert second.for_start(3).video == Path("run/film-3.mp4")

@@ -7,7 +7,7 @@ import os
 import socket
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import ExitStack, asynccontextmanager, suppress
 from http import HTTPStatus
 
 import pytest
@@ -35,7 +35,7 @@ def serving(work: Callable[[tuple[str, int]], Awaitable[None]]) -> None:
         server = HttpServer(echo)
         async with asyncio.timeout(60), await server.listen(listener):
             await work(listener.getsockname())
-            while server._count:
+            while len(server._places):
                 await asyncio.sleep(0)
             await asyncio.sleep(0)  # transports close in the next turn
 
@@ -192,13 +192,29 @@ def test_connections_beyond_twice_the_number_are_refused(monkeypatch: pytest.Mon
 
 def test_other_machine_may_not_have_very_many_connections(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(http, "MOST_OF_ONE", 2)
-    monkeypatch.setattr(http, "_is_here", lambda peer: False)
+    monkeypatch.setattr(browsers, "is_this_machine", lambda address: False)
 
     async def work(place: tuple[str, int]) -> None:
-        async with connections(place, 2):
-            assert b"503" in await answer(place, b"")
-        while b"200 OK" not in await answer(place, closing(GOOD)):
-            await asyncio.sleep(0)
+        async with connections(place, 3) as [(oldest, _), *_]:
+            with pytest.raises((ConnectionResetError, EOFError)):
+                await oldest.readexactly(1)
+            assert b"200 OK" in await answer(place, closing(GOOD))
+
+    serving(work)
+
+
+def test_half_sent_requests_keep_nobody_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http, "MOST_CONNECTIONS", 5)
+
+    async def work(place: tuple[str, int]) -> None:
+        with ExitStack() as stack:
+            for _ in range(30):
+                peer = stack.enter_context(socket.create_connection(place, 20))
+                peer.sendall(b"POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n")
+                for _ in range(10):  # until the server waits for the nine bytes
+                    await asyncio.sleep(0)
+            for _ in range(3):
+                assert (await answer(place, closing(GOOD))).endswith(b"/class")
 
     serving(work)
 

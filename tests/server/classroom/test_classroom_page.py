@@ -140,6 +140,20 @@ def test_student_sees_the_own_seat_and_the_teacher_all() -> None:
     staged(work)
 
 
+def test_a_link_from_anywhere_leads_here_and_no_other_page_shows_or_reads_it() -> None:
+    async def work(stage: Stage) -> None:
+        for site in ("cross-site", "same-site"):
+            for place in ("iframe", "image", "script", "empty"):
+                told = {"sec-fetch-site": site, "sec-fetch-dest": place}
+                assert await stage.status("/seat/1/state", OWN, **told) == HTTPStatus.FORBIDDEN
+            link = {"sec-fetch-site": site, "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+            assert await stage.status("/seat/1", OWN, **link) == HTTPStatus.OK
+        own = {"sec-fetch-site": "same-origin", "sec-fetch-dest": "empty"}
+        assert await stage.status("/seat/1/state", OWN, **own) == HTTPStatus.OK
+
+    staged(work)
+
+
 def test_only_this_page_resets_and_only_the_own_seat() -> None:
     async def work(stage: Stage) -> None:
         elsewhere = {"host": "class:8088", "origin": "http://elsewhere"}
@@ -241,7 +255,7 @@ def test_seat_that_ends_is_starting_with_the_reason_until_the_next_is_ready() ->
         while not stage.seats[1].asked:
             await asyncio.sleep(0)
         view = stage.page.views[1]
-        view.gone("the server ended by signal 9 and was started again")
+        view.gone("the server ended by signal 9 (SIGKILL) and was started again")
         assert (await waiting).status == HTTPStatus.SERVICE_UNAVAILABLE
         state = json.loads((await stage.ask("/seat/1/state", OWN)).body)
         assert (state["state"], state["note"][:19]) == ("starting", "the server ended by")

@@ -20,6 +20,9 @@ from simx_server.classroom import channel, member
 from simx_server.classroom.member import PAUSES, Member
 from simx_server.classroom.plan import ClassPlan, Seat
 from simx_server.classroom.supervisor import PAGE, RETRY, Supervisor
+from simx_server.history.journal import Block
+from simx_server.history.succession import Succession
+from simx_server.history.writing import Kind
 
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
@@ -84,6 +87,42 @@ def test_reset_ends_the_pause_before_the_next_start(clock: Clock) -> None:
     assert one.start_at > clock.now
     one.end("the seat was reset")
     assert one.start_at == clock.now
+
+
+def test_seat_that_crashes_goes_on_at_once_and_starts_with_the_scene_of_the_class_after_a_reset(
+    clock: Clock,
+) -> None:
+    seat = Member(1, Succession())
+    assert seat.inheritance is not None
+    for step in (5, 90, 200):  # it made progress each time
+        started(seat, "/bin/sleep").note_ready()
+        seat.inheritance.journal.restart([Block(Kind.STOPPED, 0, b""), Block(Kind.STEP, step, b"")])
+        seat.kill()
+        assert seat.bury() == -signal.SIGKILL
+        assert seat.start_at == clock.now
+        assert (seat.inheritance.ended, seat.inheritance.back) == ("by signal 9 (SIGKILL)", 0)
+    started(seat, "/bin/sleep").end("the seat was reset")
+    seat.bury()
+    assert not seat.inheritance.ended
+    assert not seat.inheritance.journal.read()
+    seat.close()
+
+
+def test_seat_that_crashes_at_the_same_moment_again_and_again_starts_with_the_scene_of_the_class_after_a_pause(
+    clock: Clock,
+) -> None:
+    seat = Member(1, Succession())
+    assert seat.inheritance is not None
+    backs: list[int] = []
+    for _ in range(4):
+        started(seat, "/bin/sleep").note_ready()
+        seat.inheritance.journal.restart([Block(Kind.STOPPED, 0, b""), Block(Kind.STEP, 5, b"")])
+        seat.kill()
+        seat.bury()
+        backs.append(seat.inheritance.back if seat.inheritance.ended else -1)
+    assert backs == [0, 1, 2, -1]
+    assert seat.start_at > clock.now
+    seat.close()
 
 
 @pytest.fixture

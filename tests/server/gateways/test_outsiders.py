@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ import pytest
 from processes import PENDULUM, ROOT, ServerProcess, read_line, running, server, wait_until
 from raw_peer import connect
 from real_world import BLOCKING
+from routers import silent
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
@@ -255,15 +255,6 @@ def test_nothing_of_a_peer_with_zenohs_defaults_stays(scene: Path) -> None:
         v.simxFinish(come(place))
 
 
-def silent(port: int, count: int, opening: bytes) -> list[socket.socket]:
-    """Connections that say nothing after their opening."""
-    made = []
-    for _ in range(count):
-        made.append(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE))
-        made[-1].sendall(opening)
-    return made
-
-
 _INIT = bytes([0x01, 0x09, 0xF2])
 _HALF_A_HANDSHAKE = (len(_INIT) + 16).to_bytes(2, "little") + _INIT + bytes(range(16))
 
@@ -271,15 +262,11 @@ _HALF_A_HANDSHAKE = (len(_INIT) + 16).to_bytes(2, "little") + _INIT + bytes(rang
 @pytest.mark.parametrize("opening", [b"", b"\xff", _HALF_A_HANDSHAKE, b"GET / HTTP/1.1\r\n\r\n"])
 def test_half_open_connections_lock_nobody_out(place: ServerProcess, opening: bytes) -> None:
     """Zenoh by itself takes 100 at a time and refuses all others for as long."""
-    others = silent(place.port, 300, opening)
-    try:
+    with silent(place.port, 300, opening):
         for _ in range(3):
             client = come(place)
             assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
             v.simxFinish(client)
-    finally:
-        for each in others:
-            each.close()
 
 
 @on_linux
@@ -304,11 +291,9 @@ def test_server_without_descriptors_says_so_once_and_goes_on(scene: Path, tmp_pa
         line = read_line(process)
         place = ServerProcess(process, [int(line.split("127.0.0.1:")[1].split()[0].strip(","))], line)
         inside = come(place)
-        others = silent(place.port, 100, b"")
-        assert wait_until(lambda: "no file descriptors are left" in log.read_text(), PATIENCE)
-        assert v.simxGetObjectHandle(inside, "hinge", BLOCKING)[0] == 0
-        for each in others:
-            each.close()
+        with silent(place.port, 100):
+            assert wait_until(lambda: "no file descriptors are left" in log.read_text(), PATIENCE)
+            assert v.simxGetObjectHandle(inside, "hinge", BLOCKING)[0] == 0
         assert wait_until(lambda: "descriptors are there again" in log.read_text(), PATIENCE)
         v.simxFinish(inside)
         v.simxFinish(come(place))

@@ -62,6 +62,7 @@ class Lab:
     """A world with a history, driven step by step."""
 
     def __init__(self, scene: str | Path) -> None:
+        self.scene_path = str(scene)
         self.world = RealWorld(scene)
         self.loop, self.parts, self.sim = self.world.loop, self.world.parts, self.world.simulation
         self.history = History(self.loop, 60.0)

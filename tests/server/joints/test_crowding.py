@@ -93,3 +93,22 @@ def test_a_run_in_which_too_many_shapes_are_put_in_one_place_is_stopped_and_told
     world.sim.start()  # a stop has brought them back
     world.parts.step()
     assert world.sim.state is SimulationState.RUNNING
+
+
+def test_motors_without_room_for_their_constraints_stop_the_run_with_what_to_do() -> None:
+    boxes = "".join(
+        f'<body pos="{0.1 * (i % 6)} {0.1 * (i // 6)} 0.05"><freejoint/><geom type="box" size=".05 .05 .05"/></body>'
+        for i in range(36)
+    )
+    world = World(
+        '<mujoco><size memory="200K"/><worldbody><geom type="plane" size="5 5 .1"/>'
+        f'<body pos="0 0 2"><joint name="hinge" axis="0 1 0"/><geom size=".1"/></body>{boxes}</worldbody>'
+        '<actuator><velocity joint="hinge"/></actuator><custom><text name="simx:joint:hinge" data="max_force=10"/>'
+        "</custom></mujoco>"
+    )
+    told: list[str] = []
+    observe(world.sim, script_stopped=told.append)
+    world.sim.start()
+    world.parts.step()
+    assert world.sim.state is SimulationState.STOPPED
+    assert "a larger <size memory=...>" in told[0]

@@ -15,6 +15,7 @@ from real_world import BLOCKING, RealWorld, handle_of
 import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.files import client_files
+from simx_server.limits import Limits
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 RAN = "function sysCall_init() sim.setInt32Signal('ran', 1) end\nfunction hello() return {}, {}, {}, '' end"
@@ -337,7 +338,8 @@ def test_list_is_readable_by_sha256sum_and_goes_with_the_last_file(open_world, h
     assert len(lines) == 2
     assert client_files.ClientFiles(there).holds(there / "sub" / "with blank\nand ü.lua")
     assert v.simxEraseFile(client, "a", BLOCKING) == 0
-    assert (there / client_files.LEDGER).read_text().splitlines() == lines[1:]
+    assert (there / client_files.LEDGER).read_text().splitlines() == [*lines, f"{'0' * 64}  a"]
+    assert client_files.ClientFiles(there).count_with(there / "c", 10) == 2
     assert v.simxEraseFile(client, "sub/with blank\nand ü.lua", BLOCKING) == 0
     assert not (there / client_files.LEDGER).exists()
 
@@ -352,6 +354,56 @@ def test_list_does_not_grow_with_files_that_are_sent_again_and_again(there, monk
     assert len((there / client_files.LEDGER).read_text().splitlines()) < 20
     for each in (files, other):
         assert all(each.holds(there / f"picture{number}") for number in range(3))
+
+
+def test_servers_own_lines_do_not_make_it_read_the_list_again(there, monkeypatch):
+    """A list of thousands of long names made each store and load slow."""
+    files, other = client_files.ClientFiles(there), client_files.ClientFiles(there)
+    reads: list[Path] = []
+    read_text = Path.read_text
+    monkeypatch.setattr(
+        Path, "read_text", lambda path, **how: (reads.append(path), read_text(path, **how))[1]
+    )
+    files.note(there / "0", b"")
+    reads.clear()
+    for number in range(20):
+        files.note(there / str(number), b"")
+        (there / str(number)).touch()
+        assert files.holds(there / str(number))
+    for number in range(10):
+        files.forget(there / str(number))
+    assert not files.holds(there / "3")
+    assert reads == []
+    assert other.holds(there / "15")  # what another server has written is read
+    assert not other.holds(there / "5")
+    other.note(there / "new", b"")
+    (there / "new").touch()
+    assert files.holds(there / "new")
+    assert len(reads) == 2
+
+
+def test_files_that_clients_store_have_limits_of_number_and_length(open_world, here, there):
+    world, client = open_world()
+    world.parts.simulation.limits = Limits(files=4)
+    (here / "a").touch()
+
+    def stored(name: str) -> bool:
+        return v.simxTransferFile(client, str(here / "a"), name, 5000, BLOCKING) == 0
+
+    assert [stored(name) for name in ("a", "deep/b", "c", "d", "a")] == [True, True, True, False, True]
+    assert "limit 'files'" in errors(client)
+    assert not stored("deeper/b")
+    assert not (there / "deeper").exists()
+    assert v.simxEraseFile(client, "deep/b", BLOCKING) == 0
+    assert not (there / "deep").exists()
+    assert stored("d")
+    (there / "a").unlink()  # the operator removes one too
+    assert [stored(name) for name in ("e", "f", "g")] == [True, True, False]
+    world.parts.simulation.limits = Limits()
+    assert stored("x" * 200 + "/" + "y" * 54)
+    errors(client)
+    assert not stored("x" * 200 + "/" + "y" * 55)
+    assert "at most 255" in errors(client)
 
 
 def test_nothing_is_stored_when_the_list_cannot_be_written(there):

@@ -11,9 +11,12 @@ from contextlib import ExitStack
 import pytest
 from processes import wait_until
 
+from simx_server.limits import Limits
+from simx_server.runtime.admission.unfinished import Unfinished
 from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.page import gate as gate_module
 from simx_server.viewer.page.gate import Gate, is_loopback
+from simx_server.viewer.page.websocket_size import LARGEST_MESSAGE, MessageSize, TooLong
 
 TOKEN = "a-token-of-the-test"
 OTHERS = "10.1.2.3"
@@ -237,6 +240,17 @@ def test_another_site_may_link_here_but_not_show_it_in_a_frame(gate: Gate) -> No
         assert status(ask(gate, "Sec-Fetch-Site: cross-site", f"Sec-Fetch-Dest: {what}")) == 403
     assert ask(gate, "Sec-Fetch-Site: cross-site", "Sec-Fetch-Dest: document").endswith(PAGE)
     assert ask(gate, "Sec-Fetch-Site: same-site", "Sec-Fetch-Dest: iframe").endswith(PAGE)  # a notebook
+    assert ask(gate, "Sec-Fetch-Site: same-origin", "Sec-Fetch-Dest: script").endswith(PAGE)
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_a_page_of_another_port_of_this_host_uses_nothing_either(gate: Gate, site: str) -> None:
+    for what in ("script", "image", "empty", "object"):
+        assert status(ask(gate, f"Sec-Fetch-Site: {site}", f"Sec-Fetch-Dest: {what}")) == 403
+    for fetched in (("websocket", "websocket"), ("no-cors", "document")):
+        mode, place = fetched
+        told = (f"Sec-Fetch-Site: {site}", f"Sec-Fetch-Mode: {mode}", f"Sec-Fetch-Dest: {place}")
+        assert status(ask(gate, *UPGRADE, *told)) == 403
 
 
 def test_a_second_request_of_a_connection_is_not_smuggled_in(gate: Gate, behind: Behind) -> None:
@@ -296,7 +310,7 @@ def test_half_closed_and_cut_connections_leave_nothing_behind(gate: Gate) -> Non
             assert all_of(connection) == b""
         with connect(gate) as connection:
             connection.sendall(sent)
-    assert wait_until(lambda: not gate._connections, 5)
+    assert wait_until(lambda: not len(gate._places), 5)
     assert ask(gate).endswith(PAGE)
     assert threading.active_count() <= before + 1
 
@@ -306,15 +320,59 @@ def test_too_many_connections_are_told_so_and_room_is_used_again(
 ) -> None:
     monkeypatch.setattr(gate_module, "_MOST_CONNECTIONS", 5)
     with ExitStack() as stack:
-        for _ in range(5):
-            stack.enter_context(connect(gate))
-        assert wait_until(lambda: gate._connections == 5, 5)
-        with connect(gate) as sixth:
-            answer = all_of(sixth)
+        silent = [stack.enter_context(connect(gate)) for _ in range(5)]
+        assert wait_until(lambda: len(gate._places) == 5, 5)
+        browsers = [stack.enter_context(websocket(gate)) for _ in range(5)]
+        assert [all_of(each) for each in silent] == [b""] * 5, "who has no request gives way"
+        with connect(gate) as eleventh:
+            answer = all_of(eleventh)
         assert status(answer) == 503
         assert b"close some" in answer
-    assert wait_until(lambda: not gate._connections, 5)
+        browsers[0].sendall(b"still")
+        assert browsers[0].recv(5) == b"still"
+    assert wait_until(lambda: not len(gate._places), 5)
     assert ask(gate).endswith(PAGE)
+
+
+def websocket(gate: Gate) -> socket.socket:
+    lines = ("GET / HTTP/1.1", "Host: localhost", *UPGRADE, "", "")
+    opened = connect(gate)
+    opened.sendall("\r\n".join(lines).encode())
+    assert status(opened.recv(4096)) == 101
+    return opened
+
+
+def test_unfinished_messages_of_browsers_are_bounded_together(gate: Gate) -> None:
+    gate._unfinished = Unfinished(lambda: Limits(unfinished=150_000))
+    part = b"\x82\xff" + (1 << 20).to_bytes(8, "big") + bytes(90_000)  # of a message of a megabyte
+    with websocket(gate) as first, websocket(gate) as second, websocket(gate) as third:
+        for each in (first, second):
+            each.sendall(part)
+            assert wait_until(lambda: gate._unfinished.size > 89_000, 20)
+        all_of(first)  # it is cut
+        third.sendall(b"\x82\xff" + (1 << 40).to_bytes(8, "big") + b"mask")
+        assert all_of(third) == b""
+        assert 89_000 < gate._unfinished.size < 91_000
+        second.sendall(b"goes on")
+        assert wait_until(lambda: b"goes on" in second.recv(1 << 17), 20)
+
+
+def test_the_size_of_an_unfinished_message_is_followed_byte_by_byte() -> None:
+    frames = (
+        b"\x01\x05first" + b"\x89\x02hi" + b"\x80\x7e\x01\x00" + bytes(256),  # a ping within a message
+        b"\x82\x83maskabc",
+        b"\x82\x7f" + (70_000).to_bytes(8, "big") + bytes(70_000),
+    )
+    for together in (1, 7, 1 << 20):
+        data, size, sizes = b"".join(frames), MessageSize(), [0]
+        for at in range(0, len(data), together):
+            sizes.append(size.add(data[at : at + together]))
+        assert (sizes[-1], size.count) == (0, 3)
+        assert max(sizes) >= 69_990 or together > 1000
+    with pytest.raises(TooLong):
+        MessageSize().add(
+            b"\x02\x7f" + LARGEST_MESSAGE.to_bytes(8, "big") + bytes(LARGEST_MESSAGE) + b"\x00\x01"
+        )
 
 
 def test_close_ends_what_is_open(behind: Behind) -> None:

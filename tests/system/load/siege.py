@@ -5,12 +5,13 @@ one that ends is followed by another. Bystander and server share one core, and t
 bystander makes a hundred calls a second. In the middle and at the end all attackers leave. Printed are the longest time
 that a call of the bystander took, how many were refused because the server was busy, and the server's memory: before,
 at most, after the first and after the second half. Exit code 0: no call failed otherwise or took longer than `LONGEST`,
-and the memory came back.
+and the memory came back. All doors are open, and now and then a newcomer comes to the ZeroMQ port.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -18,19 +19,26 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import zmq
 from processes import running, spawn
+from siege_sockets import Doors, ZmqPeer
 
 import simx_client as v
 from bench.measuring.resources import keep_apart
 
 HERE = Path(__file__).parent
 SCENE = HERE.parents[1] / "conformance" / "scene.xml"
-ROLES = ("calls", "edits", "files", "flood", "settings", "peers")
+ROLES = (
+    *("calls", "edits", "files", "flood", "settings", "peers"),
+    *("unfinished", "silent", "names", "functions", "frozen"),
+)
 LONGEST = 1.0
 """Seconds that a call of the bystander may take."""
 TIME_OUT = 20_000
 """Milliseconds after which the bystander gives up: so long that a hang is seen as such."""
 EVERY = 0.02
+NEWCOMERS_EVERY = 5.0
+"""Seconds between two clients that come, make a call and go."""
 KEPT = 150.0
 """MB that a server may keep from the first half: its pools, the allocator's, the scene that was loaded last."""
 GROWTH = 50.0
@@ -50,7 +58,7 @@ class Bystander:
 
     def __init__(self, port: int) -> None:
         self.client = v.simxStart("127.0.0.1", port, True, False, TIME_OUT, 5)
-        self.calls = self.busy = 0
+        self.calls = self.busy = self.newcomers = self.refused = 0
         self.longest = 0.0
         self.problems: list[str] = []
         self._first = self._version()[1]
@@ -74,6 +82,20 @@ class Bystander:
         elif version != self._first:
             self.problems.append(f"read {version}, and {self._first} at first")
 
+    def newcomer(self, port: int) -> None:
+        """Come to the ZeroMQ port as a new client; a refusal is an answer, silence is none."""
+        self.newcomers += 1
+        client = ZmqPeer(port)
+        try:
+            answer = client.ask("sim.getSimulationTime")
+            while "func" in answer:  # a place is being freed
+                answer = client.ask("sim.getSimulationTime")
+            self.refused += "err" in answer
+        except zmq.ZMQError:
+            self.problems.append("a newcomer got no answer")
+        finally:
+            client.close()
+
     def look(self) -> None:
         """Take a picture, so that the libraries of OpenGL are there before anything is measured."""
         _, camera = v.simxGetObjectHandle(self.client, "colour", v.simx_opmode_blocking)
@@ -92,10 +114,10 @@ class Bystander:
 class Siege:
     """Attackers, one of each role at a time."""
 
-    def __init__(self, roles: Sequence[str], port: int, workspace: str, cores: set[int]) -> None:
+    def __init__(self, roles: Sequence[str], doors: Doors, workspace: str, cores: set[int]) -> None:
         self.started = 0
         self._cores = cores
-        self._roles, self._port, self._workspace = roles, port, workspace
+        self._roles, self._doors, self._workspace = roles, doors, workspace
         self._attackers: dict[str, subprocess.Popen[bytes]] = {}
 
     def keep_up(self) -> None:
@@ -103,7 +125,7 @@ class Siege:
         for role in self._roles:
             if role not in self._attackers or self._attackers[role].poll() is not None:
                 self.started += 1
-                words = [sys.executable, HERE / "siege_roles.py", role, str(self._port), str(self.started)]
+                words = [sys.executable, HERE / "siege_roles.py", role, str(self._doors), str(self.started)]
                 attacker = subprocess.Popen(words, cwd=self._workspace, stdout=subprocess.DEVNULL)
                 self._attackers[role] = attacker
                 if self._cores:
@@ -121,20 +143,35 @@ def main(argv: list[str]) -> int:
     roles = argv[1:] or ROLES
     cores = keep_apart()
     with tempfile.TemporaryDirectory(prefix="simx-siege-") as workspace:
-        command = ("simx_server", SCENE, "--port", "0", "--workspace", workspace, "--log-level", "error")
+        flags = (
+            "--port",
+            "0",
+            "--legacy-port",
+            "0",
+            "--zmq",
+            "0",
+            "--zmq-viewers",
+            "0",
+            "--log-level",
+            "error",
+        )
+        command = ("simx_server", SCENE, *flags, "--workspace", workspace)
         with running(spawn("-m", *command)) as server:
             assert server.stdout is not None
-            port = int(server.stdout.readline().partition("127.0.0.1:")[2].split()[0])
-            bystander, siege = Bystander(port), Siege(roles, port, workspace, cores)
+            doors = Doors(*map(int, re.findall(r"127\.0\.0\.1:(\d+)", server.stdout.readline())))
+            bystander, siege = Bystander(doors.zenoh), Siege(roles, doors, workspace, cores)
             for _ in range(100):
                 bystander.turn()
             bystander.look()
             most, kept = memory(server.pid), [memory(server.pid)]
             for _ in range(2):
-                end = time.monotonic() + seconds / 2
+                end, next_newcomer = time.monotonic() + seconds / 2, 0.0
                 while time.monotonic() < end and server.poll() is None and not bystander.problems:
                     siege.keep_up()
                     bystander.turn()
+                    if time.monotonic() > next_newcomer:
+                        next_newcomer = time.monotonic() + NEWCOMERS_EVERY
+                        bystander.newcomer(doors.zmq)
                     most = max(most, memory(server.pid))
                     time.sleep(EVERY)
                 siege.end()
@@ -157,6 +194,7 @@ def main(argv: list[str]) -> int:
     sys.stdout.write(
         f"{seconds:.0f} s, {siege.started} attackers ({' '.join(roles)}): {bystander.calls} calls of the bystander, "
         f"the longest {bystander.longest * 1000:.0f} ms, {bystander.busy} told that the server was busy; "
+        f"{bystander.newcomers} newcomers, {bystander.refused} refused; "
         f"memory {kept[0]:.0f} MB, at most {most:.0f}, afterwards {' and '.join(f'{each:.0f}' for each in kept[1:])}\n"
     )
     sys.stdout.writelines(f"{problem}\n" for problem in problems)

@@ -1,4 +1,4 @@
-"""What the attackers of the siege do, one process each: ``python tests/system/load/siege_roles.py ROLE PORT SEED``.
+"""What the attackers of the siege do, one process each: ``python tests/system/load/siege_roles.py ROLE PORTS SEED``.
 
 Each goes on until its connection is gone, a minute is over, or it thinks of killing itself.
 """
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import zenoh
 from fuzz.files import bundle, to_load
+from siege_sockets import Doors, frozen, functions, names, silent, unfinished
 from soak_client import Client
 from soak_server import SCENE
 
@@ -40,9 +41,9 @@ def connect(port: int) -> int:
     return v.simxStart("127.0.0.1", port, True, True, 3000, 5)
 
 
-def calls(port: int, chance: Chance, end: float) -> None:
+def calls(doors: Doors, chance: Chance, end: float) -> None:
     """Every function with random arguments, the request to end among them."""
-    attacker = Client(port, chance.randrange(1 << 30), str(SCENE), __file__)
+    attacker = Client(doors.zenoh, chance.randrange(1 << 30), str(SCENE), __file__)
     attacker.connect()
     while time.monotonic() < end and is_there(attacker.cid):
         if chance.random() < 0.02:
@@ -54,9 +55,9 @@ def calls(port: int, chance: Chance, end: float) -> None:
             attacker.call()
 
 
-def edits(port: int, chance: Chance, end: float) -> None:
+def edits(doors: Doors, chance: Chance, end: float) -> None:
     """Copies of all there is, models, other parents; more until a limit is reached, then all away."""
-    client = connect(port)
+    client = connect(doors.zenoh)
     while time.monotonic() < end and is_there(client):
         handles = v.simxGetObjects(client, v.sim_handle_all, BLOCKING)[1] or [1]
         some = chance.sample(handles, min(len(handles), chance.choice((1, 10, 200))))
@@ -76,9 +77,9 @@ def edits(port: int, chance: Chance, end: float) -> None:
                     v.simxRemoveModel(client, handle, BLOCKING)
 
 
-def files(port: int, chance: Chance, end: float) -> None:
-    """Files that mean no good, as scenes and as models."""
-    client = connect(port)
+def files(doors: Doors, chance: Chance, end: float) -> None:
+    """Files that mean no good, as scenes and as models; very many empty ones with long names."""
+    client = connect(doors.zenoh)
     folder = Path.cwd() / f"sent {os.getpid()}"
     folder.mkdir()
     while time.monotonic() < end and is_there(client):
@@ -93,11 +94,16 @@ def files(port: int, chance: Chance, end: float) -> None:
         v.simxStartSimulation(client, BLOCKING)
         if chance.random() < 0.2:
             v.simxLoadScene(client, str(SCENE), 1, BLOCKING)
+        if chance.random() < 0.2:
+            (folder / "empty").touch()
+            for _ in range(300):
+                name = f"{'n' * 232}{chance.randbytes(8).hex()}"
+                v.simxTransferFile(client, str(folder / "empty"), name, 0, BLOCKING)
 
 
-def flood(port: int, chance: Chance, end: float) -> None:
+def flood(doors: Doors, chance: Chance, end: float) -> None:
     """Messages as fast as they go, past the client's own bounds; nobody reads the answers."""
-    client = connect(port)
+    client = connect(doors.zenoh)
     connection = CLIENTS.get(client)
     assert connection is not None
     assert connection._transport is not None
@@ -115,9 +121,9 @@ def flood(port: int, chance: Chance, end: float) -> None:
             connection._transport.send(payload)
 
 
-def settings(port: int, chance: Chance, end: float) -> None:
+def settings(doors: Doors, chance: Chance, end: float) -> None:
     """Parameters at the edge of what they may be, the largest pictures, as many streams as there may be."""
-    client = connect(port)
+    client = connect(doors.zenoh)
     while time.monotonic() < end and is_there(client):
         handles = v.simxGetObjects(client, v.sim_handle_all, BLOCKING)[1] or [1]
         handle = chance.choice(handles)
@@ -146,9 +152,9 @@ def settings(port: int, chance: Chance, end: float) -> None:
                 )
 
 
-def peers(port: int, chance: Chance, end: float) -> None:
+def peers(doors: Doors, chance: Chance, end: float) -> None:
     """Raw Zenoh peers that put, ask and declare what is not theirs, and sockets that say nothing."""
-    sockets: list[socket.socket] = []
+    port, sockets = doors.zenoh, list[socket.socket]()
     while time.monotonic() < end:
         config = zenoh.Config()
         config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
@@ -173,17 +179,22 @@ def peers(port: int, chance: Chance, end: float) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-ROLES: dict[str, Callable[[int, Chance, float], None]] = {
+ROLES: dict[str, Callable[[Doors, Chance, float], None]] = {
     "calls": calls,
     "edits": edits,
     "files": files,
     "flood": flood,
     "settings": settings,
     "peers": peers,
+    "unfinished": unfinished,
+    "silent": silent,
+    "names": names,
+    "functions": functions,
+    "frozen": frozen,
 }
 
 
 if __name__ == "__main__":
     logging.disable(logging.CRITICAL)  # refusals are what is wanted here
-    role, address, seed = sys.argv[1:]
-    ROLES[role](int(address), Chance(int(seed)), time.monotonic() + LIFE)
+    role, ports, seed = sys.argv[1:]
+    ROLES[role](Doors.of(ports), Chance(int(seed)), time.monotonic() + LIFE)

@@ -16,6 +16,7 @@ from simx_client.protocol import link
 from ...errors import GatewayError
 from .endpoint import Endpoint
 from .names import Place, node_token
+from .router import options as router_options
 
 logger = logging.getLogger(__name__)
 
@@ -175,11 +176,7 @@ class Ros2Session:
     def _config(self) -> Any:
         options = dict(_OPTIONS)
         if self._router.is_self:
-            options |= {
-                "mode": "router",
-                "listen/endpoints": [self._router.endpoint],
-                "scouting/gossip/enabled": True,  # by which ROS 2's nodes find each other
-            }
+            options |= router_options(self._router.endpoint, self._place)
         else:
             options |= {"mode": "client", "connect/endpoints": [self._router.endpoint]}
         return link.configure(self._zenoh.Config(), options)

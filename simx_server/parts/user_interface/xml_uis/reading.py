@@ -24,7 +24,7 @@ from .well_formed import well_formed
 from .widgets import CONTAINERS, KEPT, MAX_ITEMS, MAX_TEXT, Widget
 from .windows import Window
 
-MAX_XML = 1 << 20
+MAX_XML = 200_000
 """Most characters of a window's text."""
 
 MAX_WIDGETS = 1000

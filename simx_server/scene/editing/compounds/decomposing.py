@@ -42,6 +42,7 @@ def convex_shape(world: World, handle: int, *, morph: bool) -> int:
     if morph and item.element != "body":
         raise CommandError(f"'{item.name}' is a part of the world itself; make it a body to replace its form")
     parts = _parts(world, handle)
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)  # others were served meanwhile
     position, quat = object_pose(sim, item)
 
     def build(spec: mujoco.MjSpec, name: str) -> None:
@@ -72,7 +73,7 @@ def _parts(world: World, handle: int) -> list[NDArray[np.float64]]:
         raise CommandError(f"the surface of '{name}' is not closed, so it has no convex parts")
     if not is_available():
         raise CommandError(f"convex parts need a library that is not installed: {how_to_install()}")
-    found = decompose(used, joined, name)
+    found = decompose(used, joined, name, world.simulation.interruptions.may_go_on)
     if not found:
         raise CommandError(f"the library found no convex parts of '{name}'; the log says why")
     return [np.asarray(part, np.float64) for part in found]

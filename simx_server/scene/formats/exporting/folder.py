@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -54,7 +54,7 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
         files = take_out(spec) | take_out_scripts(spec)
         _refuse_existing(folder, [target.name, *([on_floor.name] if read.is_vrep_model else []), *files])
         _write(folder, files)
-        _write(folder, {target.name: _text(spec, folder)})
+        _write(folder, {target.name: text_of(spec, folder)})
         written = mujoco.MjSpec.from_file(str(target))
         differing = differing_arrays(before, written.compile()) + differing_texts(spec, written)
     except OSError as error:
@@ -69,10 +69,10 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
     return target
 
 
-def _text(spec: mujoco.MjSpec, folder: Path) -> bytes:
-    """Return a spec as MJCF; its files are in the folder."""
+def text_of(spec: mujoco.MjSpec, folder: Path | None = None) -> bytes:
+    """Return a spec as MJCF; its files are in the folder, or among its assets."""
     spec.meshdir = spec.texturedir = ""
-    spec.modelfiledir = str(folder)
+    spec.modelfiledir = "" if folder is None else str(folder)
     for text in spec.texts:
         text.data = text.data or " "  # MJCF has no empty ones
     compile_spec(spec, logging.DEBUG)
@@ -98,9 +98,20 @@ def _write_scene_of_model(on_floor: Path, model: Path, sources: Sources) -> None
         logger.info("%s has the model on V-REP's default floor", on_floor)
 
 
-def _refuse_existing(folder: Path, names: Iterable[str]) -> None:
+def refuse_links(folder: Path, name: str) -> None:
+    """Raise SceneError if a path within the folder, or a folder on its way, is a link: it leads elsewhere."""
+    path = folder
+    for part in Path(name).parts:
+        path /= part
+        if path.is_symlink():
+            raise SceneError(f"{path} is a link, which is not followed; remove it, or name another folder")
+
+
+def _refuse_existing(folder: Path, names: Collection[str]) -> None:
     if folder.exists() and not folder.is_dir():
         raise SceneError(f"{folder} is not a folder; name another one, or a new one")
+    for name in names:
+        refuse_links(folder, name)
     if existing := [name for name in names if (folder / name).exists()]:
         shown = ", ".join(existing[:_MOST_NAMED])
         more = f" and {len(existing) - _MOST_NAMED} more" if len(existing) > _MOST_NAMED else ""
@@ -112,5 +123,7 @@ def _refuse_existing(folder: Path, names: Iterable[str]) -> None:
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:
     for name, data in files.items():
         path = folder / name
+        refuse_links(folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+        with path.open("xb") as file:  # nothing that is there is written, nor what a link leads to
+            file.write(data)

@@ -147,7 +147,8 @@ class OctreeFunctions(ApiPart):
         voxels = clouds.voxels(handle)
         match other.kind:
             case ObjectKind.SHAPE:
-                return surface_cells(triangles_in(self._world, item, handle), voxels.size)
+                corners = triangles_in(self._world, item, handle)
+                return surface_cells(corners, voxels.size, self._sim.interruptions.serve_others)
             case ObjectKind.OCTREE:
                 places = inside_of(self._world, item, handle, voxels.size)
             case ObjectKind.POINT_CLOUD:

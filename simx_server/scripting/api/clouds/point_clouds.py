@@ -141,7 +141,8 @@ class PointCloudFunctions(ApiPart):
         match other.kind:
             case ObjectKind.SHAPE:
                 edge = size_of(grid, "a grid's size")
-                cells = surface_cells(triangles_in(self._world, other.handle, handle), edge)
+                corners = triangles_in(self._world, other.handle, handle)
+                cells = surface_cells(corners, edge, self._sim.interruptions.serve_others)
                 places = (cells.astype(np.float64) + 0.5) * edge
             case ObjectKind.POINT_CLOUD:
                 own_colors = self._world.clouds.points(other.handle).colors.copy()

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from simx_server.scripting.script import Script
     from simx_server.world.world import World
 
+_MOST_GROUPS = 100
+"""Groups of one call: it may name each several times."""
+
 _ALL = -2
 _NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
 
@@ -93,8 +96,9 @@ class IkEnvironmentFunctions(ApiPart):
 
     def duplicateEnvironment(self, environment: int) -> int:
         """Return the handle of a new environment with copies of everything in this one, with the same handles."""
+        copy = self._environment(environment).copied()
         handle = max(self._environments) + 1
-        self._environments[handle] = self._environment(environment).copied()
+        self._environments[handle] = copy
         return handle
 
     def eraseEnvironment(self, environment: int) -> None:
@@ -274,6 +278,8 @@ class IkEnvironmentFunctions(ApiPart):
         handles = wanted if isinstance(wanted, list) else [wanted]
         if handles == [_ALL]:
             return list(self._environment(environment).groups.values())
+        if len(handles) > _MOST_GROUPS:
+            raise CommandError(f"a call handles at most {_MOST_GROUPS} groups, not {len(handles)}")
         try:
             return [self._group(environment, to_int(handle)) for handle in handles]
         except TypeError:

@@ -71,7 +71,7 @@ class SimIk(IkObjectFunctions):
 
     def setJointInterval(self, environment: int, joint: int, cyclic: bool, interval: list[float]) -> None:
         """Set a joint's interval {least value, range} in the environment."""
-        if len(interval) < 2 and not cyclic:
+        if len(interval) < 2 and (interval or not cyclic):
             raise CommandError("a joint's interval is {least value, range}")
         least, extent = interval[:2] if interval else (-np.pi, 2 * np.pi)
         self._environment(environment).set_interval(joint, cyclic, least, extent)

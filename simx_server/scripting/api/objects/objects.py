@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Annotated, Any
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, UnknownName
@@ -12,7 +12,7 @@ from simx_server.handlers.objects import objects
 from simx_server.scene.editing.copying import Kept, copy_objects
 from simx_server.scripting.api.base import HANDLE_SELF, ApiPart
 from simx_server.scripting.interpreter import Function
-from simx_server.scripting.signature import describe, to_int
+from simx_server.scripting.signature import Most, describe, to_int
 
 _SILENT = "@silenterror"
 _SCENE = -12
@@ -188,7 +188,7 @@ class ObjectFunctions(ApiPart):
             self._world, size, [*numbers, *_FAINT] if len(numbers) == 3 else numbers or None
         )
 
-    def copyPasteObjects(self, handles: list[int], options: int = 0) -> list[int]:
+    def copyPasteObjects(self, handles: Annotated[list[int], Most(100_000)], options: int = 0) -> list[int]:
         """Copy objects and return the copies, of a whole model its base. Copies made during a run are removed at its
         stop. Options: 1 model bases with all below them, 2 without scripts, 4 without custom data, 8 without
         references, 16 without textures.

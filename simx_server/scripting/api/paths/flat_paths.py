@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from simx_server.errors import CommandError
 from simx_server.parts.paths.flat_paths import (
     BEZIER,
     LINEAR,
+    MOST_NUMBERS,
     Configuration,
     FlatPath,
     distance,
@@ -17,6 +18,9 @@ from simx_server.parts.paths.flat_paths import (
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.matrices import vector
 from simx_server.scripting.interpreter import Function, ScriptError
+from simx_server.scripting.signature import Most
+
+_Numbers = Annotated[list[float], Most(MOST_NUMBERS)]
 
 
 class FlatPathFunctions(ApiPart):
@@ -25,7 +29,7 @@ class FlatPathFunctions(ApiPart):
     """
 
     def getPathLengths(
-        self, path: list[float], size: int, measure: str | Function | None = None
+        self, path: _Numbers, size: int, measure: str | Function | None = None
     ) -> tuple[list[float], float]:
         """Return the length at each point of `size` numbers, and the total length. The first three numbers count as
         x, y, z, or a function gives the distance between two points.
@@ -44,8 +48,8 @@ class FlatPathFunctions(ApiPart):
 
     def getPathInterpolatedConfig(
         self,
-        path: list[float],
-        lengths: list[float],
+        path: _Numbers,
+        lengths: _Numbers,
         position: float,
         method: dict[str, Any] | None = None,
         types: list[int] | None = None,
@@ -60,8 +64,8 @@ class FlatPathFunctions(ApiPart):
 
     def resamplePath(
         self,
-        path: list[float],
-        lengths: list[float],
+        path: _Numbers,
+        lengths: _Numbers,
         count: int,
         method: dict[str, Any] | None = None,
         types: list[int] | None = None,
@@ -70,10 +74,14 @@ class FlatPathFunctions(ApiPart):
         getPathInterpolatedConfig.
         """
         kind, strength, is_open = _method(method)
-        self._sim.limits.check("custom_data", count * 8, "ask for fewer points")
-        return FlatPath(path, lengths, types).resampled(count, kind, strength, is_open=is_open)
+        flat = FlatPath(path, lengths, types)
+        if count > MOST_NUMBERS // flat.size:
+            raise CommandError(
+                f"a path has at most {MOST_NUMBERS} numbers, not {count} points of {flat.size}"
+            )
+        return flat.resampled(count, kind, strength, is_open=is_open)
 
-    def getClosestPosOnPath(self, path: list[float], lengths: list[float], point: list[float]) -> float:
+    def getClosestPosOnPath(self, path: _Numbers, lengths: _Numbers, point: list[float]) -> float:
         """Return the length at which a path of positions x, y, z is nearest to a point."""
         flat = FlatPath(path, lengths)
         if flat.size < 3:
@@ -82,8 +90,8 @@ class FlatPathFunctions(ApiPart):
 
     def getConfigDistance(
         self,
-        first: list[float],
-        second: list[float],
+        first: _Numbers,
+        second: _Numbers,
         metric: list[float] | None = None,
         types: list[int] | None = None,
     ) -> float:

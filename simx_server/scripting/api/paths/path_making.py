@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import mujoco
 
@@ -10,6 +10,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.parts.paths import along
 from simx_server.parts.paths.curve import LENGTH_PER_ANGLE, Curve, Method, Rules
+from simx_server.parts.paths.flat_paths import MOST_NUMBERS
 from simx_server.parts.paths.paths import Track
 from simx_server.parts.paths.sweep import sweep
 from simx_server.scene.editing import creating
@@ -20,6 +21,7 @@ from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.matrices import vector
 from simx_server.scripting.api.values.packing import pack, pack_table
+from simx_server.scripting.signature import Most
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.annotations import Annotation
@@ -39,7 +41,10 @@ _MESH_CLOSED = 4
 
 _LINE_COLOR = (0.0, 0.96, 0.66)
 _UP = (0.0, 0.0, 1.0)
-_MOST_SUBDIVISIONS = 100_000
+_Numbers = Annotated[list[float], Most(MOST_NUMBERS)]
+_MOST_SUBDIVISIONS = 4000
+_MOST_CONTROL_POINTS = 1500
+"""Each becomes a dummy, and 40 points of the curve."""
 
 
 class PathMakingFunctions(ApiPart):
@@ -76,7 +81,7 @@ class PathMakingFunctions(ApiPart):
         return self._path_object(attributes_or_points, counts, sizes)
 
     def generateShapeFromPath(
-        self, path: list[float], section: list[float], options: int = 0, up: list[float] | None = None
+        self, path: _Numbers, section: _Numbers, options: int = 0, up: list[float] | None = None
     ) -> int:
         """Create a shape along a path of poses in the world: x, y, z and a quaternion x, y, z, w each.
 
@@ -136,6 +141,10 @@ class PathMakingFunctions(ApiPart):
         if not 2 <= subdivisions <= _MOST_SUBDIVISIONS:
             raise CommandError(f"a path has 2 to {_MOST_SUBDIVISIONS} points, not {subdivisions}")
         control = along.poses_of(numbers)
+        if len(control) > _MOST_CONTROL_POINTS:
+            raise CommandError(
+                f"a path has at most {_MOST_CONTROL_POINTS} control points, not {len(control)}"
+            )
         is_closed = bool(options & _CLOSED)
         points = along.interpolated(control, subdivisions, min(smoothness, 1.0), is_closed=is_closed)
         if options & _TURNED:

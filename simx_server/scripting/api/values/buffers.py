@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.signature import MOST_TEXTS
 
 _NUMBERS: dict[int, str] = {0: "u1", 1: "i1", 2: "<u2", 3: "<i2", 4: "<u4", 5: "<i4", 6: "<f4", 7: "<f8"}
 """sim.buffer_uint8 to sim.buffer_double, and their names in numpy."""
 
 _PIXELS: dict[int, tuple[int, ...]] = {8: (0, 1, 2), 9: (2, 1, 0), 10: (0, 1, 2, 3), 11: (3, 0, 1, 2)}
 """sim.buffer_uint8rgb, bgr, rgba, argb: the index of r, g, b, a for each byte."""
+
+_AT_ONCE = 1 << 20
+"""Numbers between two moments at which others are served."""
 
 _BASE64, _SPLIT, _CLAMP = 12, 13, 256
 
@@ -46,6 +50,8 @@ class BufferFunctions(ApiPart):
             size = int(offset)
             if size < 1 or len(data) % size:
                 raise CommandError(f"{len(data)} bytes cannot be split into pieces of {size}")
+            if len(data) // size > MOST_TEXTS:
+                raise CommandError(f"at most {MOST_TEXTS} pieces are made, not {len(data) // size}")
             return [data[start : start + size] for start in range(0, len(data), size)]
         if in_format == _BASE64:
             try:
@@ -58,30 +64,44 @@ class BufferFunctions(ApiPart):
         if in_format in _PIXELS:
             data, in_format, target = _pixels(data, in_format, target)
         elif target in _PIXELS:
-            data = _to_bytes(_numbers(data, in_format) * multiplier + offset, 0, clamp)
+            data = self._transformed(data, in_format, multiplier, offset, 0, clamp)
             channels = len(_PIXELS[target])
             if len(data) % channels:
                 raise CommandError(f"{len(data)} numbers are no pixels of {channels} each")
             return data
-        return _to_bytes(_numbers(data, in_format) * multiplier + offset, target, clamp)
+        return self._transformed(data, in_format, multiplier, offset, target, clamp)
+
+    def _transformed(
+        self, data: bytes, in_format: int, multiplier: float, offset: float, target: int, clamp: bool
+    ) -> bytes:
+        """Return the numbers in another format; others are served between parts of the work."""
+        size = _size_of(data, in_format)
+        _check(target)
+        parts: list[bytes] = []
+        for start in range(0, len(data), _AT_ONCE * size):
+            numbers = np.frombuffer(data[start : start + _AT_ONCE * size], _NUMBERS[in_format])
+            parts.append(_to_bytes(numbers.astype(np.float64) * multiplier + offset, target, clamp))
+            self._sim.interruptions.serve_others()
+        return b"".join(parts)
 
 
-def _numbers(data: bytes, kind: int) -> NDArray[np.float64]:
+def _check(kind: int) -> None:
     if kind not in _NUMBERS:
         raise CommandError(
             f"{kind} is no buffer format; valid are 0 to 13, sim.buffer_uint8 and what follows"
         )
+
+
+def _size_of(data: bytes, kind: int) -> int:
+    """Return the bytes of a number. Raises CommandError: the last number is incomplete."""
+    _check(kind)
     size = np.dtype(_NUMBERS[kind]).itemsize
     if len(data) % size:
         raise CommandError(f"{len(data)} bytes are no whole count of numbers of {size} bytes")
-    return np.frombuffer(data, _NUMBERS[kind]).astype(np.float64)
+    return size
 
 
 def _to_bytes(values: NDArray[np.float64], kind: int, clamp: bool) -> bytes:
-    if kind not in _NUMBERS:
-        raise CommandError(
-            f"{kind} is no buffer format; valid are 0 to 13, sim.buffer_uint8 and what follows"
-        )
     target = np.dtype(_NUMBERS[kind])
     if target.kind == "f":
         with np.errstate(over="ignore"):

@@ -10,6 +10,10 @@ import math
 import struct
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import MAX_DEPTH, Plain
 
 from .byte_reader import Damaged
@@ -19,6 +23,12 @@ _FALSE, _TRUE, _NULL, _UNDEFINED, _HALF, _SINGLE, _DOUBLE, _INDEFINITE = 20, 21,
 _BREAK = 0xFF
 _AS_TEXT, _AS_BYTES = b"@:txt:", b"@:dat:"
 _CONTROL = bytes(range(32))
+
+MOST_PIECES = 600_000
+"""Pieces of packed bytes: one or two for a value."""
+
+_FEW = 64
+"""Items of a list up to which each is packed alone."""
 
 FUNCTION = b"<FUNCTION>"
 """Stands for a function, which cannot be packed."""
@@ -87,8 +97,31 @@ def _add(pieces: list[bytes], value: Plain, single: bool) -> None:
 
 def _add_table(pieces: list[bytes], table: list[Any] | dict[Any, Any], single: bool) -> None:
     pieces.append(_head(_LIST if isinstance(table, list) else _MAP, len(table)))
+    if isinstance(table, list) and not single and (numbers := as_floats(table)) is not None:
+        pieces.append(headed(_SIMPLE << 5 | _DOUBLE, numbers, ">f8"))
+        return
     for item in table if isinstance(table, list) else in_order(table):
         _add(pieces, item, single)
+    check_room(pieces)
+
+
+def as_floats(items: list[Any]) -> NDArray[np.float64] | None:
+    """Return the items of a long list of floats; None for any other list."""
+    is_long = len(items) > _FEW and set(map(type, items)) == {float}
+    return np.array(items, np.float64) if is_long else None
+
+
+def headed(head: int, numbers: NDArray[np.float64], form: str) -> bytes:
+    """Return numbers as bytes, in a form of NumPy, each behind the same first byte."""
+    found = np.empty(len(numbers), np.dtype([("head", "u1"), ("number", form)]))
+    found["head"], found["number"] = head, numbers
+    return found.tobytes()
+
+
+def check_room(pieces: list[bytes]) -> None:
+    """Raise CommandError: the packed values are too many."""
+    if len(pieces) > MOST_PIECES:
+        raise CommandError("the table has too many values to be packed; a table of floats may be longer")
 
 
 def _float(value: float, single: bool) -> bytes:

@@ -9,30 +9,32 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
 
 from .tables import pack_table, unpack_table
 
-MAX_NUMBERS = 1 << 21
+MAX_NUMBERS = 1 << 20
 """Maximum length of an unpacked table: the server serves no other client while it builds one."""
 
-_INTEGERS = {"B": (8, False), "H": (16, False), "I": (32, False), "i": (32, True)}
+_INTEGERS = {"B": 8, "H": 16, "I": 32, "i": 32}
+"""Letters of `struct`, and bits."""
 
 
 def pack(letter: str, values: Sequence[float | None], start: int, count: int) -> bytes:
     """Return numbers as bytes; integers wrap as in C and lose their fraction, floats that are too large become
     infinite, and nil is 0.
     """
-    chosen = [value or 0 for value in _span(values, start, count)]
+    numbers = np.array([value or 0 for value in _span(values, start, count)], np.float64)
     if letter in _INTEGERS:
-        bits, signed = _INTEGERS[letter]
-        low = (1 << bits - 1) if signed else 0
-        whole = [((int(value) + low) & ((1 << bits) - 1)) - low for value in chosen]
-        return struct.pack(f"<{len(whole)}{letter}", *whole)
-    if letter == "f":
-        return b"".join(map(_float32, chosen))
-    return struct.pack(f"<{len(chosen)}{letter}", *chosen)
+        bits = _INTEGERS[letter]
+        np.trunc(numbers, out=numbers)
+        np.fmod(numbers, 2.0**bits, out=numbers)  # exact, also of numbers beyond 64 bits
+        return numbers.astype(np.int64).astype(f"<i{bits // 8}").tobytes()
+    with np.errstate(over="ignore"):
+        return numbers.astype(f"<{letter}").tobytes()
 
 
 def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[Any] | None:
@@ -59,13 +61,6 @@ def _span(values: Any, start: int, count: int) -> Any:
     """Return `count` items from an index on, or as many as there are; 0: all."""
     start = max(start, 0)
     return values[start : start + count] if count > 0 else values[start:]
-
-
-def _float32(value: float) -> bytes:
-    try:
-        return struct.pack("<f", value)
-    except OverflowError:
-        return struct.pack("<f", float("inf") if value > 0 else float("-inf"))
 
 
 class PackingFunctions(ApiPart):

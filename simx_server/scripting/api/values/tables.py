@@ -84,8 +84,12 @@ def unpack_table(data: bytes) -> Any:
 def _add_table(pieces: list[bytes], table: list[Any] | dict[Any, Any]) -> None:
     items: list[Any] = table if isinstance(table, list) else cbor.in_order(table)
     pieces.append(struct.pack("<Bi", _LIST if isinstance(table, list) else _NAMED, len(items)))
+    if (numbers := cbor.as_floats(items)) is not None:
+        pieces.append(cbor.headed(_FLOAT, numbers, "<f8"))
+        return
     for item in items:
         _add(pieces, item)
+    cbor.check_room(pieces)
 
 
 def _add(pieces: list[bytes], value: Plain) -> None:

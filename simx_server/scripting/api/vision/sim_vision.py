@@ -20,6 +20,9 @@ from .composed import ComposedImageFunctions
 from .sim_vision_images import WorkImages, numbers
 from .velodyne import VelodyneFunctions
 
+_MOST_POINTS = 320_000
+"""Points of one packet: those of an image of 640 x 480 pixels, and some more."""
+
 _IN_THE_WORLD = 0x800000
 """sim.handleflag_abscoords."""
 
@@ -232,9 +235,7 @@ class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters):
         """
         handle, work = self._sensor(sensor), self._work(sensor)
         settings = self._world.vision.settings(handle)
-        if len(points) < 2 or min(points) < 1:
-            raise CommandError("the numbers of points are two integers above 0, across and up")
-        across, up = points[:2]
+        across, up = _counts(points)
         with self._at_no_cost():
             found, pixels = detections.find_coordinates(work, settings.view, (across, up), even_angles)
         if sensor > 0 and bool(sensor & _IN_THE_WORLD):
@@ -251,11 +252,9 @@ class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters):
         The packet is as that of simVision.coordinatesFromWorkImg.
         """
         handle, work = self._sensor(sensor), self._work(sensor)
-        if len(points) < 2 or min(points) < 1 or not 0.0 < angle < math.pi:
-            raise CommandError(
-                "the numbers of points are two integers above 0, and the angle is below pi rad"
-            )
-        across, up = points[:2]
+        if not 0.0 < angle < math.pi:
+            raise CommandError("the angle is above 0 and below pi rad")
+        across, up = _counts(points)
         with self._at_no_cost():
             found = detections.scan(work, self._world.vision.settings(handle).view, (across, up), angle)
         return False, _packed(detections.packet_of((across, up), found))
@@ -264,6 +263,15 @@ class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters):
 def _kept(work: Work, stays: Mask, to_buffer1: bool) -> bool:
     work.keep(stays, to_buffer1)
     return False
+
+
+def _counts(points: list[int]) -> tuple[int, int]:
+    """Return how many points there are across and up. Raises CommandError."""
+    if len(points) < 2 or min(points) < 1 or points[0] * points[1] > _MOST_POINTS:
+        raise CommandError(
+            f"the numbers of points are two integers above 0, across and up, for at most {_MOST_POINTS} points"
+        )
+    return points[0], points[1]
 
 
 def _packed(values: Sequence[float]) -> bytes:

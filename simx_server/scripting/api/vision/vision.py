@@ -8,7 +8,7 @@ time-out and does not count as processor time of the script.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ _FLAG_GREY = _FLAG_STRING = 0x400000
 """sim.handleflag_greyscale of images, sim.handleflag_codedstring of depth."""
 _FLAG_METRES = 0x800000
 _FLAGS = 0xFF00000 | _FLAG_GREY | _FLAG_METRES
+
+_MOST_NUMBERS = 2_000_000
+"""Numbers in a table with a picture: 64 MB."""
 
 _AS_STRING = 1
 _GREY = _METRES = 1
@@ -105,7 +108,7 @@ class VisionFunctions(ApiPart):
         made = wait_for(self._sim, self._world.vision.picture_of(handle, entity))
         found = made.rgb / np.float64(255) if wants_image and made.rgb is not None else made.depth
         assert found is not None
-        return found.ravel().tolist()
+        return _as_table(found)
 
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
         """Return {width, height} in pixels."""
@@ -119,7 +122,7 @@ class VisionFunctions(ApiPart):
     ) -> list[float] | bytes:
         """Return numbers 0..1, or with `kind` 1 a string of bytes; RGB, or grey with sim.handleflag_greyscale added."""
         pixels = self._pixels(sensor, [x, y], [width, height], grey=_has(sensor, _FLAG_GREY))
-        return pixels.tobytes() if kind == _AS_STRING else (pixels.ravel() / 255.0).tolist()
+        return pixels.tobytes() if kind == _AS_STRING else _as_table(pixels, 255.0)
 
     def getVisionSensorCharImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, cut_off: float = 0.0
@@ -174,7 +177,7 @@ class VisionFunctions(ApiPart):
         The result is a table, or with sim.handleflag_codedstring a string of little-endian float32.
         """
         depth = self._depth(sensor, [x, y], [width, height], _has(sensor, _FLAG_METRES))
-        return depth.astype("<f4").tobytes() if _has(sensor, _FLAG_STRING) else depth.ravel().tolist()
+        return depth.astype("<f4").tobytes() if _has(sensor, _FLAG_STRING) else _as_table(depth)
 
     def getVisionSensorDepth(
         self,
@@ -239,6 +242,16 @@ class VisionFunctions(ApiPart):
 def _with_packets(result: int, packets: list[list[float]]) -> tuple[int | list[float] | None, ...]:
     """Return the results of a reading, at least three, since programs in Python name two packets."""
     return result, *packets, *[None] * (2 - len(packets))
+
+
+def _as_table(picture: NDArray[Any], full: float = 1.0) -> list[float]:
+    """Return the numbers of a picture, as shares of `full`. Raises CommandError: they are too many for a table."""
+    if picture.size > _MOST_NUMBERS:
+        raise CommandError(
+            f"a picture of {picture.size} numbers is too large for a table, which takes {_MOST_NUMBERS}: read a "
+            "region, or a string of bytes"
+        )
+    return (picture.ravel() / full).tolist() if full != 1.0 else picture.ravel().tolist()
 
 
 def _has(sensor: int, flag: int) -> bool:

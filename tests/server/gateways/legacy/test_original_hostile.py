@@ -118,6 +118,20 @@ def test_a_silent_client_and_one_that_stops_within_a_message_are_dropped(
     monkeypatch.undo()
 
 
+def test_a_silent_client_loses_its_stepping_before_it_is_dropped(
+    server: Served, bystander: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connection, "FROZEN", 0.05)
+    with peer(server.port) as client:
+        assert not client.call(0x0001).has_failed
+        (stepper,) = [each for each in server.world.loop.sessions.values() if each.is_stepping]
+        assert wait_until(lambda: not stepper.is_stepping, 20)
+        assert "nothing was heard of it" in stepper.lost_stepping
+        assert client.call(0x0003).has_failed
+        assert client.call(0x1021, ints(1)).payload, "it is still connected"
+    monkeypatch.undo()
+
+
 def test_a_client_that_does_not_read_its_answers_is_dropped(
     server: Served, bystander: Peer, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -324,7 +324,7 @@ def test_an_empty_string_of_length_zero_is_read() -> None:
 def test_a_message_beyond_the_limits_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     names = JOINTS.encode({"name": [""] * 1000})
     monkeypatch.setattr(d, "MOST_ITEMS", 999)
-    with pytest.raises(MessageError, match="more than 999 strings and messages"):
+    with pytest.raises(MessageError, match="more than 999 strings, arrays and messages"):
         JOINTS.decode(names)
     monkeypatch.setattr(d, "MOST_BYTES", 1000)
     with pytest.raises(MessageError, match="bytes are more than 1,000, the limit"):

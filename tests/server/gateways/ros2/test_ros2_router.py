@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import wait_until
 from ros2_world import CLOCK, JOINT_STATE, TF, Peer, Ros2World, ros2_world
-from routers import free_port, router
+from routers import free_port, router, silent
 
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options, exposure
@@ -189,3 +190,38 @@ def test_a_router_that_others_reach_is_warned_of() -> None:
     assert "SSH tunnel" in exposure(Router("tcp/0.0.0.0:7447", is_self=True))
     assert not exposure(Router("tcp/127.0.0.1:7447", is_self=True))
     assert not exposure(Router("tcp/10.0.0.7:7447"))
+
+
+def test_the_server_as_router_passes_on_what_is_of_ros_2(tmp_path: Path) -> None:
+    with ros2_world(tmp_path) as server:
+        other, peer, curious = server.peer(), server.peer(), server.peer()
+        chatter = "0/chatter/std_msgs::msg::dds_::String_/RIHS01_00"
+        for key in ("**", "simx/**", "@/**"):
+            curious.listen(key)
+        peer.listen(chatter)
+
+        def has_come() -> bool:
+            other.put("simx/north/call/own", b"x")
+            other.put(chatter, b"x")
+            return bool(peer.got(chatter))
+
+        assert wait_until(has_come, 20.0)
+        assert not any(map(curious.got, ("**", "simx/**", "@/**")))
+
+
+def test_no_node_answers_for_the_server_that_is_the_router(tmp_path: Path) -> None:
+    asked: list[str] = []
+    with ros2_world(tmp_path) as server:
+        other, peer = server.peer(), server.peer()
+        for key in ("0/simx/**", "0/simx/start/std_srvs::srv::dds_::Trigger_/*"):
+            other.session.declare_queryable(
+                key, lambda query: asked.append(str(query.key_expr)), complete=True
+            )
+        assert peer.trigger("start")["success"]
+        assert not asked
+
+
+def test_connections_that_say_nothing_keep_no_node_out(tmp_path: Path) -> None:
+    with ros2_world(tmp_path) as server, silent(server.port, 300):
+        for _ in range(3):
+            assert server.peer().trigger("start")["success"]

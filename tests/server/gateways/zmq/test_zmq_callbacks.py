@@ -130,6 +130,6 @@ def test_functions_kept_for_later_are_called_only_while_the_client_waits(server:
 
     client = server.client()
     client.require("sim")
-    inside = server.gateway._clients._clients[f"zmq-{client.uuid}"]
+    inside = server.gateway._clients._clients[f"zmq/{client.uuid}"]
     with pytest.raises(ScriptError, match="only while the client waits"):
         ClientFunction(inside, "f")()

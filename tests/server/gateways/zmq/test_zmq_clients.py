@@ -12,7 +12,9 @@ from typing import Any
 
 import pytest
 from other_clients import client_folder, install_line
-from zmq_world import INSTALL, PATIENCE, ZmqWorld, zmq
+from zmq_world import INSTALL, PATIENCE, RawClient, ZmqGateway, ZmqWorld, cbor2, zmq
+
+from simx_server.history.returning import Returning
 
 NAME = "coppeliasim_zmqremoteapi_client"
 OLDER = ("0.1.0", "2.0.2")
@@ -116,6 +118,22 @@ def test_many_calls_at_a_time_of_an_asyncio_client(server: ZmqWorld) -> None:
     assert len(set(dummies)) == 50
     assert time == pytest.approx(0.2)
     assert server.wait_until(lambda: not server.loop.sessions)
+
+
+def test_a_call_whose_answer_was_lost_in_a_crash_ends_with_the_reason(server: ZmqWorld) -> None:
+    context = zmq.Context()
+    crashed = context.socket(zmq.ROUTER)
+    port = crashed.bind_to_random_port("tcp://127.0.0.1")
+    client = RawClient(port)
+    client.send("sim.getSimulationTime")
+    crashed.recv_multipart()
+    context.destroy(linger=0)
+    server.loop.returning = Returning({f"zmq-{client.uuid}": ("drv.py", False)}, "the server crashed")
+    successor = server.on_server(lambda: ZmqGateway(server.loop, f"127.0.0.1:{port}"))
+    assert cbor2.loads(client.socket.recv()) == {"err": "the server crashed"}
+    assert client.ask("sim.getSimulationTime") == {"ret": [0.0]}
+    client.close()
+    server.on_server(successor.close)
 
 
 def test_a_program_like_the_simplest_example(server: ZmqWorld) -> None:

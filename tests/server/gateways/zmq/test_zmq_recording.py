@@ -56,6 +56,24 @@ def test_steps_motions_waits_and_two_clients_are_repeated(tmp_path: Path) -> Non
     assert replay(file) == REPLAYED
 
 
+def test_the_end_of_a_frozen_clients_stepping_is_repeated(tmp_path: Path) -> None:
+    with recorded(tmp_path) as (server, file):
+        sim = server.sim()
+        sim.setStepping(True)
+        sim.startSimulation()
+        sim.step()
+        (key,) = server.loop.sessions
+        server.on_server(lambda: server.loop.end_stepping(key, "it was silent"))
+        assert server.wait_until(lambda: server.simulation.step_count > 10)
+        with pytest.raises(Exception, match="the server ended the stepped mode of this client"):
+            sim.step()
+        assert sim.setStepping(True) == 0
+        sim.step()
+        sim.stopSimulation()
+    assert Kind.STEPPING_LOST in kinds(file)
+    assert replay(file) == REPLAYED
+
+
 def pushed(sim: Any) -> None:
     """A motion whose function of the client pushes a body, by calls of its own."""
     box = sim.getObject("/box")

@@ -38,6 +38,14 @@ def viewed(tmp_path: Path) -> Iterator[ZmqWorld]:
         server.on_server(gateway.close)
 
 
+def test_a_viewer_passes_no_functions(viewed: ZmqWorld) -> None:
+    """All others would wait for them."""
+    viewer = viewed.raw()
+    for arguments in ([0, "slow@func"], [[-1, "slow@func"]], [{"callback": "slow@func"}]):
+        answer = viewer.ask("sim.visitTree", *arguments)
+        assert "passes no functions" in answer.get("err", ""), answer
+
+
 def test_a_viewer_reads_and_changes_nothing(viewed: ZmqWorld) -> None:
     sim = viewed.sim()
     box = sim.getObject("/box")

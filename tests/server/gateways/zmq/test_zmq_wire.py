@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from zmq_world import cbor2
 
-from simx_server.gateways.zmq.wire import Reader, WireError, read_request, uuid_of
+from simx_server.gateways.zmq.wire import Reader, WireError, language_of, read_request, uuid_of
 
 
 @pytest.mark.parametrize(
@@ -40,5 +40,13 @@ def test_a_request_is_read_whatever_the_order_of_its_keys() -> None:
     fields = {"uuid": "u", "args": ["uuid", 1], "func": "sim.step", "lang": "c++", "ver": 2, "timeout": 600}
     payload = cbor2.dumps(fields)
     request = read_request(payload)
-    assert (request.function, request.arguments, request.language) == ("sim.step", [b"uuid", 1], "c++")
-    assert uuid_of(payload) == "u"
+    assert (request.function, request.arguments) == ("sim.step", [b"uuid", 1])
+    assert (uuid_of(payload), language_of(payload)) == ("u", "c++")
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_the_identity_is_found_on_either_side_of_long_arguments(is_first: bool) -> None:
+    about = {"uuid": "me", "lang": "lua"}
+    arguments = {"args": [b"x" * 5000]}
+    payload = cbor2.dumps({**about, **arguments} if is_first else {**arguments, **about})
+    assert (uuid_of(payload), language_of(payload)) == ("me", "lua")

@@ -71,6 +71,9 @@ function fill() local t = {} while true do t[#t + 1] = {} end end
 
 LONG = {
     "a text of zeros compared": "local a, b = ('\\0'):rep(4e6), ('\\0'):rep(4e6) .. 'x' local _ = a < b",
+    "the longest texts of zeros compared for ever": "local a = ('\\0'):rep(2e6) "
+    "local b = a .. a .. a .. a .. a .. a .. a .. a .. a .. a .. a .. a .. a .. a a = nil local c = b .. 'x' "
+    "while true do local _ = b < c or b == c or c:find(b, 1, true) end",
     "texts joined after cheap loops": "for i = 1, 1e5 do end local s = ('x'):rep(15e6) while true do local t = s .. 'b' end",
     "a text doubled": "for i = 1, 1e5 do end local s = 'x' for i = 1, 24 do s = s .. s end while true do local t = s .. 1 end",
     "bytes": "local s = ('x'):rep(9e5) for i = 1, 1e5 do end while true do s:byte(1, -1) end",

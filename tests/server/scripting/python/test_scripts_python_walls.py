@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import importlib.util
 import platform
 import re
 import subprocess
@@ -15,6 +16,7 @@ from python_echo import Scripts, script
 
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.python import interpreter as python_interpreter
+from simx_server.scripting.python import process
 
 PACKAGE = str(Path(python_interpreter.__file__).parent)
 if PACKAGE not in sys.path:
@@ -26,13 +28,14 @@ import python_confine  # noqa: E402 # pyright: ignore[reportMissingImports]
 __all__ = ["script"]
 
 LIFELINE = 7
+LAUNCH = (0x7F12_3456_789A, 0x7F12_3456_0000, 0x1234)
 MACHINES = list(python_calls.ARCHITECTURES)
 ALLOW, KILL, REFUSED, MISSING = 0x7FFF0000, 0x80000000, 0x50000 | errno.EPERM, 0x50000 | errno.ENOSYS
 
 
 def verdict(machine: str, number: int, *arguments: int, architecture: int | None = None) -> int:
     """What the kernel's filter answers for a system call, by the rules of its machine of 32-bit words."""
-    program = python_calls.steps(machine, LIFELINE)
+    program = python_calls.steps(machine, LIFELINE, LAUNCH)
     words = {0: number, 4: python_calls.ARCHITECTURES[machine][0] if architecture is None else architecture}
     for index in range(6):
         value = (arguments[index] if index < len(arguments) else 0) & (1 << 64) - 1
@@ -71,6 +74,7 @@ def test_only_calls_of_the_list_pass(machine: str) -> None:
         elif number not in allowed:
             assert verdict(machine, number) == (MISSING if number >= 424 else REFUSED), number
     checked = {"fcntl", "ioctl", "open", "openat", "close", "dup2", "dup3", "tgkill", "prlimit64"}
+    checked |= {"execve", "rt_sigaction"}
     for name, numbers in python_calls.ALLOWED.items():
         if name not in checked and numbers[column(machine)] >= 0:
             assert verdict(machine, numbers[column(machine)], *[(1 << 64) - 1] * 6) == ALLOW, name
@@ -97,6 +101,12 @@ def test_arguments_are_judged(machine: str) -> None:
     assert of("prlimit64", 0, 7, 0)
     assert not of("prlimit64", 0, 7, 1 << 32)
     assert not of("prlimit64", 0, 7, 4096)
+    assert [number for number in range(65) if of("rt_sigaction", number)] == [2, 10, 13, 25]
+    assert not of("execve", 0, 0, 0)
+    assert of("execve", *LAUNCH)
+    for place in range(3):
+        for change in (1, 1 << 32):
+            assert not of("execve", *[each ^ change * (n == place) for n, each in enumerate(LAUNCH)])
 
 
 def test_other_numberings_kill() -> None:
@@ -147,14 +157,14 @@ reading, writing = os.pipe()
 listener = socket.socket(socket.AF_UNIX)
 listener.bind("\0simx-test-" + str(os.getpid()))
 listener.listen()
-if wall == "files":
-    places = [folder, os.path.dirname(os.__file__), *python_confine._LIBRARIES]
-    missing = not python_confine._restrict_files(libc, places)
-else:
-    missing = not python_confine._restrict_calls(libc, -1)
-if missing:
+libc.prctl(38, 1, 0, 0, 0)
+if ("landlock" if wall == "files" else "seccomp") in python_confine.missing():
     print("missing")
     sys.exit()
+if wall == "files":
+    python_confine.restrict_files(libc, [folder, os.path.dirname(os.__file__), *python_confine._LIBRARIES])
+else:
+    python_confine.restrict_calls(libc, -1)
 
 def call(number, *arguments):
     result = libc.syscall(ctypes.c_long(number), *arguments)
@@ -186,7 +196,7 @@ def child():
     if os.fork() == 0:
         os._exit(0)
 
-machine = python_confine.platform.machine()
+machine = os.uname().machine
 info = ctypes.create_string_buffer(b"\x09\0\0\0\0\0\0\0\xff\xff\xff\xff", 128)
 queue, thread_queue = (129, 297) if machine == "x86_64" else (138, 240)
 tree = dict(
@@ -293,6 +303,63 @@ def landlock_version() -> int:
     return int(ctypes.CDLL(None).syscall(444, None, ctypes.c_size_t(0), 1))
 
 
+WITHIN = r"""
+import _imp, glob, importlib, importlib.machinery, os, sys
+for name in ("ctypes", "_ctypes", "_cffi_backend"):
+    try: importlib.import_module(name); print(name)
+    except ImportError: pass
+for path in {modules!r}:
+    spec = importlib.machinery.ModuleSpec("_ctypes", None, origin=path)
+    try: _imp.create_dynamic(spec); print(path)
+    except ImportError: pass
+try: os.execv(sys.executable, [sys.executable, "-c", "print('other program')"])
+except PermissionError: print("within")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
+def test_an_interpreter_within_the_walls_gets_no_ctypes_from_a_file(tmp_path: Path) -> None:
+    """The kernel alone, without the audit hook."""
+    if python_confine.missing():
+        pytest.skip("this kernel has not all walls")
+    libraries = process.library_folders()
+    modules = sorted(python_confine.hidden_modules(libraries))
+    if not any("_ctypes." in path for path in modules):
+        pytest.skip("this Python has ctypes built in")
+    command = [sys.executable, "-S", "-c", WITHIN.format(modules=modules)]
+    launching = (
+        f"import sys; sys.path.insert(0, {PACKAGE!r}); import os, python_confine as walls\n"
+        "shared = walls.mapped_files()\n"
+        f"walls.run(os.path.realpath('/proc/self/exe'), {command!r}, "
+        f"{[*libraries, sys.base_prefix + '/lib', sys.prefix + '/pyvenv.cfg']!r}, shared)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", launching], capture_output=True, text=True, timeout=30, check=False
+    )
+    assert (run.stdout, run.stderr, run.returncode) == ("within\n", "", 0)
+
+
+def test_where_python_has_ctypes_built_in_its_import_is_taken_away() -> None:
+    """As in Pythons that link everything statically; no file can be hidden there."""
+    run = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            f"import sys; sys.path.insert(0, {PACKAGE!r}); import importlib.machinery as m, _imp, python_guard\n"
+            "sys.builtin_module_names = ('time', '_ctypes')\n"
+            "python_guard.drop_native_modules()\n"
+            "import time\n"
+            "try: _imp.create_builtin(m.ModuleSpec('_ctypes', None))\n"
+            "except ImportError as problem: print(problem)",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert (run.stdout, run.stderr) == ("a script may not import _ctypes: no native code\n", "")
+
+
 REACHING = """
 import builtins, gc, importlib, os, posixpath, sys, types
 def still():
@@ -324,7 +391,7 @@ def everything(value, seen, depth=0):
     elif isinstance(value, types.MethodType): inner = [value.__self__, value.__func__]
     for item in inner: yield from everything(item, seen, depth + 1)
 def by_modules():
-    for name in ('python_guard', 'python_confine', 'python_calls', 'python_link', 'python_wire'):
+    for name in ('python_guard', 'python_confine', 'python_calls', 'python_limits', 'python_link', 'python_wire'):
         assert name not in sys.modules
         try: importlib.import_module(name)
         except ImportError: pass
@@ -437,6 +504,10 @@ HOSTILE = {
     "lock": "import os; os.lockf(0, os.F_LOCK, 0)",
     "library of its own": "import _imp, importlib.util as u; "
     "_imp.create_dynamic(u.spec_from_file_location('_ctypes', place))",
+    "library under a name that Python reads as another": "import _imp, importlib.machinery as m; "
+    "_imp.create_dynamic(m.ModuleSpec('-ctypes', None, origin=native))",
+    "library under a name of its own": "import _imp, importlib.machinery as m; "
+    "_imp.create_dynamic(m.ModuleSpec('other', None, origin=native))",
     "interpreter": "import _xxsubinterpreters",
     "file descriptor": "open(0)",
 }
@@ -448,11 +519,14 @@ def test_hostile_script_is_refused_and_others_live(
 ) -> None:
     place = tmp_path / "_ctypes.so"
     place.write_bytes(b"\x7fELF")
-    bodies = "".join(f"def f{n}(victim, place):\n    {body}\n" for n, body in enumerate(HOSTILE.values()))
+    native = importlib.util.find_spec("_ctypes").origin  # pyright: ignore[reportOptionalMemberAccess]
+    bodies = "".join(
+        f"def f{n}(victim, place, native):\n    {body}\n" for n, body in enumerate(HOSTILE.values())
+    )
     interpreter = script(
         "import sys\ndef loaded(name): return sys.modules.get(name) or __import__(name)\n"
-        f"def attempt(n, victim, place):\n"
-        "    try: globals()['f%d' % n](victim, place)\n"
+        f"def attempt(n, victim, place, native):\n"
+        "    try: globals()['f%d' % n](victim, place, native)\n"
         "    except (OSError, ImportError) as problem: return type(problem).__name__\n"
         f"    return 'passed'\n{bodies}"
         "def stop():\n"
@@ -463,9 +537,34 @@ def test_hostile_script_is_refused_and_others_live(
         folder=tmp_path,
     )
     for n, name in enumerate(HOSTILE):
-        assert interpreter.call("attempt", n, victim.pid, str(place)) != [b"passed"], name
+        assert interpreter.call("attempt", n, victim.pid, str(place), native) != [b"passed"], name
     assert victim.poll() is None
     with pytest.raises(
         ScriptError, match="took too long"
     ):  # the kernel's limit of processor time cannot be blocked
         interpreter.call("stop")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
+def test_nothing_of_ctypes_is_in_the_process_of_a_script(script: Scripts) -> None:
+    interpreter = script(
+        "def classes():\n    return sorted({each.__module__ for each in object.__subclasses__()})"
+    )
+    assert b"_ctypes" not in interpreter.call("classes")[0]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
+def test_without_seccomp_a_script_starts_only_if_the_operator_said_so(
+    script: Scripts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The launcher in a copy whose kernel has no filters."""
+    for file in Path(PACKAGE).glob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        (tmp_path / file.name).write_text(
+            text.replace("errno.EFAULT", "errno.ENOSYS"),
+            encoding="utf-8",
+        )
+    monkeypatch.setattr(process, "_LAUNCHER", tmp_path / "python_launcher.py")
+    with pytest.raises(ScriptError, match=r"no seccomp.*--unconfined-scripts"):
+        script("def f(): return 1")
+    assert script("def f(): return 1", needs_seccomp=False).call("f") == [1]

@@ -122,3 +122,16 @@ def test_octrees_and_point_clouds_keep_their_points(tmp_path: Path) -> None:
             order, expected = np.lexsort(cloud.places.T), np.lexsort(points.T)
             assert cloud.places[order] == pytest.approx(points[expected], abs=1e-5)
             assert cloud.colors.tolist() == [[9, 8, 7]] * 200
+
+
+@pytest.mark.parametrize("name", ["car.xml", "textures", "scripts"])
+def test_no_link_in_the_folder_is_followed(file: Path, tmp_path: Path, name: str) -> None:
+    folder, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    folder.mkdir()
+    elsewhere.mkdir()
+    file = file.rename(tmp_path / "car.ttt")
+    (folder / name).symlink_to(elsewhere / "new.xml" if name == "car.xml" else elsewhere)
+    with pytest.raises(SceneError, match=f"{name} is a link"):
+        converted(file, folder)
+    assert list(elsewhere.iterdir()) == []
+    assert [path.name for path in folder.iterdir()] == [name]

@@ -208,7 +208,7 @@ def test_convex_parts_fill_a_closed_shape(world: ScriptWorld, monkeypatch: pytes
         for side in ((0, 0.5), (0.5, 1))
     ]
     monkeypatch.setattr(decomposing, "is_available", lambda: True)
-    monkeypatch.setattr(decomposing, "decompose", lambda points, faces, label: halves)
+    monkeypatch.setattr(decomposing, "decompose", lambda points, faces, label, may_go_on: halves)
     world.lua(H + "p = h'pyramid' c = sim.convexDecompose(p, 0, {}, {})")
     assert world.lua("return sim.getObjectName(c), #sim.getShapeViz(c, 1).vertices") == ["Convex", 24]
     assert world.lua("return sim.getObjectPosition(c, -1)") == world.lua(

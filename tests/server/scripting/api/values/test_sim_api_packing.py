@@ -8,6 +8,9 @@ import struct
 import pytest
 from sim_api_calls import ScriptWorld, world
 
+from simx_server.scripting.api.values import cbor
+from simx_server.scripting.api.values.tables import pack_table
+
 __all__ = ["world"]
 
 KINDS = [
@@ -224,3 +227,13 @@ def test_buffers_as_text_and_in_pieces(world: ScriptWorld) -> None:
         "cannot be split into pieces of 2",
     )
     world.fails("sim.transformBuffer('a!', sim.buffer_base64, 1, 0, sim.buffer_uint8)", "no base64")
+
+
+@pytest.mark.parametrize("scheme", [0, 1, 2])
+def test_a_long_list_of_floats_is_packed_as_its_items_are(
+    scheme: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = [0.1 * index for index in range(100)] + [float("inf"), -0.0]
+    packed = pack_table(table, scheme)
+    monkeypatch.setattr(cbor, "_FEW", len(table))
+    assert pack_table(table, scheme) == packed

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -38,6 +39,9 @@ MOST_FACES = 5000
 
 MOST_IN_FILE = 60_000
 """Triangles of meshes of one file that are decomposed as well as possible: up to about a minute of processor time."""
+
+_GLANCE = 0.02
+"""Seconds between two moments at which others are served."""
 
 _PROGRAM = "simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing"
 
@@ -71,6 +75,10 @@ def switch_off() -> None:
     is_available()
 
 
+def _always() -> bool:
+    return True
+
+
 class Budget:
     """The work for the meshes of one file: those beyond it are decomposed coarsely. No cache changes it."""
 
@@ -89,7 +97,11 @@ class Budget:
 
 
 def decompose(
-    points: Points, faces: Faces, label: str = "", budget: Budget | None = None
+    points: Points,
+    faces: Faces,
+    label: str = "",
+    may_go_on: Callable[[], bool] = _always,
+    budget: Budget | None = None,
 ) -> list[Points] | None:
     """Return the points of convex parts that together fill a closed mesh, the same ones each time.
 
@@ -99,6 +111,7 @@ def decompose(
         points: (n, 3), each of them used.
         faces: (m, 3), indices of points.
         label: what messages call the mesh.
+        may_go_on: serves others; called often while another process works. Its False ends the work.
         budget: that of the file; None for a mesh on its own.
 
     Returns:
@@ -115,7 +128,7 @@ def decompose(
     if key not in _known:
         while len(_known) >= _MOST_KNOWN:
             del _known[next(iter(_known))]
-        _known[key] = _kept(key, points, faces, label, thresholds)
+        _known[key] = _kept(key, points, faces, label, may_go_on, thresholds)
     return _known[key]
 
 
@@ -128,13 +141,18 @@ def _rules(thresholds: tuple[float, ...]) -> bytes:
 
 
 def _kept(
-    key: str, points: Points, faces: Faces, label: str, thresholds: tuple[float, ...]
+    key: str,
+    points: Points,
+    faces: Faces,
+    label: str,
+    may_go_on: Callable[[], bool],
+    thresholds: tuple[float, ...],
 ) -> list[Points] | None:
     """Return parts from the cache, or made and put there."""
     parts = stored(key)
     if parts is not None and _lie_within(parts, points):
         return parts
-    parts = _run(points, faces, label or "a mesh", thresholds)
+    parts = _run(points, faces, label or "a mesh", may_go_on, thresholds)
     if parts:
         store(key, parts)
     return parts
@@ -147,13 +165,19 @@ def _lie_within(parts: list[Points], points: Points) -> bool:
     return all((each >= low - margin).all() and (each <= high + margin).all() for each in parts)
 
 
-def _run(points: Points, faces: Faces, label: str, thresholds: tuple[float, ...]) -> list[Points] | None:
+def _run(
+    points: Points,
+    faces: Faces,
+    label: str,
+    may_go_on: Callable[[], bool],
+    thresholds: tuple[float, ...],
+) -> list[Points] | None:
     mesh = io.BytesIO()
     np.savez(mesh, points=points.astype(np.float64), faces=faces.astype(np.int32))
     logger.info("%s: its %d triangles are decomposed into convex parts", label, len(faces))
     started = time.monotonic()
     try:
-        found = _within_work(mesh.getvalue(), thresholds)
+        found = _within_work(mesh.getvalue(), may_go_on, thresholds)
     except (subprocess.SubprocessError, OSError, ValueError) as error:
         logger.warning("%s: its %d triangles could not be decomposed: %s", label, len(faces), error)
         return None
@@ -162,23 +186,50 @@ def _run(points: Points, faces: Faces, label: str, thresholds: tuple[float, ...]
     return found
 
 
-def _within_work(mesh: bytes, thresholds: tuple[float, ...]) -> list[Points]:
+def _within_work(mesh: bytes, may_go_on: Callable[[], bool], thresholds: tuple[float, ...]) -> list[Points]:
     """Return the parts by the first threshold that does not take too much work.
 
     Raises:
-        subprocess.SubprocessError, OSError, ValueError: none does, or the library fails.
+        subprocess.SubprocessError, OSError, ValueError: none does, the library fails, or may not go on.
     """
     for threshold in thresholds:
-        answer = subprocess.run(
+        process = subprocess.Popen(
             [sys.executable, "-m", _PROGRAM, str(threshold)],
-            input=mesh,
-            capture_output=True,
-            timeout=SECONDS,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
             # More threads hardly save time, and on a busy machine they wait for each other in a loop.
             env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
         )
-        if answer.returncode != TOO_MUCH:
-            answer.check_returncode()
-            with np.load(io.BytesIO(answer.stdout)) as parts:
-                return [parts[name] for name in parts.files]
+        try:
+            answer = answer_of(process, mesh, may_go_on)
+        except subprocess.CalledProcessError as error:
+            if error.returncode != TOO_MUCH:
+                raise
+            continue
+        with np.load(io.BytesIO(answer)) as parts:
+            return [parts[name] for name in parts.files]
     raise ValueError(f"it would take more than {2 * MOST_PIECES} parts")
+
+
+def answer_of(process: subprocess.Popen[bytes], data: bytes, may_go_on: Callable[[], bool]) -> bytes:
+    """Return what a process writes for its input; others are served meanwhile.
+
+    Raises:
+        subprocess.SubprocessError: it has failed, takes too long, or may not go on; then it is ended.
+    """
+    until, given = time.monotonic() + SECONDS, data or None
+    with process:
+        while True:
+            try:
+                output, _ = process.communicate(given, timeout=_GLANCE)
+            except subprocess.TimeoutExpired:
+                given = None  # it is under way
+                if time.monotonic() > until or not may_go_on():
+                    process.kill()
+                    raise
+            else:
+                break
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, process.args)
+    return output

@@ -137,7 +137,7 @@ def _moving(points: Points, faces: Faces, label: str, budget: Budget | None) -> 
         exact = as_boxes(*body) or as_columns(*body)
         if exact is not None and len(exact) <= MOST_MOVING:
             return Form(exact, is_exact=True)
-        parts = decompose(*body, label, budget)
+        parts = decompose(*body, label, budget=budget)
         if parts is not None:
             return Form(parts, is_exact=True)
     if exact is None and len(faces) <= MOST_PARTS:

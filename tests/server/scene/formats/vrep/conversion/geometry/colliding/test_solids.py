@@ -245,20 +245,24 @@ def test_a_mesh_that_asks_for_too_many_cuts_is_decomposed_more_coarsely(
 ) -> None:
     asked: list[str] = []
 
-    def run(command: list[str], **_: Any) -> subprocess.CompletedProcess[bytes]:
+    def start(command: list[str], **_: Any) -> list[str]:
         asked.append(command[-1])
+        return command
+
+    def answer_of(command: list[str], *_: Any) -> bytes:
         if len(asked) < 3:
-            return subprocess.CompletedProcess(command, decomposing.TOO_MUCH, b"")
+            raise subprocess.CalledProcessError(decomposing.TOO_MUCH, command)
         answer = io.BytesIO()
         np.savez(answer, cube()[0])
-        return subprocess.CompletedProcess(command, 0, answer.getvalue())
+        return answer.getvalue()
 
     monkeypatch.setattr(decomposition, "is_available", lambda: True)
     monkeypatch.setattr(decomposition, "stored", lambda _key: None)
     monkeypatch.setattr(decomposition, "store", lambda _key, _parts: None)
     monkeypatch.setattr(decomposition, "_known", {})
     monkeypatch.setattr(decomposition, "_rules", lambda thresholds: repr(thresholds).encode())
-    monkeypatch.setattr(subprocess, "run", run)
+    monkeypatch.setattr(subprocess, "Popen", start)
+    monkeypatch.setattr(decomposition, "answer_of", answer_of)
     parts = decomposition.decompose(*bowl())
     assert parts is not None
     assert len(parts) == 1

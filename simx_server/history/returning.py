@@ -1,0 +1,77 @@
+"""Expect the clients of a crashed server, whose successor this server is: they reconnect automatically.
+
+Each reads once, in `simxGetLastErrors`, what happened. One that stepped the simulation does so again from its return
+on; until then, and for a while at most, the simulation waits for it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from simx_server.runtime.sessions import ClientSession
+
+WAIT = 4.0
+"""Seconds that the simulation waits for clients that stepped it: the time after which a silent peer counts as lost."""
+
+
+class Returning:
+    """Those that have not come back yet. Physics thread only."""
+
+    def __init__(self, clients: Mapping[str, tuple[str, bool]], text: str) -> None:
+        """Expect clients.
+
+        Args:
+            clients: id to name, and whether the client stepped the simulation.
+            text: what happened, for them.
+        """
+        self._clients = dict(clients)
+        self._back: set[str] = set()
+        self.text = text
+        self._until = time.monotonic() + WAIT
+
+    def welcome(self, session: ClientSession) -> bool:
+        """Tell a client that joins what happened, if it is one of those; let it step again if it did.
+
+        A client may connect twice, when it finds the new server before it has noticed the end of the old one.
+
+        Returns whether it is one of those.
+        """
+        former = self._former(session)
+        if former not in self._clients or (former in self._back and not self._is_early):
+            return False
+        self._back.add(former)
+        session.errors.append(self.text)
+        if self._clients[former][1]:
+            session.set_stepping(True)
+        return True
+
+    def seconds_left(self) -> float:
+        """Return how long the simulation still waits for clients that stepped it."""
+        if all(client in self._back for client, (_, is_stepping) in self._clients.items() if is_stepping):
+            return 0.0
+        return max(0.0, self._until - time.monotonic())
+
+    def are_awaited(self, prefix: str) -> bool:
+        """Return whether clients with ids of this prefix may still come back."""
+        return self._is_early and any(
+            client.startswith(prefix) for client in self._clients.keys() - self._back
+        )
+
+    @property
+    def _is_early(self) -> bool:
+        return time.monotonic() < self._until
+
+    def _former(self, session: ClientSession) -> str:
+        """Return the id that a client had. One of the original library has another id, and port, at each connection."""
+        if session.client in self._clients or not session.name.startswith("legacy "):
+            return session.client
+        host = session.name.rpartition(":")[0]
+        same = (
+            client
+            for client, (name, _) in self._clients.items()
+            if client not in self._back and name.rpartition(":")[0] == host
+        )
+        return next(same, session.client)

@@ -1,0 +1,65 @@
+"""Reading a message costs what it weighs, at every door: it is bounded, and grows no faster than the length."""
+
+from __future__ import annotations
+
+import pytest
+from fuzz import message_costs
+from fuzz.message_costs import DOORS, Door, check, check_bound
+
+F = b"\xfb\x3f\xf0" + bytes(6)
+LIST = b"\xa2\x64args\x9a"
+CALL = b"\x93\x01\x02\xdd\x00\x00\x00\x01\x95\x01\x00\x00\xa1a\xdd"
+
+LARGEST = {
+    "zmq: an identity that is a list, in many places": (
+        "zmq", (b"\x64uuid\x9a\x00\x0f\xff\xff" + b"\x80" * 245_000) * 4,
+    ),
+    "zmq: numbers": ("zmq", LIST + (1 << 20).to_bytes(4, "big") + F * (1 << 20)),
+    "zmq: lists without a length within each other, and numbers": ("zmq", b"\xa2\x64args" + b"\x9f" * 10 + F * 500_000),
+    "zmq: numbers of two kinds in turn": ("zmq", LIST + (1 << 20).to_bytes(4, "big") + (F + b"\x01") * 300_000),
+    "zmq: empty lists": ("zmq", LIST + (1 << 20).to_bytes(4, "big") + b"\x80" * (1 << 20)),
+    "zmq: tags": ("zmq", LIST + b"\x00\x00\x00\x20" + b"\xc2" * 1_000_000),
+    "zmq: pieces of a text": ("zmq", b"\xa2\x64args\x7f" + b"\x60" * 1_000_000),
+    "zenoh: empty lists": ("zenoh", CALL + (1 << 20).to_bytes(4, "big") + b"\x90" * (1 << 20)),
+    "zenoh: extension types": ("zenoh", CALL + (1 << 20).to_bytes(4, "big") + b"\xd4\x05a" * (1 << 20)),
+    "zenoh: times": ("zenoh", CALL + (1 << 20).to_bytes(4, "big") + b"\xd6\xff\x00\x00\x00\x01" * (1 << 20)),
+    "zenoh: texts that are none": ("zenoh", CALL + (1 << 20).to_bytes(4, "big") + b"\xa3\xff\xff\xff" * (1 << 20)),
+    "ros2: transforms": ("ros2", b"\x00\x01\x00\x00\xff\xff\x01\x00" + bytes(16_000_000)),
+}  # fmt: skip
+"""Messages that took, or would take, the longest at their size."""
+
+
+@pytest.mark.parametrize(("door", "data"), LARGEST.values(), ids=LARGEST)
+def test_the_largest_messages_take_no_longer_than_promised(door: str, data: bytes) -> None:
+    check_bound(DOORS[door].read, data)
+
+
+def test_four_times_as_much_takes_no_longer_than_four_times_as_long() -> None:
+    """More of them by ``python tests/fuzz/run.py costs CASES``."""
+    message_costs.run(70, 1)
+
+
+def test_what_grows_with_the_square_is_found() -> None:
+    def slow(data: bytes) -> None:
+        for start in range(0, len(data), 200):
+            sum(data[start:])
+
+    assert check(Door(slow, (b"",), (b"a",)), lambda size: b"b" * size)
+
+
+def test_commands_in_pieces_that_do_not_end_are_dropped_at_once() -> None:
+    """The oldest of very many is found without looking at those that have gone."""
+    from simx_server.gateways.legacy.messages import Request
+    from simx_server.gateways.legacy.splitting import PIECE_COST, Incoming
+
+    kept = 3000
+    incoming = Incoming(kept * (PIECE_COST + 1))
+
+    def add(first: int) -> None:
+        for number in range(first, first + kept):
+            incoming.add(Request(1, 0, 0, b"%d" % number, b"a", False, 1000, 0))
+
+    add(0)
+    add(kept)
+    assert incoming.add(Request(1, 0, 0, b"%d" % kept, b"b", False, 1000, 1)) is None
+    assert len(incoming._partial) == kept - 1, "the last one has come out of order"

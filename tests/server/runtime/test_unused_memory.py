@@ -1,0 +1,27 @@
+"""When unused memory is returned to the system."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from simx_server.processes import heap
+from simx_server.processes.heap import MUCH, Unused
+
+
+def test_memory_that_nobody_uses_any_more_is_noticed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    unused = [MUCH]
+    monkeypatch.setattr(heap, "_mallinfo2", lambda: lambda: SimpleNamespace(unused=unused[0]))
+    watch = Unused()
+    told: list[bool] = []
+    for amount in (MUCH, MUCH, 2 * MUCH + 1, 2 * MUCH + 1, MUCH // 2, 2 * MUCH, 2 * MUCH):
+        unused[0] = amount
+        told.append(watch.has_grown())
+    assert told == [False, False, True, False, False, True, False]
+
+
+def test_glibc_counts_unused_memory() -> None:
+    if heap._mallinfo2() is None:
+        pytest.skip("the C library is another one, or too old")
+    assert 0 < heap._mallinfo2()().unused < 1 << 40
