@@ -91,7 +91,7 @@ class Budget:
         return self._left < 0
 
     def thresholds(self, triangles: int) -> tuple[float, ...]:
-        """Return the thresholds to try for the next mesh, of so many triangles."""
+        """Return the thresholds to try for the next mesh, with this number of triangles."""
         self._left -= triangles
         return THRESHOLDS[-1:] if self.is_spent else THRESHOLDS
 
