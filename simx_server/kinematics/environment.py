@@ -98,18 +98,9 @@ class Environment:
         """Return an environment with the same content, which changes on its own from now on."""
         twin = Environment(self._sim)
         twin.own.copy_from(self.own)
-        for name in (
-            "groups",
-            "passive",
-            "targets",
-            "_values",
-            "_poses",
-            "_intervals",
-            "steps",
-            "margins",
-            "weights",
-        ):
-            setattr(twin, name, deepcopy(getattr(self, name)))
+        for name, value in vars(self).items():
+            if name not in ("_sim", "_scratch", "own"):
+                setattr(twin, name, deepcopy(value))
         return twin
 
     def joint_position(self, joint: int) -> float:

@@ -95,8 +95,10 @@ class IkGroups(Part):
         self._made: dict[int, Group] = {}
         """Groups that scripts have made, by handle."""
         self._removed: frozenset[int] = frozenset()
-        """Handles of groups that scripts have removed."""
-        self._before_run = self._made, self._removed
+        """Handles of the scene's groups that scripts have removed."""
+        self._left: dict[int, int] = {}
+        """The target of each tip of groups that scripts have made and removed: the dummies stay linked."""
+        self._before_run = self._made, self._removed, self._left
         self._next = FIRST_MADE
         self._at_start: list[tuple[Group, Group]] = []
         """Groups, and copies of their state at the start of the run."""
@@ -104,8 +106,8 @@ class IkGroups(Part):
 
     def scene_changed(self) -> None:
         self._registry.forget()
-        self._made, self._removed, self._next = {}, frozenset(), FIRST_MADE
-        self._before_run = self._made, self._removed
+        self._made, self._removed, self._left, self._next = {}, frozenset(), {}, FIRST_MADE
+        self._before_run = self._made, self._removed, self._left
 
     def scene_loaded(self) -> None:
         self._complaints.clear()
@@ -120,10 +122,10 @@ class IkGroups(Part):
         groups = {
             handle: replace(each, elements=list(each.elements)) for handle, each in self._every().items()
         }
-        return self.random.bit_generator.state, groups, self._made, self._removed, self._next
+        return self.random.bit_generator.state, groups, self._made, self._removed, self._left, self._next
 
     def recall(self, memory: Any) -> None:
-        self.random.bit_generator.state, groups, self._made, self._removed, self._next = memory
+        (self.random.bit_generator.state, groups, self._made, self._removed, self._left, self._next) = memory
         present = self._every()
         for handle, before in groups.items():
             group = present[handle]
@@ -137,7 +139,7 @@ class IkGroups(Part):
             CommandError: the name is unknown; the text lists the groups.
         """
         made = next((h for h, each in self._made.items() if each.name == name), None)
-        if made is not None and made not in self._removed:
+        if made is not None:
             return made
         handle = self._registry.handle_of(name, "inverse kinematics group")
         return handle if handle not in self._removed else self._unknown(handle)
@@ -155,7 +157,7 @@ class IkGroups(Part):
         Raises:
             LimitReached: there are too many.
         """
-        made = len(self._made.keys() - self._removed)
+        made = len(self._made)
         self._sim.limits.check("collections", made + 1, "remove some groups of inverse kinematics")
         taken = {each.name for each in self._groups()}
         names = (f"{group.name}{number}" for number in range(made + len(taken)))
@@ -168,8 +170,12 @@ class IkGroups(Part):
 
     def remove(self, handle: int) -> None:
         """Remove a group until the stop. Raises CommandError."""
-        self.get(handle)
-        self._removed |= {handle}
+        group = self.get(handle)
+        if handle in self._made:
+            self._made = {other: each for other, each in self._made.items() if other != handle}
+            self._left = self._left | {each.tip: each.target for each in group.elements}
+        else:
+            self._removed |= {handle}
 
     def active(self, group: Group) -> list[Element]:
         """Return the elements of a group that take part: enabled ones whose objects exist."""
@@ -181,11 +187,14 @@ class IkGroups(Part):
 
     def links(self) -> dict[int, int]:
         """Return the target of each tip, also of tips of removed groups: the link is the dummies', as in V-REP."""
-        return {each.tip: each.target for group in self._every().values() for each in group.elements}
+        present = {each.tip: each.target for group in self._every().values() for each in group.elements}
+        return self._left | present
 
     def retarget(self, tip: int, target: int) -> bool:
         """Give all elements with this tip another target, until the stop; return False if none has this tip."""
-        found = False
+        found = tip in self._left
+        if found:
+            self._left = self._left | {tip: target}
         for group in self._every().values():
             for number, element in enumerate(group.elements):
                 if element.tip == tip:
@@ -211,7 +220,7 @@ class IkGroups(Part):
         return {handle: group for handle, group in self._every().items() if handle not in self._removed}
 
     def _every(self) -> dict[int, Group]:
-        """Return all groups by handle, also the removed ones."""
+        """Return all groups by handle, also those of the scene that are removed."""
         return {handle: group for handle, (_, group) in self._registry.all().items()} | self._made
 
     def handle_automatic(self) -> int:
@@ -383,7 +392,7 @@ class IkGroups(Part):
         )
 
     def _start(self) -> None:
-        self._before_run = self._made, self._removed
+        self._before_run = self._made, self._removed, self._left
         self.random = np.random.default_rng(0)
         self._at_start = [
             (each, replace(each, elements=list(each.elements))) for each in self._every().values()
@@ -395,7 +404,7 @@ class IkGroups(Part):
             group.enabled = before.enabled
             group.result = Result.NOT_PERFORMED
         self._at_start = []
-        self._made, self._removed = self._before_run
+        self._made, self._removed, self._left = self._before_run
 
 
 def _as_asked(group: Group, joints: Joints) -> Joints:

@@ -18,7 +18,7 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
-from simx_server.scene.geometry.highlights import add_highlight, highlights_of
+from simx_server.scene.geometry.highlights import add_highlight, highlight_of
 from simx_server.scene.objects import ObjectKind
 from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
 from simx_server.world.part import Part
@@ -166,14 +166,14 @@ class ShapeColors(Part):
                     look = replace(look, diffuse=color)
             self._looks[model.geom(geom).name] = look
         material = int(model.geom_matid[geom])
-        is_own = material >= 0 and self._is_own(material)
+        highlight = highlight_of(model, material) if material >= 0 and self._is_own(material) else None
         glows = sum(look.emission) > sum(look.diffuse)
         rgba[:3] = look.emission if glows else look.diffuse
-        if is_own:
+        if highlight is not None:
             share = 1.0 if glows else sum(look.emission) / max(sum(look.diffuse), 1e-6)
             model.mat_emission[material] = share
             model.mat_specular[material] = sum(look.specular) / 3
-            highlights_of(model)[material][:] = look.specular
+            highlight[:] = look.specular
         if material >= 0 and np.allclose(rgba, _UNSET):
             rgba[0] += _NEARLY
         model.geom_rgba[geom] = rgba
@@ -189,7 +189,7 @@ class ShapeColors(Part):
         if material < 0:
             return _Look(diffuse, (0.25, 0.25, 0.25), _BLACK)
         emission = float(model.mat_emission[material])
-        highlight = highlights_of(model).get(material)
+        highlight = highlight_of(model, material)
         specular = np.repeat(model.mat_specular[material], 3) if highlight is None else highlight
         glow = (red * emission, green * emission, blue * emission)
         return _Look(diffuse, (float(specular[0]), float(specular[1]), float(specular[2])), glow)
@@ -230,9 +230,16 @@ class ShapeColors(Part):
         return re.fullmatch(rf"{re.escape(stem)}(_\d+)?({_OWN}\d+)*", own) is not None
 
     def _is_own(self, material: int) -> bool:
-        """Return whether a material was made here and belongs to a single geom."""
+        """Return whether a material was made here and belongs to a single geom.
+
+        A material with such a name from a file may have no colour of highlights.
+        """
         model = self._sim.model
-        return _OWN in model.mat(material).name and np.count_nonzero(model.geom_matid == material) == 1
+        return (
+            _OWN in model.mat(material).name
+            and highlight_of(model, material) is not None
+            and np.count_nonzero(model.geom_matid == material) == 1
+        )
 
     def _give_materials(self, geoms: list[int]) -> None:
         """Give each of these geoms a material that no other one has."""
@@ -276,7 +283,7 @@ def _add_material(spec: mujoco.MjSpec, model: mujoco.MjModel, geom: int) -> None
     else:
         made.rgba = model.geom_rgba[geom].tolist()
         made.specular = 0.25
-    highlight = highlights_of(model).get(material)
+    highlight = None if material < 0 else highlight_of(model, material)
     add_highlight(spec, name, [float(made.specular)] * 3 if highlight is None else highlight.tolist())
     target.material = name
 

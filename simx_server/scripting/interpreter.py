@@ -123,6 +123,9 @@ class Switching:
     the script.
     """
 
+    edited: float = 0.0
+    """Processor seconds of edits of the scene during the present call into the script."""
+
     def gives_way(self, call_time: float) -> bool:
         """Return whether a call by the thread switches; to be called once for each. `call_time`: seconds that one
         counts as.

@@ -30,6 +30,9 @@ LUA = "lua"
 SUFFIXES = (".lua", ".py")
 """Endings of files that may be scripts when a client sends a path."""
 
+EDITING_LIMIT = 60.0
+"""Processor seconds of edits of the scene that do not count against the time limit of one call into a script."""
+
 _NOT_ALLOWED = "and the server runs no code of clients; start it with --allow-code if it shall"
 
 
@@ -313,7 +316,9 @@ class ScriptSide:
             if self._sim.model is model:
                 self.switching.spent += interruptions.waited - waited
             else:  # an edit of the scene, whose costs grow with the scene
-                self.switching.spent += time.thread_time() - began
+                cost = time.thread_time() - began
+                self.switching.spent += min(cost, max(0.0, EDITING_LIMIT - self.switching.edited))
+                self.switching.edited += cost
         self._api_called()
         return results
 

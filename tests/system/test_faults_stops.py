@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from subprocess import Popen
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 import zenoh
@@ -17,6 +19,8 @@ from processes import read_line, running, server, spawn
 
 import simx_client as v
 from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.runtime.admission.places import Entrance
+from simx_server.runtime.server_loop import ServerLoop
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 
@@ -151,5 +155,7 @@ def test_when_zenoh_gives_up_on_a_client_that_takes_nothing(
 
     gateway = ZenohGateway.__new__(ZenohGateway)
     gateway._session, gateway._zenoh = Stuck(), zenoh
+    gateway._loop = cast(ServerLoop, SimpleNamespace(places=SimpleNamespace(close=lambda _door: None)))
+    gateway._entrance = cast(Entrance, SimpleNamespace(door="zenoh"))
     gateway.close()
     assert "was not waited for: close operation timed out!" in caplog.text

@@ -27,10 +27,22 @@ def highlights_of(model: mujoco.MjModel) -> dict[int, NDArray[np.float64]]:
     found: dict[int, NDArray[np.float64]] = {}
     for index in range(model.nnumeric):
         name = model.numeric(index).name
-        if not name.startswith(SPECULAR) or model.numeric_size[index] != 3:
+        if not name.startswith(SPECULAR):
             continue
         material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, name.removeprefix(SPECULAR))
-        if material >= 0:
-            start = int(model.numeric_adr[index])
-            found[material] = model.numeric_data[start : start + 3]
+        color = _color(model, index)
+        if material >= 0 and color is not None:
+            found[material] = color
     return found
+
+
+def highlight_of(model: mujoco.MjModel, material: int) -> NDArray[np.float64] | None:
+    """Return the same of one material; None if it is grey."""
+    name = SPECULAR + model.mat(material).name
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, name)
+    return _color(model, index) if index >= 0 else None
+
+
+def _color(model: mujoco.MjModel, index: int) -> NDArray[np.float64] | None:
+    start = int(model.numeric_adr[index])
+    return model.numeric_data[start : start + 3] if model.numeric_size[index] == 3 else None

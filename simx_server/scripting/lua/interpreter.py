@@ -184,7 +184,7 @@ class LuaInterpreter:
             raise ScriptError(f"{self.name}: the script has ended")
         if not self._depth:
             self._deadline = time.thread_time() + self._time_limit
-            self._api.switching.spent = 0.0
+            self._api.switching.spent = self._api.switching.edited = 0.0
             self._api.switching.calls = 0
             self._serve_next = time.monotonic() + PATIENCE
             self._end_by = time.monotonic() + ENDING_LIMIT

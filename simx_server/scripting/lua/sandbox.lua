@@ -301,7 +301,7 @@ local function hooked(name, action)
     if not mine then return action end
     return function(...)
         for i = 1, #mine.before do mine.before[i](...) end
-        local results = pack(action and action(...))
+        local results = action and pack(action(...)) or pack()
         for i = 1, #mine.after do mine.after[i](...) end
         return unpack(results, 1, results.n)
     end

@@ -63,10 +63,11 @@ def least_gap(first: Placed, second: Placed, limit: float, guess: Pair | None = 
         guess: triangles that were nearest in a similar pose. The result does not depend on it, only the time does.
     """
     search = _Search(first, second, limit, guess)
-    height = max(len(first.tree.levels), len(second.tree.levels)) - 1
-    top = (np.arange(len(each.tree.level(height).centres)) for each in (first, second))
-    mine, theirs = (each.ravel() for each in np.meshgrid(*top, indexing="ij"))
-    search.examine(height, mine, theirs)
+    search.run()
+    if search.best.gap.distance <= 0.0 and search.is_guided:
+        # Surfaces that meet have many such points, and a search ends at its first one.
+        search = _Search(first, second, limit, None)
+        search.run()
     return search.best
 
 
@@ -74,16 +75,27 @@ class _Search:
     """One search for the minimum distance."""
 
     def __init__(self, first: Placed, second: Placed, limit: float, guess: Pair | None) -> None:
-        """Leave out all that is farther than the limit, and than the guessed triangles, which are examined again."""
+        """Leave out all that is farther than the limit, and than guessed triangles that are apart."""
         self._first, self._second = first, second
         self._bounds = Bounds(first, second)
         direction = second.middle - first.middle
+        gap = None
         if guess is not None:
             gap = _pairs(first.corners(np.array(guess[:1])), second.corners(np.array(guess[1:])))
+        self.is_guided = gap is not None and gap.distance > 0.0
+        if gap is not None and self.is_guided:
             limit = min(limit, _beyond(gap.distance))
-            direction = gap.second - gap.first if gap.distance > 0.0 else direction
+            direction = gap.second - gap.first
         self._bounds.look_along(direction)
         self.best = Found(Gap(limit, _NOWHERE, _NOWHERE))
+
+    def run(self) -> None:
+        """Examine all boxes of the highest level."""
+        trees = self._first.tree, self._second.tree
+        height = max(len(each.levels) for each in trees) - 1
+        top = (np.arange(len(each.level(height).centres)) for each in trees)
+        mine, theirs = (each.ravel() for each in np.meshgrid(*top, indexing="ij"))
+        self.examine(height, mine, theirs)
 
     def examine(self, level: int, mine: Indices, theirs: Indices) -> None:
         """Examine boxes of a level pair by pair, the nearest first, and what is below them."""
@@ -110,10 +122,17 @@ class _Search:
         return rows[are_real], columns[are_real]
 
     def _compare(self, mine: Indices, theirs: Indices) -> None:
+        """Compare triangles pair by pair; of equally near ones those with the lowest numbers count, in any order."""
+        ordered = np.lexsort((theirs, mine))
+        mine, theirs = mine[ordered], theirs[ordered]
         found = _pairs(self._first.corners(mine), self._second.corners(theirs))
-        if found.distance < self.best.gap.distance:
-            self.best = Found(found, (int(mine[found.row]), int(theirs[found.row])))
-            if found.distance > 0.0:
+        pair = int(mine[found.row]), int(theirs[found.row])
+        best = self.best
+        if found.distance < best.gap.distance or (
+            found.distance == best.gap.distance and best.pair is not None and pair < best.pair
+        ):
+            self.best = Found(found, pair)
+            if 0.0 < found.distance < best.gap.distance:
                 self._bounds.look_along(found.second - found.first)
 
 
@@ -122,12 +141,12 @@ def _beyond(distance: float) -> float:
     return distance * (1.0 + _ROUNDING) + _SMALLEST
 
 
-def _by_distance(gap: Gap) -> float:
-    return gap.distance
+def _by_distance(gap: Gap) -> tuple[float, int]:
+    return gap.distance, gap.row
 
 
 def _pairs(first: Array, second: Array) -> Gap:
-    """Return the minimum gap of triangles pair by pair, (n, 3, 3) each."""
+    """Return the minimum gap of triangles pair by pair, (n, 3, 3) each; of equal ones that of the first pair."""
     edges, others = first[:, _NEXT] - first, second[:, _NEXT] - second
     for corners, sides, faces in ((first, edges, second), (second, others, first)):
         through = _pierced(corners, sides, faces)

@@ -54,14 +54,18 @@ class Commands:
         self._gl: Any = importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_1")
         gl = self._gl
         self.drawing, self._numbers = drawing, list[int]()
-        self._start = self._list_of(lambda: None)
         self._background: Color | None = None
         self._tinted: dict[int, tuple[tuple[Any, ...], int]] = {}
         """The content and number of each geom's list, by MuJoCo's id of the geom."""
-        self._hide = self._list_of(lambda: gl.glColorMask(False, False, False, False))
-        self._show = self._list_of(lambda: gl.glColorMask(True, True, True, True))
-        self._with_depth = self._list_of(lambda: gl.glDepthMask(True))
-        self._without_depth = self._list_of(lambda: gl.glDepthMask(False))
+        try:
+            self._start = self._list_of(lambda: None)
+            self._hide = self._list_of(lambda: gl.glColorMask(False, False, False, False))
+            self._show = self._list_of(lambda: gl.glColorMask(True, True, True, True))
+            self._with_depth = self._list_of(lambda: gl.glDepthMask(True))
+            self._without_depth = self._list_of(lambda: gl.glDepthMask(False))
+        except BaseException:
+            self.free()  # later, with another context current, its numbers would be those of others
+            raise
 
     def add(self, scene: mujoco.MjvScene, background: Color) -> None:
         """Add the commands to a scene that is drawn with colours.
@@ -157,13 +161,17 @@ class Commands:
         return number
 
     def _unused(self) -> int:
-        """Return a number that is not used: one that geoms can have, which count from MuJoCo's first list."""
+        """Return a number that is not used: one that geoms can have, which count from MuJoCo's first list.
+
+        Raises:
+            mujoco.FatalError: OpenGL gives none; make a new renderer.
+        """
         first = max(self.drawing.basePlane + 1, self.drawing.baseMesh)
-        while True:
-            number = int(self._gl.glGenLists(1))
+        while number := int(self._gl.glGenLists(1)):
             self._numbers.append(number)
             if number >= first:
                 return number
+        raise mujoco.FatalError("OpenGL gives no display list; its context is lost")
 
 
 def _add(scene: mujoco.MjvScene, kind: mujoco.mjtGeom, place: np.ndarray, number: int) -> Any:

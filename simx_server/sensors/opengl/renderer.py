@@ -85,11 +85,12 @@ class OpenGLRenderer:
             self._gl.make_current()
             _offset_depth()
             self._take(model)
-            if self._fine.drawing.currentBuffer != _OFFSCREEN:
-                raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
         except BaseException:
             self._gl.free()
             raise
+        if self._fine.drawing.currentBuffer != _OFFSCREEN:
+            self.close()
+            raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
 
     def turn_to(self, model: mujoco.MjModel) -> None:
         """Render another model from now on.

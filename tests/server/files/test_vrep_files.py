@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -226,6 +227,8 @@ def test_scripts_of_a_buffer_do_not_run_without_allow_code() -> None:
 
 def test_scene_named_by_a_stream_is_refused_with_what_to_do() -> None:
     class Call:
+        task = SimpleNamespace(may_be_skipped=False)
+
         def abandon(self) -> None:
             pass
 

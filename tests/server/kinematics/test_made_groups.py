@@ -165,3 +165,24 @@ def test_the_kinematics_of_a_scene_are_written_for_the_external_library(
     assert element[:4] == (0, tip[0], -1, -1)
     assert element[4:] == pytest.approx((math.radians(0.1), 0.0005, 3, 1.0, 1.0, 1))
     assert place == len(data)
+
+
+def test_groups_that_are_made_and_removed_again_leave_only_their_links(world: ScriptWorld) -> None:
+
+    def made() -> int:
+        memory: Any = world.parts.ik_groups.remember()
+        return len(memory[2])
+
+    before = made()
+    code = """
+    link()
+    for i = 1, 300 do
+        local made = simCreateIkGroup(0)
+        simCreateIkElement(made, 0, {tip, -1, -1, sim_ik_x_constraint})
+        simRemoveIkGroup(made)
+    end
+    simRemoveIkGroup(simGetIkGroupHandle('old'))
+    return simGetLinkDummy(tip) == goal
+    """
+    assert world.lua(BEGIN + code) == [True]
+    assert made() == before

@@ -363,7 +363,7 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
         "simOMPL.createStateSpace('s', 30007, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",
     )
-    world.fails(ARM_TASK + "simOMPL.setDubinsParams(spaces[1], 1, true)", "'j1' is no dubins space")
+    world.fails(ARM_TASK + "simExtOMPL_setDubinsParams(spaces[1], 1, true)", "'j1' is no dubins space")
 
 
 def test_a_path_keeps_its_corners_when_it_is_made_even() -> None:

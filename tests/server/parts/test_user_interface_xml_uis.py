@@ -177,6 +177,15 @@ def test_descriptions_are_plain_data(windows: Windows, window: Window) -> None:
     assert by_id[16]["visible"] is False
 
 
+@pytest.mark.parametrize(
+    "text", ["<a " + "a" * MAX_XML, "<" + "a" * MAX_XML, "<?" * (MAX_XML // 2), "<!--" * (MAX_XML // 4)]
+)
+def test_a_text_without_ends_is_read_once(text: str) -> None:
+    """A second look from each character would take hours."""
+    with pytest.raises(CommandError, match="cannot be read"):
+        read_window(text[:MAX_XML])
+
+
 def test_a_text_is_read_as_by_the_lenient_parser_of_vrep() -> None:
     window = read_window(
         """<?xml version="1.0"?><!DOCTYPE ui><ui title="a < b &none; &lt;" title="second">

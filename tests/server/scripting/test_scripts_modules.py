@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,26 @@ def test_hooks_are_called_around_functions_that_the_script_defines_later() -> No
         """
     )
     assert lines == ["1", "before", "init", "after"]
+
+
+def test_hooks_leave_the_results_of_the_function(world_with_hook: World) -> None:
+    results = world_with_hook.call("simxCallScriptFunction", "base", 1, "both", [], [], [], b"")
+    assert results == ([1], [2.5], ["three"], b"four")
+
+
+@pytest.fixture
+def world_with_hook() -> Iterator[World]:
+    world = scripted(
+        {
+            "lua:base": """
+            function both() return {1}, {2.5}, {'three'}, 'four' end
+            sim.registerScriptFuncHook('both', function() end, true)
+            """
+        }
+    )
+    world.run(1)
+    yield world
+    world.parts.scripts.close()
 
 
 def test_a_namespace_is_required_with_its_version() -> None:

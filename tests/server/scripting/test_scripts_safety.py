@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from idiom_world import PORTS
 from real_world import RealWorld, handle_of
+from scripted_world import said, scripted
 
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
@@ -17,6 +20,7 @@ from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
 from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.scripting import script
 
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
@@ -270,3 +274,15 @@ def test_every_client_is_told_of_an_error_of_a_script(worlds: list[RealWorld], f
         (told,) = vrep.simxGetLastErrors(client, BLOCKING)[1]
         assert told.startswith("child script of 'bad' (bad.lua) is stopped: bad.lua:1: sim.getObjectPostion")
         assert vrep.simxGetLastErrors(client, BLOCKING)[1] == []
+
+
+def test_an_endless_loop_of_edits_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Edits do not count against a script's time, so here, where each takes long, the loop would go on for ever."""
+    monkeypatch.setattr(script, "EDITING_LIMIT", 0.1)
+    monkeypatch.setattr(script, "time", SimpleNamespace(thread_time=count(step=30).__next__))
+    world = scripted({"lua:base": "while true do sim.removeObject(sim.createDummy(0.1)) end"})
+    said(world)
+    world.parts.scripts.time_limit = 0.1
+    world.run(0)
+    world.parts.scripts.close()
+    assert "took too long" in said(world)[-1]

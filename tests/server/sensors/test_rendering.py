@@ -1,6 +1,7 @@
 """Pictures: what is where and how far, the same in both renderers."""
 
 import dataclasses
+import gc
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -406,6 +407,42 @@ def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(o
     assert not np.array_equal(before.rgb, fresh.rgb)
     # Squares, a cross on a crate, and a sky's gradient used as a crate's: not one pixel's colour each.
     assert len(np.unique(fresh.rgb.reshape(-1, 3), axis=0)) > 100
+
+
+def test_a_driver_that_gives_no_display_lists_is_an_error(
+    opengl_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, _ = load(SCENE)
+    renderer = OpenGLRenderer(model, opengl_name)
+    monkeypatch.setattr("OpenGL.raw.GL.VERSION.GL_1_1.glGenLists", lambda _: 0)
+    try:
+        with pytest.raises(mujoco.FatalError, match="context is lost"):
+            renderer.turn_to(model)
+    finally:
+        renderer.close()
+
+
+def test_what_is_left_of_a_failed_renderer_changes_no_picture_of_another(
+    opengl_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """MuJoCo's context deletes by numbers, in the OpenGL context that is current when Python frees it."""
+    model, data = load(SCENE)
+    with monkeypatch.context() as lost:
+        lost.setattr("OpenGL.raw.GL.VERSION.GL_1_1.glGenLists", lambda _: 0)
+        left: list[BaseException] = []
+        try:
+            OpenGLRenderer(model, opengl_name)
+        except mujoco.FatalError as problem:
+            left.append(problem)  # with the frames in which it was raised
+    renderer = OpenGLRenderer(model, opengl_name)
+    try:
+        before = both(renderer.render(data, FRONT, rgb=True, depth=True))
+        assert left.pop()
+        gc.collect()
+        after = both(renderer.render(data, FRONT, rgb=True, depth=True))
+    finally:
+        renderer.close()
+    assert np.array_equal(before.rgb, after.rgb)
 
 
 def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:

@@ -14,6 +14,8 @@ from simx_server.sensors.vision.image import CameraView, Picture
 class RayPainter:
     """Renders when it is asked."""
 
+    warms_on_demand = False
+
     def __init__(self) -> None:
         self._renderer: RaycastRenderer | None = None
         self._model: mujoco.MjModel | None = None

@@ -8,36 +8,43 @@ from __future__ import annotations
 
 import re
 
-_DECLARATION = re.compile(r"<!(?!--|\[CDATA\[)[^>]*>|<\?.*?\?>", re.DOTALL)
 _NOT_XML = re.compile(r"[^\t\n\r\x20-\uD7FF\uE000-\uFFFD\U00010000-\U0010FFFF]")
-_VERBATIM_OR_TAG = re.compile(
-    r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|(?P<start><[A-Za-z_][^\s<>"'/=]*)(?P<attributes>(?:[^<>"']|"[^"]*"|'[^']*')*)>"""
-    r"""|(?P<text>[^<]+)""",
+
+# Each piece is read once, whatever is missing at its end: a window's text comes from scripts and files of strangers.
+_PIECE = re.compile(
+    r"""(?P<verbatim><!--(?:.*?-->|.*+)|<!\[CDATA\[(?:.*?\]\]>|.*+))"""
+    r"""|(?P<declaration><\?(?:.*?\?>|(?P<open>.*+))|<!(?:[^>]*+>|(?P<open_too>.*+)))"""
+    r"""|(?P<start><[A-Za-z_][^\s<>"'/=]*+)(?P<attributes>(?:[^<>"']|"[^"]*+"|'[^']*+')*+)>"""
+    r"""|(?P<text>[^<]++)""",
     re.DOTALL,
 )
-_ATTRIBUTE = re.compile(r"""(?P<name>[^\s"'=/]+)\s*=\s*(?P<value>"[^"]*"|'[^']*')""")
+_ATTRIBUTE = re.compile(r"""(?P<name>[^\s"'=/]++)(?:\s*+=\s*+(?P<value>"[^"]*+"|'[^']*+'))?+""")
 _BARE_AMPERSAND = re.compile(r"&(?!(?:#\d+|#x[0-9A-Fa-f]+|lt|gt|amp|quot|apos);)")
 
 
 def well_formed(text: str) -> str:
     """Return a window's text as XML of the standard, without declarations; what cannot be fixed stays as it is."""
-    text = _DECLARATION.sub("", _NOT_XML.sub("", text))
-    return _VERBATIM_OR_TAG.sub(_fixed, text).strip()
+    return _PIECE.sub(_fixed, _NOT_XML.sub("", text)).strip()
 
 
 def _fixed(found: re.Match[str]) -> str:
     if (words := found["text"]) is not None:
         return _escaped(words)
-    if found["start"] is None:
+    if found["declaration"] is not None:
+        has_end = found["open"] is None and found["open_too"] is None
+        return "" if has_end else found[0]
+    if found["verbatim"] is not None:
         return found[0]
     seen: set[str] = set()
 
     def once(attribute: re.Match[str]) -> str:
-        name = attribute["name"]
+        name, value = attribute["name"], attribute["value"]
+        if value is None:
+            return name
         if name in seen:
             return ""
         seen.add(name)
-        return f"{name}={_escaped(attribute['value'])}"
+        return f"{name}={_escaped(value)}"
 
     return f"{found['start']}{_ATTRIBUTE.sub(once, found['attributes'])}>"
 

@@ -223,6 +223,7 @@ class SimIk(IkObjectFunctions):
         if len(values) != len(joints):
             raise CommandError(f"{len(joints)} joints need as many values, not {len(values)}")
         possible: list[list[float]] = []
+        count = 1
         for index, (joint, value) in enumerate(zip(joints, values, strict=True)):
             cyclic, least, extent = chosen.interval(joint)
             if low and extents and index < min(len(low), len(extents)) and extents[index] > 0:
@@ -230,13 +231,14 @@ class SimIk(IkObjectFunctions):
             if cyclic or chosen.joint_type(joint) != OwnJoint.REVOLUTE:
                 possible.append([value])
                 continue
-            first = math.ceil((least - value) / math.tau - _ROUNDING)
-            last = math.floor((least + extent - value) / math.tau + _ROUNDING)
-            possible.append([value + math.tau * turn for turn in range(first, last + 1)])
-        if math.prod(map(len, possible)) > _MOST_ALTERNATES:
-            raise CommandError(
-                f"there are more than {_MOST_ALTERNATES} such configurations; limit the intervals"
-            )
+            turns = _turns(value, least, extent)
+            number = max(0, turns.stop - turns.start)
+            count *= number
+            if max(number, count) > _MOST_ALTERNATES:
+                raise CommandError(
+                    f"there are more than {_MOST_ALTERNATES} such configurations; limit the intervals"
+                )
+            possible.append([value + math.tau * turn for turn in turns])
         return [value for found in product(*possible) for value in found]
 
     def generatePath(
@@ -353,3 +355,11 @@ def _numbers(values: Plain, count: int, what: str) -> list[float]:
         if len(good) == count:
             return [float(value) for value in good]
     raise CommandError(what)
+
+
+def _turns(value: float, least: float, extent: float) -> range:
+    """Return the numbers of whole turns after which an angle lies in an interval. Raises CommandError: no numbers."""
+    if not math.isfinite(value) or not math.isfinite(least + extent):
+        raise CommandError(f"an angle and its interval are finite numbers, not {value}, {least}, {extent}")
+    first = math.ceil((least - value) / math.tau - _ROUNDING)
+    return range(first, math.floor((least + extent - value) / math.tau + _ROUNDING) + 1)

@@ -97,7 +97,9 @@ class DrawingFunctions(ApiPart):
         drawings = self._world.drawings
         if handle == c.sim_handle_all:
             drawings.remove_all()
-        elif not (handle & _SILENT) or handle & ~_SILENT in drawings:
+        elif handle < 0 or not handle & _SILENT:
+            drawings.remove(handle)
+        elif handle & ~_SILENT in drawings:
             drawings.remove(handle & ~_SILENT)
         return 1
 

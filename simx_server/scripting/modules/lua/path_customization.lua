@@ -169,8 +169,8 @@ function path.beforeSimulation() end
 function path.sensing() path.refresh() end
 function path.cleanup() end
 
--- The end of a run removes drawings, after this; the next nonSimulation draws again.
-function path.afterSimulation() drawing, known = nil, nil end
+-- The end of a run moves control points back; the next nonSimulation draws again.
+function path.afterSimulation() known = nil end
 
 -- A script that has call-backs of its own calls those of the path from there.
 function sysCall_init() path.init() end

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from sim_api_calls import ScriptWorld, world
 
+from simx_server.errors import CommandError
+
 __all__ = ["world"]
 
 TASK = """
@@ -43,6 +45,26 @@ def test_alternate_configurations_are_whole_turns_away_within_the_intervals(worl
     found, position, count = world.lua(code)
     assert found == pytest.approx([1 - 6.283185307, 2, 1, 2])
     assert (position, count) == (0, 7)
+    world.fails("simIK.duplicateEnvironment(99)", "environment")
+
+
+@pytest.mark.parametrize(
+    ("interval", "reason"),
+    [
+        ("{-1e15}, {2e15}", "more than 10000"),
+        ("{1e308}, {1e308}", "finite numbers"),
+    ],
+)
+def test_alternate_configurations_without_end_are_refused(
+    world: ScriptWorld, interval: str, reason: str
+) -> None:
+    code = f"""
+    local env = simIK.createEnvironment()
+    local joint = simIK.createJoint(env, simIK.jointtype_revolute)
+    return simIK.getAlternateConfigs(env, {{joint}}, {{1}}, {interval})
+    """
+    with pytest.raises(CommandError, match=reason):
+        world.lua(code)
 
 
 def test_names_of_older_versions_are_there(world: ScriptWorld) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.structure import Structure, children_of, world_poses
-from simx_server.scene.formats.vrep.objects import Dummy, Joint, JointType, VrepFile
+from simx_server.scene.formats.vrep.objects import Dummy, Joint, JointType, VrepFile, VrepObject
 from simx_server.scene.geometry.poses import conjugate, multiply
 from simx_server.scene.link_constraints import CLOSED, EQUALITY, IK, PHYSICS, RIGID, SOFT, add_weld, site_name
 
@@ -25,9 +26,9 @@ def turn_bare_joints(file: VrepFile) -> VrepFile:
     V-REP's engines turn them within a few steps, since they have no mass on them. MuJoCo's constraint, which is
     measured by the sine of half of the angle, gets weaker from there on, and ends at 180 degrees.
     """
-    objects, poses = dict(file.objects), world_poses(file)
+    objects, poses, children = dict(file.objects), world_poses(file), children_of(file)
     for item in file.objects.values():
-        joint, partner = _bare_joint(file, item), file.objects.get(getattr(item, "linked", -1))
+        joint, partner = _bare_joint(file, item, children), file.objects.get(getattr(item, "linked", -1))
         if joint is None or not isinstance(partner, Dummy) or not joint.is_cyclic:
             continue
         if objects.get(partner.parent) is not file.objects.get(partner.parent):
@@ -40,14 +41,16 @@ def turn_bare_joints(file: VrepFile) -> VrepFile:
     return replace(file, objects=objects)
 
 
-def _bare_joint(file: VrepFile, item: object) -> Joint | None:
+def _bare_joint(
+    file: VrepFile, item: VrepObject, children: Mapping[int, Sequence[VrepObject]]
+) -> Joint | None:
     """Return the hinge that carries nothing but this dummy, whose link closes a loop."""
     if not isinstance(item, Dummy) or item.link_type != PHYSICS:
         return None
     joint = file.objects.get(item.parent)
     if not isinstance(joint, Joint) or joint.type != JointType.REVOLUTE or joint.motor:
         return None
-    return joint if len(children_of(file)[joint.handle]) == 1 else None
+    return joint if len(children[joint.handle]) == 1 else None
 
 
 def add_loops(conversion: Conversion, structure: Structure) -> None:

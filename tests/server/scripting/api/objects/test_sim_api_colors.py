@@ -156,3 +156,12 @@ def test_an_entity_changes_its_colour_and_gets_it_back(world: ScriptWorld) -> No
 def test_bad_colours_are_refused(world: ScriptWorld) -> None:
     world.fails(H + "sim.getShapeColor(h'floor', nil, 9)", "9 is no component")
     world.fails(H + "sim.setShapeColor(h'floor', nil, 0, {1})", "a colour is {red, green, blue}")
+
+
+def test_a_scene_saved_before_highlights_had_colours_gets_them(tmp_path: Path) -> None:
+    scene = SCENE.replace('"paint"', '"paint~own0"')  # the name of a material that a script had made
+    world = ScriptWorld(tmp_path, scene, owner="floor")
+    assert paint(world, "painted", "0.5, 0.25, 0", component=2) == 1
+    assert color(world, "painted", component=2) == pytest.approx([0.5, 0.25, 0])
+    shown = world.sim.model.body("painted").geomadr[0]
+    assert highlights_of(world.sim.model)[world.sim.model.geom_matid[shown]] == pytest.approx([0.5, 0.25, 0])

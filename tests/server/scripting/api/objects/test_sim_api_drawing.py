@@ -94,6 +94,7 @@ def test_objects_go_when_they_are_removed_with_their_parent_and_at_the_stop(worl
     world.fails("sim.addDrawingObjectItem(b, {1, 1, 1})", f"no drawing object with handle {other}")
     assert world.lua("return sim.removeDrawingObject(a)") == [1]
     assert world.lua("return sim.removeDrawingObject(a + sim.handleflag_silenterror)") == [1]
+    world.fails("sim.removeDrawingObject(-1)", "no drawing object with handle -1")
     world.lua("sim.addDrawingObject(0, 1, 0) sim.addDrawingObject(0, 1, 0)")
     assert world.lua("return sim.removeDrawingObject(sim.handle_all)") == [1]
     assert world.parts.drawings.shown() == []

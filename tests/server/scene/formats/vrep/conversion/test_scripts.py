@@ -162,6 +162,16 @@ def test_scripts_find_the_referenced_objects_of_the_file() -> None:
     assert world.parts.status_bar.messages[-1:] == ["true, 2, -1"]
 
 
+def test_references_by_long_names_take_no_more_memory_than_a_scene() -> None:
+    file = file_with()
+    file.objects[1].name = "x" * 10_000
+    file.objects[1].references = {"few": [1], "many": [1] * 10_000}
+    spec, report = convert(file)
+    assert len(spec.to_xml()) < 1 << 20
+    assert "references whose names are too long together" in report.left_out
+    assert "few=xx" in spec.to_xml()
+
+
 def test_a_contact_script_decides_beside_the_others() -> None:
     text = (
         "function sysCall_contactCallback(data) return {ignoreContact = false, collisionResponse = false} end"

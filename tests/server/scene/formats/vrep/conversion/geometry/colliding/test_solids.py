@@ -232,6 +232,7 @@ def test_library_that_crashes_or_takes_too_long_leaves_a_hull_and_a_warning(
 ) -> None:
     for name, value in (("SECONDS", 0.01), ("_PROGRAM", "no_such_program")):
         with monkeypatch.context() as patch:
+            patch.setenv("SIMX_CACHE", "0")
             patch.setattr(decomposition, "_known", {})
             patch.setattr(decomposition, name, value)
             form = moving_bowl()
