@@ -6,6 +6,7 @@ force mode with the motor on:
   V-REP's controller removes in the same time: P in each of its dynamics steps of 5 ms; plus I and D, limited to the
   upper velocity;
 * control loop on, spring and damper: the force is K * (target - position) - C * velocity, within the maximum force;
+  one that is too stiff for the joint's inertia is a motor with that force, at most at the target velocity;
 * control loop off: the joint moves at the target velocity; at zero with the lock on, it holds the position reached;
 * motor off: no force and no gravity compensation of the driven body, which falls; a joint that is rewound (rollers
   around a wheel) turns freely but stays in place.

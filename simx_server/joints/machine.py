@@ -298,7 +298,10 @@ class Machine:
         Scripts are not asked about such a joint.
         """
         binding = self._bindings.get(handle)
-        return binding is not None and rule_of(binding, self._states[handle]) == Rule.SPRING
+        return binding is not None and rule_of(binding, self._states[handle]) in (
+            Rule.SPRING,
+            Rule.STIFF_SPRING,
+        )
 
     def accompany(self, call: Accompany | None) -> None:
         """Call a function before and after each physics step from the next simulation step on; None: call nothing."""

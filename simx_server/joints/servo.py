@@ -7,7 +7,7 @@ from enum import Enum
 import mujoco
 import numpy as np
 
-from simx_server.joints.state import UNLIMITED, Binding, JointMode, JointState, Native
+from simx_server.joints.state import UNLIMITED, VREP_DYNAMICS_STEP, Binding, JointMode, JointState, Native
 
 
 class Rule(Enum):
@@ -15,6 +15,7 @@ class Rule(Enum):
 
     FREE = "nothing"
     SPRING = "a spring and damper towards the target"
+    STIFF_SPRING = "the same, stiffer than physics steps resolve: its motor, with the spring's force"
     VELOCITY = "its motor keeps a constant velocity"
     POSITION = "its motor keeps the velocity that V-REP's position controller commands in each physics step"
     HOLD = "the same, towards the position where it stopped"
@@ -36,6 +37,11 @@ Commands are limited to it, since MuJoCo's solver would lose digits to greater n
 _LEAST_FORCE = 1e-12
 """Maximum force in N or N m that stands for none: MuJoCo has no constraint for a friction loss of 0."""
 
+_STIFFEST = 40.0
+"""K h^2 / inertia from which on a spring is a motor. A free joint swings ever farther from 4 on; loops and what the
+joint carries add to its least inertia, so that fingers of hands with 4.4 do not.
+"""
+
 _SOFTNESS = 1e-4
 """How soft a motor is: part of the inverse inertia of its joint. A load of 50 N m on a light joint, 5 rad/s^2 per
 N m, costs it 1e-4 rad/s.
@@ -46,7 +52,7 @@ _IMPEDANCE = (1.0 - _SOFTNESS, 1.0 - _SOFTNESS, 0.001, 0.5, 2.0)
 
 def is_motor(binding: Binding, state: JointState, rule: Rule) -> bool:
     """Return whether V-REP's motor (`stepping/motors.py`) drives the joint, and not the file's own servo."""
-    return rule in (Rule.VELOCITY, Rule.POSITION, Rule.HOLD) and state.rigid
+    return rule in (Rule.VELOCITY, Rule.POSITION, Rule.HOLD, Rule.STIFF_SPRING) and state.rigid
 
 
 def is_immovable(binding: Binding, rule: Rule) -> bool:
@@ -79,10 +85,17 @@ def rule_of(binding: Binding, state: JointState) -> Rule:
     if not state.motor or binding.actuator < 0:
         return Rule.FREE
     if state.control_loop:
-        return Rule.SPRING if state.spring else Rule.POSITION
+        if not state.spring:
+            return Rule.POSITION
+        return Rule.STIFF_SPRING if _is_stiff(binding, state) else Rule.SPRING
     if state.pushes:
         return Rule.VELOCITY
     return Rule.HOLD if state.lock and state.target_velocity == 0.0 else Rule.VELOCITY
+
+
+def _is_stiff(binding: Binding, state: JointState) -> bool:
+    """Return whether a spring of V-REP's throws its joint farther beyond the target in each dynamics step."""
+    return state.rigid and state.k * VREP_DYNAMICS_STEP**2 > _STIFFEST * binding.inertia
 
 
 def write_actuator(

@@ -92,6 +92,8 @@ class Binding:
     """The file's friction loss, N m or N."""
     friction_impedance: tuple[float, ...]
     """`solimp` of that friction."""
+    inertia: float
+    """The least inertia that the motor feels, kg m^2 or kg: that with all other joints free."""
     gravcomp: float
     equality: int
     """The equality that couples a joint of dependent mode to its master."""
@@ -228,11 +230,18 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
         force_limit=UNLIMITED,
         friction=friction,
         friction_impedance=friction_impedance,
+        inertia=_inertia(model, dof),
         gravcomp=float(model.body_gravcomp[item.body]),
         equality=_find_equality(item, model),
     )
     binding.force_limit = _force_limit(binding, model)
     return binding
+
+
+def _inertia(model: mujoco.MjModel, dof: int) -> float:
+    """Return the least inertia of a joint; infinite for a tendon and for a joint that nothing moves."""
+    inverse = float(model.dof_invweight0[dof]) if dof >= 0 else 0.0
+    return 1.0 / inverse if inverse > 0 else math.inf
 
 
 SETTING_NAMES = tuple(each.name for each in fields(JointState))

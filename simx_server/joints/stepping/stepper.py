@@ -20,6 +20,7 @@ from simx_server.joints.stepping.motors import Motors, Step
 from simx_server.joints.stepping.noslip import Noslip
 from simx_server.joints.stepping.position_control import Control, PositionControl, PositionMemory
 from simx_server.joints.stepping.scripted import Ask, ScriptedJoints
+from simx_server.joints.stepping.stiff_springs import StiffSprings
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
@@ -66,6 +67,7 @@ class Stepper:
         self._data = data
         self._position = PositionControl(model, data, entries)
         self._springs = _CyclicSprings(entries)
+        self._stiff_springs = StiffSprings(model, entries)
         self._motors = Motors(model, data, entries)
         self._grip = Grip(model)
         self._noslip = Noslip(model)
@@ -92,6 +94,8 @@ class Stepper:
             before.append(lambda index, count: self._scripted.control(data, index, count))
         if self._springs:
             before.append(lambda _index, _count: self._springs.control(data))
+        if self._stiff_springs:
+            before.append(lambda _index, _count: self._stiff_springs.control(data))
         return before, after
 
     @property

@@ -23,6 +23,7 @@ import mujoco
 
 from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.formats.annotations import SceneError, read_annotations
+from simx_server.scene.formats.jacobian import store_loops_fully
 from simx_server.scene.formats.model_copies import copy_models
 from simx_server.scene.formats.mounting import mount_bodies
 from simx_server.scene.formats.sources import Sources
@@ -165,6 +166,7 @@ def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.Mj
     """Compile a spec and log MuJoCo's warnings, such as deprecated attributes. Raises as `spec.compile`."""
     with physics_warnings.collected() as told:
         model = spec.compile()
+    store_loops_fully(model)
     for warning in told:
         logger.log(level, "mujoco: %s", warning)
     return model

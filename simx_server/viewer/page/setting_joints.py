@@ -15,7 +15,7 @@ from .link import make
 Quantity = Literal["position", "target", "velocity"]
 
 _BY_VELOCITY = {Rule.VELOCITY, Rule.HOLD, Rule.MOTION}
-_BY_TARGET = {Rule.POSITION, Rule.SPRING}
+_BY_TARGET = {Rule.POSITION, Rule.SPRING, Rule.STIFF_SPRING}
 
 
 def settable(item: SceneItem, view: JointView) -> Quantity | None:

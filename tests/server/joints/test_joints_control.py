@@ -62,6 +62,36 @@ def test_spring_does_not_exceed_the_maximum_force() -> None:
     assert sim.data.qvel[0] == pytest.approx(3 * 0.1)
 
 
+def test_a_spring_far_too_stiff_for_what_it_moves_goes_to_its_target_at_the_target_velocity_as_in_vrep() -> (
+    None
+):
+    world = slider(
+        actuator=VELOCITY,
+        note="control=spring rigid=yes K=1e9 C=0 max_force=1e6 target_velocity=-0.5",
+        gravity="0 0 0",
+    )
+    sim = world.simulation
+    sim.joints.set_target_position(rail(sim), 0.12)
+    run(world, 2)
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.05, abs=1e-3)
+    assert sim.data.qvel[0] == pytest.approx(0.5, abs=1e-3)
+    for _ in range(8):
+        world.step()
+        assert sim.joints.position(rail(sim)) < 0.12 + 1e-4
+    assert sim.joints.position(rail(sim)) == pytest.approx(0.12, abs=1e-5)
+
+
+def test_a_too_stiff_spring_exceeds_neither_its_own_force_nor_the_maximum() -> None:
+    world = slider(
+        actuator=VELOCITY,
+        note="control=spring rigid=yes K=1e9 C=0 max_force=3 target_velocity=9 target_position=1",
+    )
+    sim = world.simulation
+    run(world, 1)
+    assert sim.joints.force(rail(sim)) == pytest.approx(-3)  # upwards, while the weight of 10 N falls
+    assert sim.data.qvel[0] == pytest.approx(-7 * 0.05)
+
+
 def test_spring_of_a_cyclic_joint_pulls_the_short_way_round() -> None:
     world = slider(
         actuator=VELOCITY, note="control=spring cyclic=yes K=2 C=1", kind="hinge", gravity="0 0 0", offset=0.3

@@ -235,6 +235,7 @@ def _line(view: JointView, scale: Scale) -> str:
     how = {
         Rule.FREE: "nothing drives it",
         Rule.SPRING: f"spring and damper towards {number(view['target'])}",
+        Rule.STIFF_SPRING: f"stiff spring towards {number(view['target'])}, at most {rate}",
         Rule.VELOCITY: f"velocity control, {rate}",
         Rule.POSITION: f"position control towards {number(view['target'])}",
         Rule.HOLD: "velocity control, locked where it stopped",

@@ -17,6 +17,7 @@ from simx_server.scene.formats.vrep.conversion.geometry.abilities import annotat
 from simx_server.scene.formats.vrep.conversion.geometry.colliding import solids
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import box_around, box_of
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import (
+    Budget,
     how_to_install,
     is_available,
 )
@@ -48,6 +49,7 @@ _POINT = 1e-4
 
 _HULLS = "shapes that are not convex collide as their convex hulls"
 _HULLS_WITHOUT = f"{_HULLS}; a package decomposes them: {{}}"
+_COARSE = "moving shapes that are not convex collide in a coarse form: the file has very many of them"
 _SIMPLER = f"static shapes that need more than {solids.MOST_STATIC} convex solids collide in a simpler form"
 _ASLEEP = "shapes that start asleep move from the start"
 _DAMPING = "the damping that an engine gives to the motion of single shapes is left out"
@@ -158,7 +160,10 @@ class _Builder:
                 self._add_solid(leaf, points, name)
             return
         moves = self._masks.moves[self._shape.handle]
-        form = solids.solids_of(leaf, moves=moves, label=self._label)
+        budget = self._conversion.part(Budget, Budget)
+        form = solids.solids_of(leaf, moves=moves, label=self._label, budget=budget)
+        if moves and budget.is_spent and len(form.solids) > 1:
+            self._conversion.report.approximate(_COARSE, self._name)
         for one in form.solids:
             self._add_solid(leaf, one, name)
         if not form.is_exact:

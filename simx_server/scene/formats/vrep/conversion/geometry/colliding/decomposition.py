@@ -17,7 +17,12 @@ from functools import cache
 import numpy as np
 
 from simx_client.protocol.cli.installing import extra_line
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import OPTIONS
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import (
+    MOST_PIECES,
+    OPTIONS,
+    THRESHOLDS,
+    TOO_MUCH,
+)
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.part_cache import store, stored
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
@@ -31,6 +36,9 @@ not depend on the machine's load. One of a real file takes 3 s.
 
 MOST_FACES = 5000
 """Most faces of a mesh that is decomposed as it is; one with more is simplified before."""
+
+MOST_IN_FILE = 60_000
+"""Triangles of meshes of one file that are decomposed as well as possible: up to about a minute of processor time."""
 
 _GLANCE = 0.02
 """Seconds between two moments at which others are served."""
@@ -71,8 +79,29 @@ def _always() -> bool:
     return True
 
 
+class Budget:
+    """The work for the meshes of one file: those beyond it are decomposed coarsely. No cache changes it."""
+
+    def __init__(self) -> None:
+        self._left = MOST_IN_FILE
+
+    @property
+    def is_spent(self) -> bool:
+        """Return whether a mesh was beyond it."""
+        return self._left < 0
+
+    def thresholds(self, triangles: int) -> tuple[float, ...]:
+        """Return the thresholds to try for the next mesh, with this number of triangles."""
+        self._left -= triangles
+        return THRESHOLDS[-1:] if self.is_spent else THRESHOLDS
+
+
 def decompose(
-    points: Points, faces: Faces, label: str = "", may_go_on: Callable[[], bool] = _always
+    points: Points,
+    faces: Faces,
+    label: str = "",
+    may_go_on: Callable[[], bool] = _always,
+    budget: Budget | None = None,
 ) -> list[Points] | None:
     """Return the points of convex parts that together fill a closed mesh, the same ones each time.
 
@@ -83,6 +112,7 @@ def decompose(
         faces: (m, 3), indices of points.
         label: what messages call the mesh.
         may_go_on: serves others; called often while another process works. Its False ends the work.
+        budget: that of the file; None for a mesh on its own.
 
     Returns:
         None without the library, or where it finds nothing within its limits.
@@ -91,28 +121,38 @@ def decompose(
         return None
     if len(faces) > MOST_FACES:
         points, faces, _ = simplified(points, faces, MOST_FACES)
-    key = hashlib.blake2b(_rules() + points.tobytes() + b"/" + faces.tobytes(), digest_size=16).hexdigest()
+    thresholds = THRESHOLDS if budget is None else budget.thresholds(len(faces))
+    key = hashlib.blake2b(
+        _rules(thresholds) + points.tobytes() + b"/" + faces.tobytes(), digest_size=16
+    ).hexdigest()
     if key not in _known:
         while len(_known) >= _MOST_KNOWN:
             del _known[next(iter(_known))]
-        _known[key] = _kept(key, points, faces, label, may_go_on)
+        _known[key] = _kept(key, points, faces, label, may_go_on, thresholds)
     return _known[key]
 
 
 @cache
-def _rules() -> bytes:
+def _rules(thresholds: tuple[float, ...]) -> bytes:
     """Return what the parts depend on besides the mesh."""
-    return repr((sorted(OPTIONS.items()), importlib.metadata.version("coacd"))).encode()
+    return repr(
+        (sorted(OPTIONS.items()), thresholds, MOST_PIECES, importlib.metadata.version("coacd"))
+    ).encode()
 
 
 def _kept(
-    key: str, points: Points, faces: Faces, label: str, may_go_on: Callable[[], bool]
+    key: str,
+    points: Points,
+    faces: Faces,
+    label: str,
+    may_go_on: Callable[[], bool],
+    thresholds: tuple[float, ...],
 ) -> list[Points] | None:
     """Return parts from the cache, or made and put there."""
     parts = stored(key)
     if parts is not None and _lie_within(parts, points):
         return parts
-    parts = _run(points, faces, label or "a mesh", may_go_on)
+    parts = _run(points, faces, label or "a mesh", may_go_on, thresholds)
     if parts:
         store(key, parts)
     return parts
@@ -125,28 +165,51 @@ def _lie_within(parts: list[Points], points: Points) -> bool:
     return all((each >= low - margin).all() and (each <= high + margin).all() for each in parts)
 
 
-def _run(points: Points, faces: Faces, label: str, may_go_on: Callable[[], bool]) -> list[Points] | None:
+def _run(
+    points: Points,
+    faces: Faces,
+    label: str,
+    may_go_on: Callable[[], bool],
+    thresholds: tuple[float, ...],
+) -> list[Points] | None:
     mesh = io.BytesIO()
     np.savez(mesh, points=points.astype(np.float64), faces=faces.astype(np.int32))
     logger.info("%s: its %d triangles are decomposed into convex parts", label, len(faces))
     started = time.monotonic()
     try:
-        process = subprocess.Popen(
-            [sys.executable, "-m", _PROGRAM],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            # More threads hardly save time, and on a busy machine they wait for each other in a loop.
-            env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
-        )
-        with np.load(io.BytesIO(answer_of(process, mesh.getvalue(), may_go_on))) as parts:
-            found = [parts[name] for name in parts.files]
+        found = _within_work(mesh.getvalue(), may_go_on, thresholds)
     except (subprocess.SubprocessError, OSError, ValueError) as error:
         logger.warning("%s: its %d triangles could not be decomposed: %s", label, len(faces), error)
         return None
     seconds = time.monotonic() - started
     logger.info("%s: %d convex parts after %.1f s", label, len(found), seconds)
     return found
+
+
+def _within_work(mesh: bytes, may_go_on: Callable[[], bool], thresholds: tuple[float, ...]) -> list[Points]:
+    """Return the parts by the first threshold that does not take too much work.
+
+    Raises:
+        subprocess.SubprocessError, OSError, ValueError: none does, the library fails, or may not go on.
+    """
+    for threshold in thresholds:
+        process = subprocess.Popen(
+            [sys.executable, "-m", _PROGRAM, str(threshold)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            # More threads hardly save time, and on a busy machine they wait for each other in a loop.
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
+        )
+        try:
+            answer = answer_of(process, mesh, may_go_on)
+        except subprocess.CalledProcessError as error:
+            if error.returncode != TOO_MUCH:
+                raise
+            continue
+        with np.load(io.BytesIO(answer)) as parts:
+            return [parts[name] for name in parts.files]
+    raise ValueError(f"it would take more than {2 * MOST_PIECES} parts")
 
 
 def answer_of(process: subprocess.Popen[bytes], data: bytes, may_go_on: Callable[[], bool]) -> bytes:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import as_boxes
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import decompose
+from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import Budget, decompose
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.extrusions import as_columns
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import facets_of
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.prisms import DEEPEST, SHEET, prisms
@@ -88,12 +88,13 @@ def is_flat(points: Points) -> bool:
     return length <= _FLAT * size * size or float(np.ptp(away @ normal)) <= _FLAT * size * length
 
 
-def solids_of(leaf: Leaf, *, moves: bool, label: str = "") -> Form:
+def solids_of(leaf: Leaf, *, moves: bool, label: str = "", budget: Budget | None = None) -> Form:
     """Return the convex solids that collide in place of a mesh that is flat, or not convex.
 
     Args:
         moves: something moves the mesh. Solids of a static one cost little, so it may have many.
         label: what messages call the mesh.
+        budget: the work for the meshes of its file.
     """
     faces = leaf.triangles[sound(leaf.vertices, leaf.triangles)]
     number = connected(leaf.vertices, faces)
@@ -101,7 +102,7 @@ def solids_of(leaf: Leaf, *, moves: bool, label: str = "") -> Form:
     if moves:
         if count > MOST_PARTS:
             return Form([_used(leaf.vertices, faces)], is_exact=False)
-        found = [_moving(leaf.vertices, faces[number == each], label) for each in range(count)]
+        found = [_moving(leaf.vertices, faces[number == each], label, budget) for each in range(count)]
         return Form([one for each in found for one in each.solids], all(each.is_exact for each in found))
     solids: list[Points] = []
     for each in range(count if count <= MOST_STATIC and len(faces) <= _MOST_FACES else 0):
@@ -125,7 +126,7 @@ def _static(points: Points, faces: Faces) -> list[Points]:
     return as_boxes(*body) or as_columns(*body) or _behind(*body)
 
 
-def _moving(points: Points, faces: Faces, label: str) -> Form:
+def _moving(points: Points, faces: Faces, label: str, budget: Budget | None) -> Form:
     """Return the solids of a part that moves: few, for each meets many others."""
     plain = _plain(points, faces, _FULL)
     if plain is not None:
@@ -136,7 +137,7 @@ def _moving(points: Points, faces: Faces, label: str) -> Form:
         exact = as_boxes(*body) or as_columns(*body)
         if exact is not None and len(exact) <= MOST_MOVING:
             return Form(exact, is_exact=True)
-        parts = decompose(*body, label)
+        parts = decompose(*body, label, budget=budget)
         if parts is not None:
             return Form(parts, is_exact=True)
     if exact is None and len(faces) <= MOST_PARTS:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import os
+import subprocess
+from typing import Any
+
 import numpy as np
 import pytest
 from vrep_concave import bowl, notched, room
 from vrep_shapes import cube, mesh_leaf
 
 from simx_server.scene.formats.vrep.conversion.geometry.colliding import (
+    decomposing,
     decomposition,
     part_cache,
     prisms,
@@ -233,3 +239,52 @@ def test_library_that_crashes_or_takes_too_long_leaves_a_hull_and_a_warning(
         assert not form.is_exact
         assert len(form.solids) == 1
     assert sum("could not be decomposed" in each.getMessage() for each in caplog.records) == 2
+
+
+def test_a_mesh_that_asks_for_too_many_cuts_is_decomposed_more_coarsely(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[str] = []
+
+    def start(command: list[str], **_: Any) -> list[str]:
+        asked.append(command[-1])
+        return command
+
+    def answer_of(command: list[str], *_: Any) -> bytes:
+        if len(asked) < 3:
+            raise subprocess.CalledProcessError(decomposing.TOO_MUCH, command)
+        answer = io.BytesIO()
+        np.savez(answer, cube()[0])
+        return answer.getvalue()
+
+    monkeypatch.setattr(decomposition, "is_available", lambda: True)
+    monkeypatch.setattr(decomposition, "stored", lambda _key: None)
+    monkeypatch.setattr(decomposition, "store", lambda _key, _parts: None)
+    monkeypatch.setattr(decomposition, "_known", {})
+    monkeypatch.setattr(decomposition, "_rules", lambda thresholds: repr(thresholds).encode())
+    monkeypatch.setattr(subprocess, "Popen", start)
+    monkeypatch.setattr(decomposition, "answer_of", answer_of)
+    parts = decomposition.decompose(*bowl())
+    assert parts is not None
+    assert len(parts) == 1
+    assert asked == [str(each) for each in decomposing.THRESHOLDS]
+
+
+def test_work_is_counted_in_the_librarys_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    ended: list[int] = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    most = decomposing.MOST_PIECES
+    decomposing.limit_work(
+        io.BytesIO(b"[info] iter 0 ---- waiting pool: 1\n[info] waiting pool: %d\n" % most)
+    )
+    assert not ended
+    decomposing.limit_work(io.BytesIO(b"[info] iter 6 ---- waiting pool: %d\n" % (most + 1)))
+    assert ended == [decomposing.TOO_MUCH]
+
+
+def test_meshes_beyond_the_work_of_a_file_are_decomposed_coarsely() -> None:
+    budget = decomposition.Budget()
+    assert budget.thresholds(decomposition.MOST_IN_FILE) == decomposing.THRESHOLDS
+    assert not budget.is_spent
+    assert budget.thresholds(1) == decomposing.THRESHOLDS[-1:]
+    assert budget.is_spent
