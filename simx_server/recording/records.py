@@ -14,10 +14,9 @@ sign, long loops of scripts serve other clients.
 have physics steps of 5 ms, wheels that roll on one point, and concave static shapes that collide as they are.
 4: each blocking call that changes something takes a step at the pace `repeat`, functions of `sim` return as many values
 as in CoppeliaSim, and closed fingers press with no more than their friction.
-5: loops of V-REP's files are rigid and solved with the full matrix, stiff springs are motors, the velocity of a shape is
-that of its mass centre, an old joint call-back that returns nothing leaves its joint free, images, which scripts may
-use, have V-REP's light, and physics steps with hundreds of shapes that all touch each other are solved by conjugate
-gradients.
+5: loops of V-REP's files are rigid and solved with the full matrix, stiff springs are motors, the velocity of a shape
+is that of its mass centre, an old joint call-back that returns nothing leaves its joint free, images, which scripts may
+use, have V-REP's light, and physics steps with hundreds of shapes that all touch each other are solved by other means.
 """
 
 

@@ -363,7 +363,12 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
         "simOMPL.createStateSpace('s', 30007, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",
     )
-    world.fails(ARM_TASK + "simExtOMPL_setDubinsParams(spaces[1], 1, true)", "'j1' is no dubins space")
+    joint = "simExtOMPL_createStateSpace('j1', simOMPL.StateSpaceType.joint_position, js[1], {-1}, {1}, 1)"
+    for call in (
+        "simOMPL.setDubinsParams(spaces[1], 1, true)",
+        f"simExtOMPL_setDubinsParams({joint}, 1, true)",
+    ):
+        world.fails(ARM_TASK + call, "'j1' is no dubins space")
 
 
 def test_a_path_keeps_its_corners_when_it_is_made_even() -> None:
