@@ -10,8 +10,10 @@ and the memory came back. All doors are open, and now and then a newcomer comes 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -124,18 +126,26 @@ class Siege:
         """Start those that are missing."""
         for role in self._roles:
             if role not in self._attackers or self._attackers[role].poll() is not None:
+                self._end(role)
                 self.started += 1
                 words = [sys.executable, HERE / "siege_roles.py", role, str(self._doors), str(self.started)]
-                attacker = subprocess.Popen(words, cwd=self._workspace, stdout=subprocess.DEVNULL)
+                attacker = subprocess.Popen(
+                    words, cwd=self._workspace, stdout=subprocess.DEVNULL, start_new_session=True
+                )
                 self._attackers[role] = attacker
                 if self._cores:
                     os.sched_setaffinity(attacker.pid, self._cores)
 
     def end(self) -> None:
-        for process in self._attackers.values():
-            process.kill()
+        for role in list(self._attackers):
+            self._end(role)
+
+    def _end(self, role: str) -> None:
+        """End an attacker with its own processes, which may be stopped and outlive it."""
+        if process := self._attackers.pop(role, None):
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-        self._attackers.clear()
 
 
 def main(argv: list[str]) -> int:
