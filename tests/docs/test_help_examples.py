@@ -14,8 +14,9 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from processes import PENDULUM, ROOT, ServerProcess, server
+from processes import PENDULUM, ROOT, ServerProcess, server, wait_until
 
+from simx_client import Client
 from simx_client import __main__ as simx
 from simx_client.checking import command as check
 from simx_client.connection.redirect import VARIABLE, format_redirects
@@ -86,6 +87,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def lab(place: Path) -> Iterator[ServerProcess]:
     """The tutorial's scene, under the name that examples use, with the steps of its run."""
     with server("ur5_rg2_kinect", "--realm", "lab-3", "--start", "--history", 600) as process:
+        with Client(port=process.port) as client:
+            assert wait_until(lambda: client.simulation.time > 0.15, 60)  # examples look back to step 2
         yield process
 
 
