@@ -1,8 +1,8 @@
 """Modules that a script can import and whose functions are refused: libraries import them without need.
 
 ``subprocess`` and ``socket`` are imported by many others. In place of the native modules below them are modules with
-the same names, whose functions raise PermissionError. The native ones are never loaded: what was loaded once, the
-audit hook does not see again.
+the same names, whose functions raise PermissionError with a reason. The stubs protect nothing: some interpreters have
+the native modules built in, where a script can find them. The kernel's walls refuse what those try.
 """
 
 from __future__ import annotations
