@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import msgpack
 
+from .garbage import no_collections
 from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome, of_fields
 
 MAX_MESSAGE = 256 << 20
@@ -156,15 +157,22 @@ def _unpack(payload: bytes, most: int = MOST_VALUES) -> list[Any]:
     if len(payload) > MAX_MESSAGE:
         raise CodecError(f"message of {len(payload)} bytes; at most {MAX_MESSAGE} are read")
     try:
-        more = _PLAIN if len(payload) <= _SMALL else _PLAIN | _bounded(most)
-        value = msgpack.unpackb(
-            payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, more)
-        )
+        if len(payload) <= _SMALL:
+            value = _read(payload, _PLAIN)
+        else:
+            with no_collections():
+                value = _read(payload, _PLAIN | _bounded(most))
     except Exception as error:  # msgpack raises many types, all with the same meaning here
         raise CodecError(f"not a message: {error}") from None
     if not isinstance(value, list):
         raise CodecError(f"not a message: a {type(value).__name__} instead of a list")
     return cast(list[Any], value)
+
+
+def _read(payload: bytes, options: dict[str, Any]) -> Any:
+    return msgpack.unpackb(
+        payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, options)
+    )
 
 
 def _refuse_extension(_code: int, _data: bytes) -> Any:

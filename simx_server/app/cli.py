@@ -7,14 +7,12 @@ log to stderr. The flags are built from ``settings``; heavy modules are imported
 from __future__ import annotations
 
 import argparse
-import gc
 import json
 import logging
 import os
 import platform
 import sys
-from collections.abc import Collection, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Sequence
 from functools import partial
 from importlib import metadata
 
@@ -22,6 +20,7 @@ from simx_client.protocol.cli import installing
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.cli.terminal import print_what_can_be, while_read
+from simx_client.protocol.garbage import no_collections
 from simx_server import __version__
 from simx_server.app import log_format
 from simx_server.app.settings import SETTINGS, SettingError, Settings
@@ -203,18 +202,9 @@ def _serve(settings: Settings) -> int:
         return _serve_watched(settings, watchdog)
 
 
-@contextmanager
-def _without_collections() -> Generator[None]:
-    """Collect no garbage meanwhile: imports make little of it, and collections are a tenth of their time."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-
-
 def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
-    with _without_collections():
+    # Imports make little garbage, and collections are a tenth of their time.
+    with no_collections():
         import_mujoco()
     from simx_server.sensors.opengl.backend import requested_backend
 
@@ -235,7 +225,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
     helper = trial_helper.fork()
     try:
-        with _without_collections():
+        with no_collections():
             from simx_server.app.server import serve
 
         return serve(settings, probe, helper)

@@ -168,7 +168,7 @@ class Page:
         """Read the present, or a past step. Raises Away."""
         past = None if step is None else self._eye.past(step)
         if step is not None:
-            self._slider.show(None if past is None else past["step"])
+            self._slider.show(step, None if past is None else past["step"])
         self._mirror.is_past = past is not None
         return self._eye.look() if past is None else past["look"]
 

@@ -13,7 +13,7 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
-from simx_client.protocol.past import STEP
+from simx_client.protocol.past import STEP, PastStep
 from simx_server.history import History
 from simx_server.viewer.messages import ADD_ON
 from simx_server.viewer.page.panels.time_slider import TimeSlider, calls_as_html
@@ -64,10 +64,14 @@ class Slider(Stage):
         """What the page does next."""
         for _ in range(2):  # the answer may turn to another step
             if (step := self.time.step) is not None:
-                feed = self.world.parts.scripts.add_ons[ADD_ON]
-                buffer = feed.call(STEP, [step], [], [], b"")[3]
-                self.time.show(msgpack.unpackb(buffer, strict_map_key=False))
+                self.time.show(step, self.past(step))
         self.show()
+
+    def past(self, step: int) -> PastStep:
+        """The server's answer."""
+        feed = self.world.parts.scripts.add_ons[ADD_ON]
+        found: PastStep = msgpack.unpackb(feed.call(STEP, [step], [], [], b"")[3], strict_map_key=False)
+        return found
 
 
 @pytest.fixture
@@ -112,6 +116,16 @@ def test_buttons_go_by_steps_and_to_calls(slider: Slider) -> None:
     assert steps == [29, 28, 29, 20, 10, 20, 0, 0, None]
     slider.press("◀ call")
     assert slider.time.step == 20, "the last call before the present step"
+
+
+def test_an_answer_to_an_earlier_question_turns_nothing_back(slider: Slider) -> None:
+    slider.press("first")
+    for answered in range(4):
+        slider.set(slider.labelled(viser.GuiButtonGroupHandle, "Past"), "▶")
+        slider.time.show(answered, slider.past(answered))
+    assert slider.time.step == 4
+    slider.follow()
+    assert "The past: step 4, 0.20 s." in slider.text()
 
 
 def test_calls_of_the_step_are_shown_and_those_that_read_on_request(slider: Slider) -> None:

@@ -88,13 +88,18 @@ class TimeSlider:
         """Return the past step to show; None: the present."""
         return self._step
 
-    def show(self, past: PastStep | None) -> None:
-        """Show what belongs to the past step; None: no step is kept any more."""
+    def show(self, asked: int, past: PastStep | None) -> None:
+        """Show what belongs to a past step, if it is still the one to show.
+
+        Args:
+            asked: the step that was asked for; the user may have turned to another one meanwhile.
+            past: of this step, or of the nearest one that is kept; None: none is kept any more.
+        """
+        if self._step != asked:
+            return
         if past is None:
             self.leave()
             return
-        if self._step is None:
-            return  # the user has left the past meanwhile
         self._past = past
         self._step = past["step"]  # of a step that is not kept any more, the nearest one
         put(self._slider, value=self._step)
