@@ -23,7 +23,7 @@ from .channel import MOST_BYTES, packed, unpacked
 
 if TYPE_CHECKING:
     from simx_server.outputs.filming.shot import Pixels
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_server.service.calls.registry import handler
+
 from ..errors import CommandError, NotHandledYet
-from .registry import handler
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

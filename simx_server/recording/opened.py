@@ -15,10 +15,10 @@ from typing import Any
 
 import mujoco
 
-from simx_server.app.setting_conflicts import DECISIVE
-from simx_server.app.settings import SettingError, Settings
 from simx_server.scene.formats.sources import Sources
-from simx_server.world.simulation import Simulation
+from simx_server.settings.conflicts import DECISIVE
+from simx_server.settings.settings import SettingError, Settings
+from simx_server.simulation.simulation import Simulation
 
 from .. import __version__
 from ..errors import CommandError

@@ -16,14 +16,14 @@ from simx_client.protocol.commands import TABLE
 from simx_server.history.journal import Block
 from simx_server.history.succession import resume
 from simx_server.history.writing import First
-from simx_server.runtime.box import Arrival
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.service.calls.registry import Handler
+from simx_server.service.clock import Pacer
+from simx_server.service.queue.box import Arrival
+from simx_server.service.server_loop import ServerLoop
 
 from ..errors import CommandError
 from ..gateways.zmq.replayed import ReplayedClients
 from ..handlers import HANDLERS
-from ..handlers.registry import Handler
 from .log_file import LogError
 from .records import Kind, Record
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
-from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_client.protocol.add_ons.windows import ADD_ON as WINDOWS
 from simx_server.history import History
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from ..viewer.feed import Feed
 from ..viewer.messages import ADD_ON

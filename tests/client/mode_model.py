@@ -1,7 +1,7 @@
 """What the operation modes should do, written down a second time and more simply: a client and a server as plain data.
 
 Made from the rules of the original (keys, one inbox entry and one stream per key, what replaces what), not from
-``simx_client/legacy/operation_modes.py``: the property test runs both on the same calls and compares what they return.
+``simx_client/calls/operation_modes.py``: the property test runs both on the same calls and compares what they return.
 """
 
 from __future__ import annotations

@@ -20,10 +20,10 @@ from routers import Wire, free_port, router
 import simx_client as v
 from simx_client.cli import listing
 from simx_client.connection.discovery import Found, find_servers
-from simx_client.connection.endpoints import ServerAddress, find_address
 from simx_client.protocol import roster
 from simx_client.protocol.messages import PROTOCOL_VERSION, Status
-from simx_server.runtime.monitoring.load import LoadMeter
+from simx_client.transport.endpoints import ServerAddress, find_address
+from simx_server.service.monitoring.load import LoadMeter
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 

@@ -14,7 +14,7 @@ from plain_world import World
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 MODES = {
     "oneshot": v.simx_opmode_oneshot,

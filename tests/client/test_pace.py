@@ -17,8 +17,8 @@ import simx_client as v
 from simx_client.cli.shims import write_shims
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
-from simx_server.runtime.batches import MOST_PASSES
-from simx_server.runtime.pacing import MOST_REMEMBERED, PacedCalls
+from simx_server.service.calls.batches import MOST_PASSES
+from simx_server.service.calls.pacing import MOST_REMEMBERED, PacedCalls
 
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
 GRIPPER = 3

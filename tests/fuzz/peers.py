@@ -24,7 +24,7 @@ from processes import ROOT, ServerProcess, read_line, running, server
 import simx_client as v
 from fuzz.codec import SEEDS
 from fuzz.scene import SCENE
-from simx_client.protocol import keys, link
+from simx_client.protocol.zenoh import keys, link
 
 PEERS = 3
 PATIENCE = 30.0

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("no_connection_left")
 SERVER = """
 import logging, runpy, sys
 logging.basicConfig(level=logging.WARNING)
-import simx_server.gateways.zenoh as gateway
+import simx_server.gateways.zenoh.gateway as gateway
 gateway.OLDEST_PROTOCOL = gateway.PROTOCOL_VERSION = {version}
 if {notices_nothing}:
     gateway.choose_version = lambda *spoken: {version}

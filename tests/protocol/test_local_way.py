@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from processes import read_line, running, spawn, wait_until
 
-from simx_client.protocol.local import offer
-from simx_client.protocol.local.frames import MEMORY, MESSAGE, BadFrame, Frames, frame, memory_frame, place_of
-from simx_client.protocol.local.memory import MemoryReader, MemoryWriter
+from simx_client.protocol.lane import offer
+from simx_client.protocol.lane.frames import MEMORY, MESSAGE, BadFrame, Frames, frame, memory_frame, place_of
+from simx_client.protocol.lane.memory import MemoryReader, MemoryWriter
 
 pytestmark = pytest.mark.skipif(not offer.is_possible(), reason="the local way needs Linux")
 
@@ -136,7 +136,7 @@ def test_the_newest_message_is_returned_once(pair: tuple[MemoryWriter, MemoryRea
 
 
 _WRITES = """
-from simx_client.protocol.local.memory import MemoryWriter
+from simx_client.protocol.lane.memory import MemoryWriter
 writer = MemoryWriter(100_000)
 print(writer.file, flush=True)
 number = 0

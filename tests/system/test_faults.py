@@ -11,15 +11,15 @@ from processes import ROOT, give_way, read_line, running, spawn, wait_until
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy import local
-from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
+from simx_client.protocol.zenoh import keys
+from simx_client.transport.endpoints import ServerAddress
 from simx_client.transport.zenoh import ZenohTransport
-from simx_server.gateways.posting import Care, Postman
-from simx_server.gateways.zenoh import ZenohLink
+from simx_server.gateways.zenoh.gateway import ZenohLink
+from simx_server.gateways.zenoh.posting import Care, Postman
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 

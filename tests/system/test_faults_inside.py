@@ -15,10 +15,10 @@ from observing import observe
 from real_world import BLOCKING, RealWorld, handle_of, render_with, start_stepped
 
 import simx_client as v
+from simx_server.scene.cameras.image import CameraView, Picture, Renderer, nothing
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.image import CameraView, Picture, Renderer, nothing
 from simx_server.sensors.vision.render_thread import RenderThread, make_renderer
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 SCENE = """
 <mujoco>

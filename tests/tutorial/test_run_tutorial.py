@@ -38,7 +38,7 @@ PYGAME_IMAGE = "def load(path):\n    return open(path, 'rb').read()\n"
 LAUNCH = """
 import sys
 import simx_client, simx_client.launch.run
-from simx_client.legacy.images import VisionImage
+from simx_client.calls.images import VisionImage
 calls = []
 def answer(name, value):
     def function(*arguments):

@@ -13,7 +13,7 @@ import pytest
 from processes import ROOT, read_line, running, server, wait_until
 
 import simx_client as v
-from simx_client.connection.redirect import VARIABLE, format_redirects
+from simx_client.transport.redirect import VARIABLE, format_redirects
 
 PROGRAM = ROOT.parent / "shared" / "seed" / "robotControl.py"
 TOOLS = ("Xvfb", "xdotool")

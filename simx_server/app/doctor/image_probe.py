@@ -22,7 +22,7 @@ def main(arguments: list[str]) -> int:
     """Print the result; return exit status 1 with a reason on stderr when the image cannot be made."""
     import_mujoco()
     from simx_server.errors import CommandError
-    from simx_server.sensors.vision.image import RenderError
+    from simx_server.scene.cameras.image import RenderError
 
     try:
         found = _look(arguments[0] if arguments else None)
@@ -37,8 +37,8 @@ def _look(scene: str | None) -> dict[str, Any]:
     import numpy as np
 
     from simx_server.app.server import open_world
-    from simx_server.app.settings import Settings
     from simx_server.scene.objects import ObjectKind
+    from simx_server.settings.settings import Settings
 
     with ExitStack() as stack:
         world = open_world(Settings(scene=scene), stack)

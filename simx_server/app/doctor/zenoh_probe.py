@@ -8,7 +8,7 @@ import sys
 import time
 from typing import Any
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 KEY = "simx/doctor"
 QUESTIONS = 20

@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .film_file import FilmWriter
 from .shot import Shot, first_picture
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -11,8 +11,8 @@ import cv2
 
 from simx_server.errors import CommandError
 from simx_server.outputs.packages import OutputError
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 from simx_server.world.world import World
 
 from .shot import Pixels, Shot, awaited, first_picture

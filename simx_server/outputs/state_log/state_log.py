@@ -24,7 +24,7 @@ from simx_server.joints.joints import JOINT_TYPES
 from simx_server.outputs.filming.film import MOST_FPS
 from simx_server.outputs.filming.shot import Shot, first_picture
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .images import Pictures
 from .mcap_file import McapWriter

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 from simx_server.errors import CommandError
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _T = TypeVar("_T")
 

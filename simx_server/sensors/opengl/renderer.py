@@ -25,11 +25,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.highlights import highlights_of
-from simx_server.sensors.opengl.backend import make_gl_context
-from simx_server.sensors.opengl.commands import COUNT, Commands
-from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
-from simx_server.sensors.vision.image import (
+from simx_server.scene.cameras.image import (
     DEPTH_OFFSET,
     NO_CODE,
     PART,
@@ -38,12 +34,12 @@ from simx_server.sensors.vision.image import (
     RenderError,
     nothing,
 )
-from simx_server.sensors.vision.visibility import (
-    SENSORS_GROUP,
-    VISIBLE_GROUPS,
-    drawn,
-    near_the_view,
-)
+from simx_server.scene.cameras.visibility import SENSORS_GROUP, VISIBLE_GROUPS, drawn, near_the_view
+from simx_server.scene.geometry.highlights import highlights_of
+
+from .backend import make_gl_context
+from .commands import COUNT, Commands
+from .roundness import may_be_coarse, round_geoms
 
 logger = logging.getLogger(__name__)
 

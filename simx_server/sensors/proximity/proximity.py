@@ -22,7 +22,7 @@ from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .detection import Detection, detect_all
 from .given import detect_given
@@ -33,7 +33,7 @@ from .volume import TYPES
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.sensors.instant import Instants
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 __all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
 

@@ -11,10 +11,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.ray_casting.rays import Rays, Seeing
-from simx_server.sensors.ray_casting.surface import Surfaces
-from simx_server.sensors.vision.image import CameraView, Picture, nothing
-from simx_server.sensors.vision.visibility import OPAQUE_ALPHA
+from simx_server.scene.cameras.image import CameraView, Picture, nothing
+from simx_server.scene.cameras.visibility import OPAQUE_ALPHA
+
+from .rays import Rays, Seeing
+from .surface import Surfaces
 
 _LAYERS = 6
 """Maximum number of surfaces that a ray passes (see-through, or cut open by the near plane) before it is dropped."""

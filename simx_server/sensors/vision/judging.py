@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from simx_server.scene.cameras.image import NO_CODE, Picture, depth_as_grey, grey
+
 from .filters.chain import Processed
-from .image import NO_CODE, Picture, depth_as_grey, grey
 from .vision_settings import Verdict, VisionSettings
 
 

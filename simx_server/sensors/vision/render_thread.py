@@ -22,13 +22,14 @@ from typing import NamedTuple
 import mujoco
 
 from simx_server.limits import Limits
-from simx_server.runtime.monitoring.metrics import PictureTimes
+from simx_server.scene.cameras.image import PART, CameraView, Picture, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
-from simx_server.sensors.vision.image import PART, CameraView, Picture, Renderer, RenderError, nothing
-from simx_server.sensors.vision.image_queue import PictureQueue
-from simx_server.sensors.vision.newest import NewestPictures
-from simx_server.sensors.vision.shared_cameras import CameraPlaces
-from simx_server.sensors.vision.state_copies import Snapshot, SnapshotPool
+from simx_server.service.monitoring.metrics import PictureTimes
+
+from .image_queue import PictureQueue
+from .newest import NewestPictures
+from .shared_cameras import CameraPlaces
+from .state_copies import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
 

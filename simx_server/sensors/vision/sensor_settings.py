@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
+from simx_server.scene.cameras.image import NO_CODE, CameraView, Picture, fovy_from_perspective_angle
 from simx_server.scene.collection import ALL
 from simx_server.scene.objects import ObjectKind
 
-from .image import NO_CODE, CameraView, Picture, fovy_from_perspective_angle
 from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.scene.objects import Scene
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 

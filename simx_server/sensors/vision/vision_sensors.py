@@ -18,21 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError, NotHandledYet
+from simx_server.scene.cameras.image import CameraView, Picture, grey
 from simx_server.scene.collection import ALL
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .filters.chain import Chain, Processed
 from .futures import done, then
-from .image import CameraView, Picture, grey
 from .judging import judged, shown
 from .sensor_settings import BLACK, SensorSettings
 from .vision_settings import Verdict, VisionSettings
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
-    from simx_server.sensors.vision.render_thread import RenderThread
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
+
+    from .render_thread import RenderThread
 
 
 class VisionSensors(SensorSettings, Part):

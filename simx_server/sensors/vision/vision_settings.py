@@ -10,6 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.cameras.image import (
+    MAX_SIDE,
+    Picture,
+    fovy_from_perspective_angle,
+    perspective_angle_from_fovy,
+)
 from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.formats.texts.filter_chains import read_chain
@@ -17,7 +23,6 @@ from simx_server.scene.objects import SceneObject
 
 from .filters.chain import Chain, Processed
 from .filters.work import View, Work
-from .image import MAX_SIDE, Picture, fovy_from_perspective_angle, perspective_angle_from_fovy
 
 DEFAULT_SIDE = 256
 """Default pixels per side of a camera without a resolution; V-REP's own new sensors have 32."""

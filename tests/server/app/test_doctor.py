@@ -20,7 +20,7 @@ from simx_server.app import cli
 from simx_server.app.doctor import child, graphics, machine, network, page
 from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 SCENE = """
 <mujoco>

@@ -18,7 +18,7 @@ import pytest
 from processes import ROOT, read_line, running, wait_until
 
 import simx_client as v
-from simx_server.app.settings import SettingError, Settings
+from simx_server.settings.settings import SettingError, Settings
 
 BLOCKING = v.simx_opmode_blocking
 PATIENCE = 20.0

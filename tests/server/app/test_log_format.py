@@ -19,8 +19,8 @@ from typing import Any
 import pytest
 from processes import PENDULUM, ROOT, read_line, running
 
-from simx_server.app import log_format
-from simx_server.app.settings import SettingError, Settings
+from simx_server.processes import log_format
+from simx_server.settings.settings import SettingError, Settings
 
 Configure = Callable[..., io.StringIO]
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from processes import PENDULUM
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 from simx_server.gateways.exposure import exposure, plain_exposure
 
 LOGIN = {"transport/auth/usrpwd": {"dictionary_file": "users.txt"}}

@@ -16,15 +16,15 @@ from fuzz import sockets as hostile
 from processes import PENDULUM, ServerProcess, read_line, running, server, spawn, wait_until
 
 import simx_client as v
+from simx_client.calls.marshalling import Shape
 from simx_client.client import Client
 from simx_client.connection.clients import CLIENTS
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import BY_NAME
-from simx_client.protocol.local.frames import frame, memory_frame
-from simx_client.protocol.local.offer import read_offer
+from simx_client.protocol.lane.frames import frame, memory_frame
+from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.messages import Batch, Call, Operation, Reply
-from simx_client.transport.local import LocalLink
+from simx_client.transport.lane import LocalLink
 from simx_client.transport.zenoh import ZenohTransport
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
@@ -427,7 +427,7 @@ def test_another_user_is_refused_even_in_an_open_folder(process: ServerProcess, 
 def test_a_server_of_another_folder_or_user_is_not_asked(
     process: ServerProcess, sockets: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("simx_client.transport.local.is_same_user", lambda _: False)
+    monkeypatch.setattr("simx_client.transport.lane.is_same_user", lambda _: False)
     client = connect(process)
     assert link_of(client) is None
     assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0

@@ -12,12 +12,12 @@ from original_peer import ints, peer
 from raw_peer import connect
 from zmq_world import RawClient, cbor2, zmq_world
 
-from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting
-from simx_server.gateways.legacy.listener import LegacyGateway
+from simx_client.protocol.zenoh import keys
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.ros2.client import Ros2Client
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
 
 PATIENCE = 20.0

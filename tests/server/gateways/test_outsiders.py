@@ -18,9 +18,9 @@ from routers import silent
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import decode_welcome, encode
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting
+from simx_client.protocol.zenoh import keys, link
 
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="counts in /proc")
 PATIENCE = 20.0

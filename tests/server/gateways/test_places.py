@@ -14,13 +14,13 @@ from original_peer import ints, message, packed, peer
 from processes import wait_until
 from zmq_world import ZmqWorld, zmq_world
 
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.local import gateway as local
-from simx_server.gateways.local.gateway import LocalGateway
+from simx_server.gateways.lane import gateway as local
+from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.zmq import clients, gateway
 from simx_server.limits import LimitReached, Limits
-from simx_server.runtime.admission.places import Entrance, Places
-from simx_server.runtime.sessions import ClientSession
+from simx_server.service.clients.admission.places import Entrance, Places
+from simx_server.service.clients.sessions import ClientSession
 
 PATIENCE = 20.0
 

@@ -17,17 +17,17 @@ from processes import wait_until
 from raw_peer import connect
 from zmq_world import RawClient, ZmqWorld, zmq_world
 
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import MAX_BATCH
-from simx_client.protocol.local.frames import MESSAGE, frame
-from simx_client.protocol.local.offer import read_offer
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.local.gateway import LocalGateway
-from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_client.protocol.lane.frames import MESSAGE, frame
+from simx_client.protocol.lane.offer import read_offer
+from simx_client.protocol.zenoh import keys, link
+from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.zmtp import GREETING, READY
 from simx_server.limits import Limits
-from simx_server.runtime.admission.unfinished import Unfinished
+from simx_server.service.clients.admission.unfinished import Unfinished
 
 PATIENCE = 20.0
 PART = bytes(100_000)

@@ -9,7 +9,7 @@ import sys
 import pytest
 from processes import ROOT
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 IMPORT = """
 import os

@@ -27,13 +27,13 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.cli.installing import extra_line
 from simx_server.app.cli import make_parser
 from simx_server.app.server import serve
-from simx_server.app.settings import SettingError, Settings
 from simx_server.errors import CommandError
 from simx_server.outputs.filming import Film, Shot, film
 from simx_server.outputs.filming import shot as shot_module
 from simx_server.outputs.filming.film_file import FilmWriter
 from simx_server.outputs.filming.shot import first_picture
 from simx_server.outputs.packages import NewFile, OutputError
+from simx_server.settings.settings import SettingError, Settings
 
 av = pytest.importorskip("av", reason="needs the extra video")
 

@@ -21,7 +21,6 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import FAILURE
 from simx_client.protocol.cli.installing import extra_line
 from simx_server.app.server import serve
-from simx_server.app.settings import SettingError, Settings
 from simx_server.errors import CommandError
 from simx_server.outputs.filming import Shot
 from simx_server.outputs.packages import NewFile, OutputError
@@ -30,8 +29,9 @@ from simx_server.outputs.state_log.images import Pictures
 from simx_server.outputs.state_log.mcap_file import McapWriter
 from simx_server.outputs.state_log.poses import Places
 from simx_server.scene.editing.renaming import rename
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.placing import object_pose
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.placing import object_pose
+from simx_server.settings.settings import SettingError, Settings
 
 NEEDED = "needs the extra log"
 pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)

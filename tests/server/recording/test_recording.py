@@ -20,14 +20,14 @@ from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.version import __version__
 from simx_server.app.server import serve
-from simx_server.app.settings import Settings
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
+from simx_server.settings.settings import Settings
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, ONE_PASS, SPEED, SURVEY
-from simx_server.world.simulation import SimulationState
 
 
 @pytest.fixture

@@ -20,11 +20,11 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE
 from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.codec import decode_batch, encode
-from simx_server.app.settings import SettingError, Settings
 from simx_server.outputs.filming import film
 from simx_server.outputs.filming.shot import Shot, first_picture
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
+from simx_server.settings.settings import SettingError, Settings
 
 SMALL = "64x48"
 

@@ -19,7 +19,7 @@ from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scripting import script
 
 pytest.importorskip("lupa")

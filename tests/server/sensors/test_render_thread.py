@@ -18,9 +18,9 @@ from camera_world import FRONT, SCENE, load, pixel_of
 from processes import wait_until
 
 from simx_server.limits import Limits
+from simx_server.scene.cameras.image import PART, CameraView, Picture, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.vision import render_thread
-from simx_server.sensors.vision.image import PART, CameraView, Picture, Renderer, RenderError, nothing
 from simx_server.sensors.vision.image_queue import PictureQueue
 from simx_server.sensors.vision.newest import NewestPictures
 from simx_server.sensors.vision.render_thread import RenderThread
@@ -488,7 +488,7 @@ def test_a_program_that_forgets_to_close_still_ends() -> None:
     program = """
 import mujoco
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.image import CameraView
+from simx_server.scene.cameras.image import CameraView
 from simx_server.sensors.vision.render_thread import RenderThread
 
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")

@@ -13,11 +13,7 @@ from both_renderers import make_renderer, opengl_name
 from camera_world import FRONT, SCENE, load, pixel_of
 from numpy.typing import NDArray
 
-from simx_server.sensors.opengl import renderer as opengl
-from simx_server.sensors.opengl.renderer import OpenGLRenderer
-from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
-from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import (
+from simx_server.scene.cameras.image import (
     CameraView,
     Picture,
     RenderError,
@@ -26,6 +22,10 @@ from simx_server.sensors.vision.image import (
     grey,
     perspective_angle_from_fovy,
 )
+from simx_server.sensors.opengl import renderer as opengl
+from simx_server.sensors.opengl.renderer import OpenGLRenderer
+from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
+from simx_server.sensors.ray_casting.renderer import RaycastRenderer
 
 __all__ = ["make_renderer", "opengl_name"]
 

@@ -14,7 +14,7 @@ from sim_api_calls import ScriptWorld
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.sensors.vision.image import NO_CODE, CameraView, Picture
+from simx_server.scene.cameras.image import NO_CODE, CameraView, Picture
 
 __all__ = ["make_renderer", "opengl_name"]
 

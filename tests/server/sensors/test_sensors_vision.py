@@ -9,7 +9,7 @@ import pytest
 from handler_calls import World, floats
 
 from simx_server.errors import CommandError
-from simx_server.sensors.vision.image import Picture
+from simx_server.scene.cameras.image import Picture
 from simx_server.sensors.vision.judging import statistics
 
 SCENE = """

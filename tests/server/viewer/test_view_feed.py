@@ -16,11 +16,11 @@ from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
 from simx_server.errors import CommandError
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer import feed, sent_model
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import LOOK, ONE_PASS, SPEED, SURVEY
 from simx_server.viewer.page.mirror import Mirror
-from simx_server.world.simulation import SimulationState
 
 SCENE = """
 <mujoco>

@@ -12,7 +12,7 @@ import pytest
 from processes import wait_until
 
 from simx_server.limits import Limits
-from simx_server.runtime.admission.unfinished import Unfinished
+from simx_server.service.clients.admission.unfinished import Unfinished
 from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.page import gate as gate_module
 from simx_server.viewer.page.gate import Gate, is_loopback

@@ -18,7 +18,7 @@ from simx_client import Client
 from simx_client.launch.windows import screen as s
 from simx_client.launch.windows.screen import NoScreen
 from simx_client.launch.windows.viewer import Viewer
-from simx_client.protocol import windows as w
+from simx_client.protocol.add_ons import windows as w
 from simx_server.errors import CommandError
 from simx_server.viewer.windows import (
     KEPT,

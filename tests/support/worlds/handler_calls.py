@@ -13,9 +13,9 @@ import numpy as np
 
 from simx_client.protocol.commands import BY_NAME
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.background import at_once
+from simx_server.scene.cameras.image import CameraView, Picture
 from simx_server.scene.formats.loader import load_text
-from simx_server.sensors.vision.image import CameraView, Picture
+from simx_server.service.calls.background import at_once
 from simx_server.world.building import build_world
 
 

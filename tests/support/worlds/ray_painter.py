@@ -7,8 +7,8 @@ from typing import Any
 
 import mujoco
 
+from simx_server.scene.cameras.image import CameraView, Picture
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import CameraView, Picture
 
 
 class RayPainter:

@@ -19,11 +19,11 @@ from routers import free_port
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
-from simx_server.gateways.ros2.messages import BY_NAME, SERVICES
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.gateways.ros2.wire.session import Router
+from simx_server.ros2_messages import BY_NAME, SERVICES
 
 PATIENCE = 30.0
 """Seconds until something that does not come fails the test."""

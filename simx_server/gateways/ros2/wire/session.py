@@ -11,7 +11,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 from ...errors import GatewayError
 from .endpoint import Endpoint

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.cameras.image import Picture
 from simx_server.scene.formats.texts.filter_chains import Component
-from simx_server.sensors.vision.image import Picture
 
 from . import detections
 from . import image_filters as filters

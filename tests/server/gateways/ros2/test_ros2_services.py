@@ -15,8 +15,8 @@ from ros2_world import CLOCK, TRIGGER, Peer, Ros2World, attachment, ros2_world, 
 
 from simx_server.gateways.ros2.content.control import Control
 from simx_server.gateways.ros2.desk import Desk
-from simx_server.runtime.sessions import ClientSession
-from simx_server.world.simulation import SimulationState
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.simulation.simulation import SimulationState
 
 STOPPED, PLAYING, PAUSED = 0, 1, 2
 OK, UNSUPPORTED, INCORRECT_STATE, FAILED = 1, 0, 3, 4

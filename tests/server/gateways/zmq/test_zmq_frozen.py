@@ -10,7 +10,7 @@ from zmq_world import ZmqWorld, cbor2
 
 from simx_server.gateways.zmq.gateway import RETRY
 from simx_server.gateways.zmq.zmtp import GREETING, READY, framed
-from simx_server.runtime.sessions import FROZEN
+from simx_server.service.clients.sessions import FROZEN
 
 LOOKS = int(FROZEN / RETRY)
 """Looks of the gateway for which a client may be silent."""

@@ -10,7 +10,7 @@ import pytest
 from fuzz.scenes import Loader
 
 from simx_server.errors import CommandError
-from simx_server.files.references import check_references
+from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene, load_text
 

@@ -11,8 +11,8 @@ from real_world import BLOCKING, RealWorld
 from scenes_for_tests import ARM
 
 import simx_client as v
+from simx_client.calls.marshalling import Shape
 from simx_client.connection.clients import CLIENTS
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.commands import ANSWERED
 from simx_server.errors import CommandError
 from simx_server.files import workspace

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from simx_server.scene.cameras.image import Picture
 from simx_server.scene.formats.texts.filter_chains import COMPONENTS, Component, read_chain, write_chain
 from simx_server.sensors.vision.filters.chain import Chain, Processed
 from simx_server.sensors.vision.filters.image_findings import MOST_BLOBS, blobs
 from simx_server.sensors.vision.filters.work import View, Work
-from simx_server.sensors.vision.image import Picture
 
 WIDTH, HEIGHT = 8, 6
 NEAR, FAR = 0.5, 4.5
