@@ -26,7 +26,7 @@ import numpy as np
 
 from simx_server.errors import CommandError, shortened
 from simx_server.limits import Limits
-from simx_server.scene.cameras.image import CameraView, Picture, nothing
+from simx_server.scene.cameras.image import CameraImage, CameraView, nothing
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.vrep.report import Rehearsal
 from simx_server.sensors.opengl.backend import Backend
@@ -144,9 +144,9 @@ class _Blank:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         shape = view.height, view.width
-        return Picture(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32))
+        return CameraImage(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32))
 
     def rest(self) -> None: ...
 

@@ -54,7 +54,7 @@ def read_collision(world: World, collision_object: int) -> bool:
         raise NotHandledYet(
             f"collision object {collision_object} has not been handled yet; it is in each pass of a running "
             "simulation, or by its script when it is handled explicitly",
-            is_coming=world.simulation.is_before_first_pass,
+            is_coming=world.simulation.is_before_first_step,
         )
     return bool(found)
 

@@ -140,7 +140,7 @@ _CONSTANT = {
 }
 """Values that V-REP tells of itself while nothing happens in it; this server has nothing to tell there."""
 
-_PICTURE = {
+_IMAGE = {
     c.sim_arrayparam_fog: (0.5, 10.0, 0.4),
     c.sim_arrayparam_background_color1: (0.7, 0.75, 0.8),
     c.sim_arrayparam_background_color2: (0.1, 0.1, 0.15),
@@ -329,7 +329,7 @@ class Parameters(Part):
                 lambda: list(self._vision.background), self._set_background
             ),
             c.sim_arrayparam_random_euler: Parameter(self._random_euler),
-            **{number: kept(list(values)) for number, values in _PICTURE.items()},
+            **{number: kept(list(values)) for number, values in _IMAGE.items()},
         }
 
     def _is_real_time(self) -> bool:

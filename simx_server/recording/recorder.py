@@ -160,7 +160,7 @@ class Recorder(Part):
         if not is_advancing:
             self._log.put_packed(_IDLE)
             return
-        self._log.put(Kind.PASS, state.of_pass(self._world.simulation.data))
+        self._log.put(Kind.PASS, state.of_step(self._world.simulation.data))
         self._passes += 1
         if self._passes % DIGEST_EVERY == 0:
             self._log.put(Kind.STATE, False, state.digests(self._world))

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-IDLE_PASS = 0.02
+IDLE_INTERVAL = 0.02
 """Seconds between two executions of the streams while no simulation step is due."""
 
 SERVING = 0.05
@@ -89,7 +89,7 @@ class Idler(Protocol):
         ...
 
     def idle(self) -> object:
-        """Do a piece of it; called every `IDLE_PASS` seconds."""
+        """Do a piece of it; called every `IDLE_INTERVAL` seconds."""
         ...
 
 
@@ -136,7 +136,7 @@ class ServerLoop(Part):
         self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing, self.readers_while_busy)
         self._is_serving = False
         """Within `serve_others`."""
-        self._next_idle_pass = 0.0
+        self._next_idle_round = 0.0
         self._next_giving = 0.0
         """When memory may be returned to the system again."""
         self._givings = 0
@@ -341,11 +341,13 @@ class ServerLoop(Part):
 
     def are_streams_due(self) -> bool:
         """Return whether streams are to be computed now, although no simulation step is made."""
-        return time.monotonic() >= self._next_idle_pass and not self.is_running_freely and self._has_streams()
+        return (
+            time.monotonic() >= self._next_idle_round and not self.is_running_freely and self._has_streams()
+        )
 
     def seconds_until_turn(self) -> float:
         """Return the seconds until ``turn`` has something to do, if nothing arrives before."""
-        return self._seconds_until_pass()
+        return self._seconds_until_round()
 
     def wait_for_work(self, seconds: float) -> None:
         """Wait until something arrives, or the time is over; take nothing. Any thread, without a turn."""
@@ -404,7 +406,7 @@ class ServerLoop(Part):
         self._tell_dropped()
         if self._batches.are_waiting_for_step and not self.is_running_freely:
             self._batches.end_waiting_for_step()
-        wait = min(max_wait, self._seconds_until_pass())
+        wait = min(max_wait, self._seconds_until_round())
         if wait > 0:
             event = self._inbox.wait(min(wait, LINGER) if self._outbox.is_keeping else wait)
             if event is None:
@@ -422,10 +424,10 @@ class ServerLoop(Part):
             self._settle()  # after each, however many came together
         self._outbox.send()
         self._settle()
-        if self._seconds_until_pass() <= 0 and not self._batches.hold_steps:
+        if self._seconds_until_round() <= 0 and not self._batches.hold_steps:
             outer = self._busy.begin()
             try:
-                self._pass()
+                self._round()
             finally:
                 self._busy.go_back_to(outer)
 
@@ -535,7 +537,7 @@ class ServerLoop(Part):
         """Return whether simulation steps follow automatically: no client steps, and the simulation is running."""
         return self.simulation.state is SimulationState.RUNNING and not self._is_stepped()
 
-    def _seconds_until_pass(self) -> float:
+    def _seconds_until_round(self) -> float:
         if self.is_running_freely:
             if self.returning is not None and (awaited := self.returning.seconds_left()) > 0:
                 return awaited
@@ -547,7 +549,7 @@ class ServerLoop(Part):
         if self._is_advancing():
             return self._seconds_held(True)
         if self._idle_is_wanted() or self._has_streams():
-            return max(0.0, self._next_idle_pass - time.monotonic())
+            return max(0.0, self._next_idle_round - time.monotonic())
         return math.inf
 
     def _has_streams(self) -> bool:
@@ -562,7 +564,7 @@ class ServerLoop(Part):
             return False
         return self.world.scripts.want_idle or any(map(_WANTS_IDLE, self.idlers))
 
-    def _pass(self) -> None:
+    def _round(self) -> None:
         """Make one simulation step if the simulation advances; compute the streams in any case."""
         is_advancing = self._is_advancing()
         if is_advancing:
@@ -582,10 +584,10 @@ class ServerLoop(Part):
                 self._handle(partial(self.simulation.fail, problem))
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
-            self._publisher.publish(self.sessions.values(), after_pass=True, is_bounded=self.may_cut_batches)
+            self._publisher.publish(self.sessions.values(), after_step=True, is_bounded=self.may_cut_batches)
             for session in self.sessions.values():
                 # Values read after a trigger are of the new state, including streamed images.
-                session.release_triggers(after=session.streams.pictures_on_the_way())
+                session.release_triggers(after=session.streams.images_on_the_way())
                 session.paced.step_made()
             self._batches.end_waiting_for_step()
         else:
@@ -593,11 +595,11 @@ class ServerLoop(Part):
                 self._handle(self.world.idle)
                 for idler in self.idlers:
                     self._handle(idler.idle)
-            self._publisher.publish(self.sessions.values(), after_pass=False, is_bounded=self.may_cut_batches)
+            self._publisher.publish(self.sessions.values(), after_step=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
-        self._batches.count_pass()
-        self._next_idle_pass = time.monotonic() + IDLE_PASS
+        self._batches.count_round()
+        self._next_idle_round = time.monotonic() + IDLE_INTERVAL
 
     def script_stopped(self, problem: str) -> None:
         """Report an error of a script, or of a simulation step, to every client: no single call has caused it."""

@@ -207,7 +207,7 @@ def _ros_domain(text: str) -> int | str:
     return FROM_ENVIRONMENT if text == FROM_ENVIRONMENT else int(between(0, LAST_ROS_DOMAIN).parse(text))
 
 
-def _picture_size(text: str) -> tuple[int, int]:
+def _image_size(text: str) -> tuple[int, int]:
     width, height = map(_side, text.lower().split("x"))
     return width, height
 
@@ -259,4 +259,4 @@ ROS_ROUTER = matching(
     "PROTOCOL/ADDRESS of a router, self for 127.0.0.1:7447 of this server, or self=PROTOCOL/ADDRESS",
     "ENDPOINT",
 )
-PICTURE_SIZE = Rule(f"WIDTHxHEIGHT, each from 16 to {LARGEST_SIDE}, such as 1280x720", _picture_size, "WxH")
+IMAGE_SIZE = Rule(f"WIDTHxHEIGHT, each from 16 to {LARGEST_SIDE}, such as 1280x720", _image_size, "WxH")

@@ -246,7 +246,7 @@ class Settings:
     size: tuple[int, int] | None = _setting(
         None,
         "pixels of what is pictured",
-        rules.PICTURE_SIZE,
+        rules.IMAGE_SIZE,
         unset="the vision sensor's, else 1280x720",
         is_told_elsewhere=True,
     )

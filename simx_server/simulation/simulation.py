@@ -222,7 +222,7 @@ class Simulation:
         return self.state != SimulationState.STOPPED
 
     @property
-    def is_before_first_pass(self) -> bool:
+    def is_before_first_step(self) -> bool:
         """Return whether the simulation is started and nothing has been computed yet."""
         return self.is_running and self.step_count == 0
 
@@ -422,7 +422,7 @@ class Simulation:
         what, _, advice = text.partition("; ")
         problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
         logger.error("%s", problem)
-        is_first = self.is_before_first_pass
+        is_first = self.is_before_first_step
         self.fail(f"{problem}; {advice}" if advice else problem)
         if is_first and isinstance(error, TooSlow):
             self._too_slow = self.version, self.model_version, text

@@ -53,7 +53,7 @@ from .messages import (
     ADD_ON,
     FILES,
     LOOK,
-    ONE_PASS,
+    ONE_STEP,
     OWN_NAME,
     PAST,
     READS,
@@ -118,7 +118,7 @@ class Feed(Part):
             {
                 LOOK: (2, 0, self._look),
                 SURVEY: (2, 0, self._survey),
-                ONE_PASS: (0, 0, self._one_pass),
+                ONE_STEP: (0, 0, self._one_step),
                 SPEED: (0, 1, self._set_speed),
                 PAST: (3, 0, self._past),
                 SENSING: (0, 0, lambda: sensing(self._world)),
@@ -369,7 +369,7 @@ class Feed(Part):
 
     # --- one step --------------------------------------------------------------------------------
 
-    def _one_pass(self) -> None:
+    def _one_step(self) -> None:
         sim = self._sim
         if sim.state is SimulationState.RUNNING:
             if self._loop.is_waiting_for_trigger:

@@ -243,7 +243,7 @@ class Model:
     def turn(self) -> None:
         """Everything that has arrived is executed, then every stream once."""
         self._execute()
-        self._pass()
+        self._round()
 
     def _execute(self) -> None:
         server = self.server
@@ -258,7 +258,7 @@ class Model:
                 if sent.kind == "stream" and not (sent.question.ends_with_hit and result[0] == OK):
                     server.streams[sent.number] = sent.question
 
-    def _pass(self) -> None:
+    def _round(self) -> None:
         server = self.server
         snapshot: dict[int, tuple[Question, Result]] = {}
         for number, question in list(server.streams.items()):

@@ -35,7 +35,7 @@ class _Zenoh:
     def publish(self, payload: bytes) -> None:
         """Do nothing."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing."""
 
     def close(self) -> None:

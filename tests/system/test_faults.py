@@ -193,7 +193,7 @@ def test_what_is_ready_for_a_client_that_has_gone_is_dropped_without_a_word(tran
     link.deliver(b"an answer")
     link.publish(b"values")
     transport.close()
-    link.publish_picture(1, b"a picture")
+    link.publish_image(1, b"a picture")
     assert not caplog.records
 
 

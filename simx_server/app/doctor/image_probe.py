@@ -14,7 +14,7 @@ from simx_server.sensors.opengl.mujoco_import import import_mujoco
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
-PATIENCE = 100.0
+TIMEOUT = 100.0
 """Time-out in seconds for one image."""
 
 
@@ -48,12 +48,12 @@ def _look(scene: str | None) -> dict[str, Any]:
             return {"scene": simulation.scene.name, "sensor": None}
         handle = sensors[0]
         _look_at_all(world, handle)
-        (width, height), pixels = world.vision.image(handle, as_grey=False).result(PATIENCE)
-        _, depths = world.vision.depth(handle).result(PATIENCE)
+        (width, height), pixels = world.vision.image(handle, as_grey=False).result(TIMEOUT)
+        _, depths = world.vision.depth(handle).result(TIMEOUT)
         simulation.start()
         world.step()
         began = time.perf_counter()
-        world.vision.image(handle, as_grey=False).result(PATIENCE)
+        world.vision.image(handle, as_grey=False).result(TIMEOUT)
         took = time.perf_counter() - began
         backend = world.rendering.backend
         colours = np.frombuffer(pixels, np.uint8).reshape(-1, 3)

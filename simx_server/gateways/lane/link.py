@@ -104,7 +104,7 @@ class LocalLink:
                     return
             self._memories[VALUES].write(payload)
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         with self._lock:
             if self.is_closed:
                 return
@@ -117,7 +117,7 @@ class LocalLink:
                     return
             except OSError as problem:
                 logger.debug("an image for client %s travels over Zenoh: %s", self._client, problem)
-        self._zenoh.publish_picture(stream_id, payload)
+        self._zenoh.publish_image(stream_id, payload)
 
     def close(self) -> None:
         """Close the socket, also for a thread that sends. Idempotent. Physics thread."""

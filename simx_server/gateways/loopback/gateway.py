@@ -110,7 +110,7 @@ class LoopbackTransport:
     def publish(self, payload: bytes) -> None:
         self._stream.append(payload)
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         self._pictures[stream_id] = payload
 
     def close(self) -> None:

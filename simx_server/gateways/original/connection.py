@@ -324,7 +324,7 @@ class Connection:
         with self._lock:
             self._stream = payload
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Keep the newest image of a stream."""
         with self._lock:
             self._pictures[stream_id] = payload

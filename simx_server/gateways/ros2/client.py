@@ -122,7 +122,7 @@ class Ros2Client:
     def publish(self, payload: bytes) -> None:
         """Do nothing: streams of the remote API are not used."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing: streams of the remote API are not used."""
 
     def close(self) -> None:

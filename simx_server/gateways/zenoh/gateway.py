@@ -428,7 +428,7 @@ class ZenohLink:
     def publish(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         key = keys.picture(self._realm, self._client, stream_id)
         self._put(self._session.put, key, payload, congestion_control=self._drop)
 

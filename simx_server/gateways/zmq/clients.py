@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
-from simx_server.scripting.interpreter import PATIENCE
+from simx_server.scripting.interpreter import TIMEOUT
 from simx_server.scripting.script import Script, ScriptKind
 from simx_server.service.clients.admission.places import Entrance
 from simx_server.service.clients.sessions import ClientSession
@@ -92,7 +92,7 @@ class _Link:
     def publish(self, payload: bytes) -> None:
         """Do nothing: the protocol has no streams."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing: the protocol has no streams."""
 
     def close(self) -> None:
@@ -252,7 +252,7 @@ class ZmqClients(Part):
                 connection.has_answered()
                 return queue.popleft() or f"the client has left within its function {name}"
             began = time.perf_counter()
-            self.loop.sockets.poll(PATIENCE)
+            self.loop.sockets.poll(TIMEOUT)
             connection.has_waited(time.perf_counter() - began)
             if not queue and not simulation.physics_calls.is_in_step:
                 simulation.interruptions.serve_others()

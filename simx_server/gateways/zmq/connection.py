@@ -86,7 +86,7 @@ class Connection:
         self._until = 0.0
         """When the functions of the client have taken too long."""
 
-        self._patience = 0.0
+        self._timeout = 0.0
         """Seconds that are left for the client itself."""
 
         self._is_broken = False
@@ -193,7 +193,7 @@ class Connection:
         outer, client.acting = client.acting, self
         outer_work = loop.begin_work(client.key, name)
         began = time.perf_counter()
-        self._until, self._patience = began + LONGEST, SILENCE
+        self._until, self._timeout = began + LONGEST, SILENCE
         try:
             return action()
         finally:
@@ -302,15 +302,15 @@ class Connection:
 
     def is_late(self) -> bool:
         """Return whether the functions of the client have taken too long."""
-        return self._patience <= 0 or time.perf_counter() > self._until
+        return self._timeout <= 0 or time.perf_counter() > self._until
 
     def has_waited(self, seconds: float) -> None:
         """Count time for which the server has waited for the client."""
-        self._patience -= seconds
+        self._timeout -= seconds
 
     def has_answered(self) -> None:
         """Count a message of the client."""
-        self._patience = min(SILENCE, self._patience + QUICK)
+        self._timeout = min(SILENCE, self._timeout + QUICK)
 
     def broken(self, reason: str) -> ScriptError:
         """Return the error that ends the present call; its answer is not sent."""

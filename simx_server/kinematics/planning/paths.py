@@ -25,7 +25,7 @@ from .space import Line, Space
 
 Check = Callable[[Array], bool]
 
-_PATIENCE = 0.005
+_TIMEOUT = 0.005
 """Seconds of planning between two questions whether it may go on."""
 
 _LEAST = 400
@@ -162,7 +162,7 @@ class Planner:
         if now > self._ask_next and self._may_go_on is not None:
             if not self._may_go_on():
                 raise _TimeIsUpError
-            self._ask_next = time.monotonic() + _PATIENCE
+            self._ask_next = time.monotonic() + _TIMEOUT
         return self._check(state)
 
     def _connect(self, trees: tuple[_Tree, _Tree]) -> list[Array]:

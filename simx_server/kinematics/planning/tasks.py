@@ -110,7 +110,7 @@ class Task:
 
 _FLAT_POSES = (SpaceKind.POSE2D, SpaceKind.DUBINS)
 
-_EFFORT, _PATIENCE = 3000, 10.0
+_EFFORT, _TIMEOUT = 3000, 10.0
 """Number of checks for shortening a path, which takes about 1 s for a UR5, and maximum seconds on any machine."""
 
 MARGIN = 0.004
@@ -192,7 +192,7 @@ class Solving:
         """Shorten the path, for at most `seconds` of wall time; None: with the same effort on every machine."""
         if len(self._task.path) > 2:
             path = [np.array(state) for state in self._task.path]
-            limits = (_PATIENCE, _EFFORT) if seconds is None else (seconds, None)
+            limits = (_TIMEOUT, _EFFORT) if seconds is None else (seconds, None)
             shorter = self._planner().shorten(path, *limits)
             self._task.path = [state.tolist() for state in shorter]
 

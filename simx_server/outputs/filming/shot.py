@@ -183,7 +183,7 @@ class Shot:
             raise CommandError(f"the scene's overview cannot be pictured: {problem}") from None
 
 
-def first_picture(shot: Shot) -> Pixels:
+def first_image(shot: Shot) -> Pixels:
     """Wait for an image, and for the choice of the renderer.
 
     Raises:

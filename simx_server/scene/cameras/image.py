@@ -146,7 +146,7 @@ class CameraView:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class CameraImage:
     """Pixels of one view at one instant, read-only because several callers may share them.
 
     `rgb`: (height, width, 3) uint8, C-contiguous. `depth`: (height, width) float32, linear along the view axis, 0
@@ -186,7 +186,7 @@ class Renderer(Protocol):
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         """Return an image; `let_in` is called between its parts, and may render other images of the same model."""
         ...
 

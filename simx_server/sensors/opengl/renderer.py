@@ -29,8 +29,8 @@ from simx_server.scene.cameras.image import (
     DEPTH_OFFSET,
     NO_CODE,
     PART,
+    CameraImage,
     CameraView,
-    Picture,
     RenderError,
     nothing,
 )
@@ -115,7 +115,7 @@ class OpenGLRenderer:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         """Return the image of `view` in the state `data` (forward kinematics done), with the requested channels.
 
         Args:
@@ -145,8 +145,8 @@ class OpenGLRenderer:
             background = np.array(view.background_bytes(), np.uint8)
             colours.view("V3")[..., 0][nearness == 0.0] = background.view("V3")
         if not depth or nearness is None:
-            return Picture(colours, None)
-        return Picture(colours, _linear_depth(nearness, view))
+            return CameraImage(colours, None)
+        return CameraImage(colours, _linear_depth(nearness, view))
 
     def _render_rows(
         self,

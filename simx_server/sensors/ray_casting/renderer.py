@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.cameras.image import CameraView, Picture, nothing
+from simx_server.scene.cameras.image import CameraImage, CameraView, nothing
 from simx_server.scene.cameras.visibility import OPAQUE_ALPHA
 
 from .rays import Rays, Seeing
@@ -41,7 +41,7 @@ class RaycastRenderer:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         """Return the image of `view` in the state `data` (forward kinematics done), with the requested channels.
 
         Args:
@@ -78,7 +78,7 @@ class RaycastRenderer:
             if depths is not None:
                 linear = (distance - view.near) / (view.far - view.near)
                 depths[rows] = linear.reshape(-1, view.width)
-        return Picture(colours, depths)
+        return CameraImage(colours, depths)
 
     def rest(self) -> None:
         """Do nothing: no memory is held between two images."""

@@ -116,12 +116,12 @@ class Publisher:
         session.streams.arm(stream)
 
     def publish(
-        self, sessions: Iterable[ClientSession], *, after_pass: bool, is_bounded: bool = True
+        self, sessions: Iterable[ClientSession], *, after_step: bool, is_bounded: bool = True
     ) -> None:
         """Compute and send every stream that is due; one that fails ends those of its client.
 
         Args:
-            after_pass: the simulation has just made a simulation step.
+            after_step: the simulation has just made a simulation step.
             is_bounded: stop when the time is over. False for a recording, which must not depend on the clock.
         """
         answers = StepAnswers()
@@ -134,7 +134,7 @@ class Publisher:
                 waiting.rotate(-1)
         self._next_client = ""
         for position, session in enumerate(waiting):
-            is_stepped = after_pass and session.is_stepping
+            is_stepped = after_step and session.is_stepping
             if position and not is_stepped and time.perf_counter() >= until:
                 self._next_client = self._next_client or session.client
                 continue
@@ -284,4 +284,4 @@ class Publisher:
     ) -> None:
         status, values = done.result()
         message = self._messages.pack(session, [Reply(stream_id, status, time_ms, values)])
-        session.link.publish_picture(stream_id, message)
+        session.link.publish_image(stream_id, message)

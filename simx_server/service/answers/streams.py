@@ -153,7 +153,7 @@ class Streams:
             self.single[stream.stream_id] = stream
         self._shares = None
 
-    def pictures_on_the_way(self) -> list[Future[Any]]:
+    def images_on_the_way(self) -> list[Future[Any]]:
         """Return the images that are requested and not rendered yet."""
         pending = (stream.pending for stream in self.single.values())
         return [picture for picture in pending if picture is not None and not picture.done()]

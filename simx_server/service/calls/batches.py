@@ -48,7 +48,7 @@ MOST_REFUSALS = 1_000_000
 """Most calls to answer of a message that exceeds a limit."""
 
 
-MOST_PASSES = 2
+MOST_ROUNDS = 2
 """Passes of the server loop, mostly simulation steps, that a paced call waits for images: at least one whole step."""
 
 SLICE = 0.002
@@ -157,7 +157,7 @@ class Batches:
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
         self._waiting_for_images.pop(session.client, None)
-        has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call or batch.passes_left)
+        has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call or batch.rounds_left)
         rest, replies = batch.rest, batch.replies
         if batch.problem:
             call, *rest = rest
@@ -185,12 +185,12 @@ class Batches:
                 self._loop.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
 
-    def count_pass(self) -> None:
+    def count_round(self) -> None:
         """Continue paced calls that have waited long enough for images."""
         for client, batch in list(self._waiting_for_images.items()):
-            batch.passes_left -= 1
-            if not batch.passes_left:
-                batch.passes_left = MOST_PASSES
+            batch.rounds_left -= 1
+            if not batch.rounds_left:
+                batch.rounds_left = MOST_ROUNDS
                 del self._waiting_for_images[client]
                 if session := self._loop.sessions.get(client):
                     self._loop.post_for(client, partial(self._go_on, session, batch, None))
@@ -413,7 +413,7 @@ class Batches:
 
         It never continues at once, so that a replay, which makes no images, finds it here too.
         """
-        batch.passes_left = MOST_PASSES
+        batch.rounds_left = MOST_ROUNDS
         session.interrupted = self._waiting_for_images[session.client] = batch
         images = list(session.paced.images)
         session.paced.images.clear()

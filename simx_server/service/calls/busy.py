@@ -25,10 +25,10 @@ from simx_server.service.queue.inbox import Inbox
 
 logger = logging.getLogger(__name__)
 
-PATIENCE = 0.6
+TIMEOUT = 0.6
 """Seconds that a blocking call waits for the work of another client."""
 
-STEP_PATIENCE = 3.0
+STEP_TIMEOUT = 3.0
 """Seconds that the only client waits for a simulation step. The default time-out of a call is five. With several
 clients, one of them may have made the step slow; then the others wait no longer than for an edit.
 """
@@ -110,7 +110,7 @@ class BusyDesk:
     def describe(self) -> str:
         """Describe the work that keeps the server busy for longer than a call waits, and its client; empty for none."""
         work, doing = self._work, self._doing()
-        if work is None or (busy := time.monotonic() - work.since) < PATIENCE:
+        if work is None or (busy := time.monotonic() - work.since) < TIMEOUT:
             return ""
         return f"{self._named(doing)} takes {busy:.1f} s so far; blocking calls of others are refused"
 
@@ -132,7 +132,7 @@ class BusyDesk:
         work, doing = self._work, self._doing()
         if work is None:
             return
-        patience = PATIENCE if doing.client or len(self._sessions) > 1 else STEP_PATIENCE
+        timeout = TIMEOUT if doing.client or len(self._sessions) > 1 else STEP_TIMEOUT
         busy = time.monotonic() - work.since
         if busy >= _LOOK:
             for read in self._readers:  # now, as calls wait from the moment at which they are read
@@ -140,7 +140,7 @@ class BusyDesk:
         if busy < LONG:
             return
         # The client that keeps the server busy waits for the result; its other calls come after that.
-        for arrival in self._inbox.take_overdue(patience, doing.client, lambda: self._work is work):
+        for arrival in self._inbox.take_overdue(timeout, doing.client, lambda: self._work is work):
             session = self._sessions.get(arrival.client)
             if session is not None:
                 self._tell(work)

@@ -46,7 +46,7 @@ class Link(Protocol):
         """Send the newest values of all small streams; a slow client may miss some."""
         ...
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Send the newest image of one stream; a slow client may miss some."""
         ...
 
@@ -102,7 +102,7 @@ class Interrupted:
     call: Unfinished | None = None
     """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
 
-    passes_left: int = 0
+    rounds_left: int = 0
     """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
     passes of the server loop."""
 

@@ -98,17 +98,17 @@ class Sample(NamedTuple):
     simulated: float
     calls: int
     failed: int
-    pass_times: list[int]
+    step_times: list[int]
     command_times: dict[str, list[int]]
-    picture_times: dict[str, list[int]]
+    image_times: dict[str, list[int]]
     client_calls: dict[str, int]
     warnings: int
     errors: int
-    pictures_failed: int
+    images_failed: int
     lost: float
 
 
-class PictureTimes:
+class ImageTimes:
     """How long images took, by camera. The render thread adds."""
 
     def __init__(self) -> None:
@@ -182,7 +182,7 @@ class Metrics:
         self.simulated = 0.0
         """Seconds."""
 
-        self.pass_times = Histogram()
+        self.step_times = Histogram()
         self.calls = 0
         self.client_calls: dict[str, int] = {}
         """By client, for those that are connected."""
@@ -203,7 +203,7 @@ class Metrics:
         self._failing = threading.Lock()
         """For `failed` alone, which the render thread uses too."""
 
-        self.pictures = PictureTimes()
+        self.pictures = ImageTimes()
         """Those of the simulation's render thread, when it has one."""
 
         self.log = LogCount()
@@ -251,7 +251,7 @@ class Metrics:
         """
         self.passes += 1
         self.simulated += time_step
-        self.pass_times.add(seconds)
+        self.step_times.add(seconds)
 
     def tick(self) -> None:
         """Take a sample when one is due. Call this at least once per second."""
@@ -281,7 +281,7 @@ class Metrics:
             self.simulated,
             self.calls,
             failed,
-            list(self.pass_times.counts),
+            list(self.step_times.counts),
             _copies(self.command_times),
             _copies(self.pictures.by_camera),
             dict(self.client_calls),

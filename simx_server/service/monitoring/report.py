@@ -18,11 +18,11 @@ from simx_client.protocol.reports import (
     Command,
     DepartedClient,
     Health,
+    Images,
     Metrics,
-    Passes,
     Percentiles,
-    Pictures,
     Process,
+    Steps,
     Timing,
 )
 from simx_server import __version__
@@ -87,14 +87,14 @@ def _problems(loop: ServerLoop) -> list[str]:
             f"the simulation cannot keep up with speed {counted.pacer.speed:g}: "
             f"{lost:.2f} s of the last {window} are lost"
         )
-    if failed := now.pictures_failed - before.pictures_failed:
+    if failed := now.images_failed - before.images_failed:
         found.append(f"{failed} pictures of the last {window} failed: {counted.pictures.last_error}")
     if errors := now.errors - before.errors:
         found.append(f"{errors} errors were logged in the last {window}: {counted.log.last_error}")
     return found
 
 
-def _passes(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Passes:
+def _passes(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Steps:
     counted = loop.metrics
     speed = counted.pacer.speed
     return {
@@ -105,7 +105,7 @@ def _passes(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Pas
         "speed": speed if speed < float("inf") else None,
         "time_step": loop.simulation.time_step,
         "lost": now.lost,
-        "times": _timing(counted.pass_times, before.pass_times, window),
+        "times": _timing(counted.step_times, before.step_times, window),
     }
 
 
@@ -178,7 +178,7 @@ def _departed(loop: ServerLoop, departed: Departed) -> DepartedClient:
     }
 
 
-def _pictures(loop: ServerLoop, before: Sample, window: float) -> Pictures:
+def _pictures(loop: ServerLoop, before: Sample, window: float) -> Images:
     pictures = loop.metrics.pictures
     rendering: RenderThread | None = loop.world.rendering
     backend = rendering.backend if rendering else None
@@ -188,7 +188,7 @@ def _pictures(loop: ServerLoop, before: Sample, window: float) -> Pictures:
         "failed": pictures.failed,
         "last_error": pictures.last_error,
         "cameras": {
-            name: _timings(pictures.by_camera, name, before.picture_times, window)
+            name: _timings(pictures.by_camera, name, before.image_times, window)
             for name in sorted(pictures.by_camera.copy())
         },
     }

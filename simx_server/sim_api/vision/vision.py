@@ -62,7 +62,7 @@ class VisionFunctions(ApiPart):
                 if settings.picture is None:
                     self._world.vision.change(handle)  # a new image is rendered on request
                 elif (
-                    settings.picture_pass <= self._sim.step_count
+                    settings.image_step <= self._sim.step_count
                 ):  # else a script has already processed the image of this simulation step
                     self._world.vision.handle(handle)
             elif sensor == c.sim_handle_all:
@@ -105,7 +105,7 @@ class VisionFunctions(ApiPart):
         sim.handle_all.
         """
         handle = self._vision_sensor(sensor)
-        made = wait_for(self._sim, self._world.vision.picture_of(handle, entity))
+        made = wait_for(self._sim, self._world.vision.image_of(handle, entity))
         found = made.rgb / np.float64(255) if wants_image and made.rgb is not None else made.depth
         assert found is not None
         return _as_table(found)

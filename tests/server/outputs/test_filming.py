@@ -31,7 +31,7 @@ from simx_server.errors import CommandError
 from simx_server.outputs.filming import Film, Shot, film
 from simx_server.outputs.filming import shot as shot_module
 from simx_server.outputs.filming.film_file import FilmWriter
-from simx_server.outputs.filming.shot import first_picture
+from simx_server.outputs.filming.shot import first_image
 from simx_server.outputs.packages import NewFile, OutputError
 from simx_server.settings.settings import SettingError, Settings
 
@@ -162,7 +162,7 @@ def test_picture_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> No
     slow: Any = Slow()
     slow.is_slow = True
     with pytest.raises(CommandError, match="no picture of slow came within 0 s; simx-server --doctor tells"):
-        first_picture(slow)
+        first_image(slow)
 
 
 def test_depth_sensor_gives_the_picture_of_the_remote_api(scene: Path, place: RealWorld) -> None:

@@ -25,7 +25,7 @@ from simx_server.errors import CommandError
 from simx_server.outputs.filming import Shot
 from simx_server.outputs.packages import NewFile, OutputError
 from simx_server.outputs.state_log import StateLog, state_log
-from simx_server.outputs.state_log.images import Pictures
+from simx_server.outputs.state_log.images import Images
 from simx_server.outputs.state_log.mcap_file import McapWriter
 from simx_server.outputs.state_log.poses import Places
 from simx_server.scene.editing.renaming import rename
@@ -312,7 +312,7 @@ def test_pictures_that_fail_are_counted_and_told_once(path: Path, caplog: pytest
 
     shot: Any = Failing()
     writer = McapWriter(path)
-    pictures = Pictures(shot, 10.0, writer)
+    pictures = Images(shot, 10.0, writer)
     for number in range(3):
         pictures.take(number / 10, number)
     pictures.finish()

@@ -27,7 +27,7 @@ from simx_server.recording.records import Kind, Record
 from simx_server.settings.settings import Settings
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.messages import ADD_ON, LOOK, ONE_PASS, SPEED, SURVEY
+from simx_server.viewer.messages import ADD_ON, LOOK, ONE_STEP, SPEED, SURVEY
 
 
 @pytest.fixture
@@ -83,7 +83,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
         for count in range(20):
             v.simxSetJointPosition(client, hinge, 0.1 * count, BLOCKING)
             ask(LOOK, -1, -1)
-            ask(ONE_PASS)
+            ask(ONE_STEP)
             v.simxGetPingTime(client)  # that pass is made
             ask(SURVEY, -1, -1)
             ask(SPEED, floats=(2.0 + count,))

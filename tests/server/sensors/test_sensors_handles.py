@@ -14,7 +14,7 @@ from sim_api_calls import ScriptWorld
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.scene.cameras.image import NO_CODE, CameraView, Picture
+from simx_server.scene.cameras.image import NO_CODE, CameraImage, CameraView
 
 __all__ = ["make_renderer", "opengl_name"]
 
@@ -27,7 +27,7 @@ CODES = (3, 258, 0x030201, 9, 10, 70000)
 """Of the geoms red, green, wall, collision shape, invisible, pane: all three bytes are used."""
 
 
-def codes_of(picture: Picture) -> np.ndarray:
+def codes_of(picture: CameraImage) -> np.ndarray:
     assert picture.rgb is not None
     return picture.rgb.astype(int) @ (1, 256, 65536)
 

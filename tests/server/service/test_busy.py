@@ -24,7 +24,7 @@ from simx_server.service.monitoring import report
 from simx_server.service.queue.box import Arrival
 from simx_server.service.queue.inbox import Inbox
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 """Seconds that only a hang takes."""
 
 BLOCKING, ONESHOT = vrep.simx_opmode_blocking, vrep.simx_opmode_oneshot
@@ -40,7 +40,7 @@ class LongCompile:
 
     def __call__(self, spec: mujoco.MjSpec, level: int) -> mujoco.MjModel:
         self.begun.set()
-        assert self.go_on.wait(PATIENCE)
+        assert self.go_on.wait(TIMEOUT)
         return self._compile(spec, level)
 
 
@@ -54,7 +54,7 @@ class World(RealWorld):
 
     def client(self) -> int:
         transport = LoopbackTransport(self.loop, port=19997, turns=False)
-        connection = Connection(lambda: transport, where=transport.client, timeout=PATIENCE)
+        connection = Connection(lambda: transport, where=transport.client, timeout=TIMEOUT)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         assert vrep.simxGetPingTime(client_id)[0] == vrep.simx_return_ok  # its hello has been heard
@@ -63,13 +63,13 @@ class World(RealWorld):
     def close(self) -> None:
         vrep.simxFinish(-1)
         self.loop.end()
-        self._thread.join(PATIENCE)
+        self._thread.join(TIMEOUT)
         super().close()
 
 
 @pytest.fixture
 def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
-    monkeypatch.setattr(busy, "PATIENCE", 0.05)
+    monkeypatch.setattr(busy, "TIMEOUT", 0.05)
     monkeypatch.setattr(busy, "_LOOK", 0.01)
     world = World()
     try:
@@ -87,14 +87,14 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
     edit = threading.Thread(target=lambda: made.append(vrep.simxCreateDummy(editor, 0.1, None, BLOCKING)))
     edit.start()
     try:
-        assert compiling.begun.wait(PATIENCE)
+        assert compiling.begun.wait(TIMEOUT)
         vrep.simxSetIntegerSignal(other, "kept", 7, ONESHOT)
         assert vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING) == vrep.simx_return_remote_error_flag
         code, texts = vrep.simxGetLastErrors(other, BLOCKING)
         problems = report.health(world.loop, "realm")["problems"]
     finally:
         compiling.go_on.set()
-        edit.join(PATIENCE)
+        edit.join(TIMEOUT)
     assert code == vrep.simx_return_ok
     assert len(texts) == 1
     assert "simxSetIntegerSignal: the server is busy with simxCreateDummy of another client" in texts[0]
@@ -115,18 +115,18 @@ def test_a_short_edit_refuses_nobody(world: World) -> None:
 def test_one_of_several_clients_waits_for_no_longer_physics_step_than_for_an_edit(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(busy, "STEP_PATIENCE", 1000.0)
+    monkeypatch.setattr(busy, "STEP_TIMEOUT", 1000.0)
     starter, other = world.client(), world.client()
     begun, go_on = threading.Event(), threading.Event()
 
     def long_step() -> None:
         begun.set()
-        assert go_on.wait(PATIENCE)
+        assert go_on.wait(TIMEOUT)
 
     observe(world.simulation, step_finished=long_step)
     try:
         assert vrep.simxStartSimulation(starter, BLOCKING) == vrep.simx_return_ok
-        assert begun.wait(PATIENCE)
+        assert begun.wait(TIMEOUT)
         code = vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING)
         _, texts = vrep.simxGetLastErrors(other, BLOCKING)
     finally:
@@ -204,10 +204,10 @@ def test_calls_that_only_a_socket_holds_are_refused_too(
     compiling = LongCompile(monkeypatch)
     thread = threading.Thread(target=vrep.simxCreateDummy, args=(one, 0.1, None, BLOCKING))
     thread.start()
-    assert compiling.begun.wait(PATIENCE)
+    assert compiling.begun.wait(TIMEOUT)
     code = vrep.simxGetObjectHandle(other, "base", BLOCKING)[0]
     compiling.go_on.set()
-    thread.join(PATIENCE)
+    thread.join(TIMEOUT)
     assert code == vrep.simx_return_remote_error_flag, (
         "it was read and refused, not left until the compile was done"
     )

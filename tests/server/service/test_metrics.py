@@ -21,7 +21,7 @@ import simx_client as v
 from simx_client.protocol.codec import CodecError, encode
 from simx_client.protocol.messages import Batch, Call
 from simx_client.protocol.reports import decode_health, decode_metrics, encode_report
-from simx_server.scene.cameras.image import CameraView, Picture, Renderer, RenderError
+from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, RenderError
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.clock import Pacer
@@ -32,8 +32,8 @@ from simx_server.service.monitoring.metrics import (
     OTHERS,
     UNKNOWN,
     Histogram,
+    ImageTimes,
     Metrics,
-    PictureTimes,
     percentiles,
 )
 
@@ -155,7 +155,7 @@ def test_names_that_are_no_commands_share_one_place() -> None:
 
 
 def test_cameras_are_not_counted_without_end() -> None:
-    times = PictureTimes()
+    times = ImageTimes()
     for number in range(MAX_CAMERAS + 10):
         times.made(f"camera {number}", 0.001)
     assert len(times.by_camera) == MAX_CAMERAS + 1
@@ -258,11 +258,11 @@ class OneGoodPicture:
     def __init__(self) -> None:
         self.made = 0
 
-    def render(self, data: Any, view: CameraView, rgb: bool, depth: bool, _let_in: Any) -> Picture:
+    def render(self, data: Any, view: CameraView, rgb: bool, depth: bool, _let_in: Any) -> CameraImage:
         self.made += 1
         if self.made > 1:
             raise RuntimeError("the driver is gone")
-        return Picture(rgb=np.zeros((view.height, view.width, 3), np.uint8), depth=None)
+        return CameraImage(rgb=np.zeros((view.height, view.width, 3), np.uint8), depth=None)
 
     def rest(self) -> None: ...
 

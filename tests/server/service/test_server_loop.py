@@ -236,7 +236,7 @@ def test_streams_that_take_too_long_come_after_the_next_passes(world, monkeypatc
     (session,) = world.loop.sessions.values()
     before = [share.round for share in session.streams.shares()]
     for expected in (1, 2, 3):
-        world.loop._publisher.publish([session], after_pass=True)
+        world.loop._publisher.publish([session], after_step=True)
         rounds = [share.round for share in session.streams.shares()]
         assert sum(now > then for now, then in zip(rounds, before, strict=True)) == expected
     assert len(set(rounds)) == 3
@@ -254,7 +254,7 @@ def test_values_are_of_one_instant_however_long_other_programs_had_the_processor
         perf_counter=lambda: float(next(seconds)), thread_time=lambda: 0.0, monotonic=time.monotonic
     )
     monkeypatch.setattr(publishing, "time", clocks)
-    world.loop._publisher.publish([session], after_pass=True)
+    world.loop._publisher.publish([session], after_step=True)
     after = [share.round for share in session.streams.shares()]
     assert all(now > then for now, then in zip(after, before, strict=True))
     assert not session.streams.is_cut
@@ -277,7 +277,7 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world,
         ),
     )
     for _ in range(6):
-        world.loop._publisher.publish(world.loop.sessions.values(), after_pass=True)
+        world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
     assert sent == [*world.loop.sessions] * 2
 
 
@@ -310,7 +310,7 @@ def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
         publish(*arguments, **more)
 
     monkeypatch.setattr(world.loop._publisher, "_publish_client", come)
-    world.loop._publisher.publish(world.loop.sessions.values(), after_pass=True)
+    world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
     assert len(world.loop.sessions) == 2
 
 
@@ -352,7 +352,7 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
     def values_after(seconds):
         clock[0] += seconds
         told.clear()
-        world.loop._publisher.publish(world.loop.sessions.values(), after_pass=True)
+        world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
         return [reply.values for payload in told for reply in decode_delivery(payload).replies]
 
     world.settle()

@@ -27,9 +27,9 @@ BALLS = 50
 """Each is streamed as a joint's position and as a body's: a hundred values."""
 
 CLIENTS = 8
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
-PICTURE_SIZE = (320, 240)
+IMAGE_SIZE = (320, 240)
 MEGABYTES_A_CLIENT_MAY_LEAVE = 25.0
 """What the system and Zenoh hold for one client, the 16 MB for pictures in it. Ten seconds of values are more."""
 
@@ -57,7 +57,7 @@ class Instant(NamedTuple):
 @pytest.fixture(scope="module")
 def simulator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
     scene = tmp_path_factory.mktemp("scene") / "rain.xml"
-    width, height = PICTURE_SIZE
+    width, height = IMAGE_SIZE
     camera = f'<camera name="eye" pos="0 -5 0" xyaxes="1 0 0 0 0 1" resolution="{width} {height}"/>'
     balls = "".join(map(_BALL.format, range(BALLS)))
     scene.write_text(
@@ -99,7 +99,7 @@ def arm(client: int, joints: list[int], balls: list[int]) -> None:
         v.simxGetJointPosition(client, joint, STREAMING)
     for ball in balls:
         v.simxGetObjectPosition(client, ball, -1, STREAMING)
-    assert wait_until(lambda: v.simxGetObjectPosition(client, balls[-1], -1, BUFFER)[0] == 0, PATIENCE)
+    assert wait_until(lambda: v.simxGetObjectPosition(client, balls[-1], -1, BUFFER)[0] == 0, TIMEOUT)
 
 
 def look(client: int, joints: list[int], balls: list[int]) -> Instant:
@@ -142,7 +142,7 @@ def test_no_client_of_eight_ever_sees_two_instants_in_one_pause(simulator: Serve
             assert not instant.is_mixed
             seen[client].update(instant.times)
 
-    assert wait_until(lambda: min(map(len, seen.values())) >= 200, PATIENCE, turn=look_once)
+    assert wait_until(lambda: min(map(len, seen.values())) >= 200, TIMEOUT, turn=look_once)
 
 
 def test_without_a_pause_reads_may_straddle_two_passes_as_they_always_could(simulator: ServerProcess) -> None:
@@ -151,9 +151,7 @@ def test_without_a_pause_reads_may_straddle_two_passes_as_they_always_could(simu
     v.simxStartSimulation(client, BLOCKING)
     arm(client, *names)
     # It is also what the tests around this one would see if they could not tell one instant from two.
-    assert wait_until(
-        lambda: look(client, *names).is_mixed, PATIENCE, turn=lambda: None
-    )  # as often as can be
+    assert wait_until(lambda: look(client, *names).is_mixed, TIMEOUT, turn=lambda: None)  # as often as can be
 
 
 def test_in_stepped_mode_no_pause_is_needed(simulator: ServerProcess) -> None:
@@ -192,7 +190,7 @@ def test_what_one_client_says_in_a_pause_others_see_whole_or_not_at_all(
     v.simxGetPingTime(speaker)
     for name in names:
         v.simxGetIntegerSignal(listener, name, STREAMING)
-    assert wait_until(lambda: v.simxGetIntegerSignal(listener, names[-1], BUFFER)[0] == 0, PATIENCE)
+    assert wait_until(lambda: v.simxGetIntegerSignal(listener, names[-1], BUFFER)[0] == 0, TIMEOUT)
     heard: set[int] = set()
     halves = 0
 
@@ -205,10 +203,10 @@ def test_what_one_client_says_in_a_pause_others_see_whole_or_not_at_all(
         heard.update(numbers)
 
     if together:
-        assert wait_until(lambda: len(heard) >= 200, PATIENCE, turn=exchange)
+        assert wait_until(lambda: len(heard) >= 200, TIMEOUT, turn=exchange)
         assert not halves
     else:
-        assert wait_until(lambda: halves > 0, PATIENCE, turn=exchange)
+        assert wait_until(lambda: halves > 0, TIMEOUT, turn=exchange)
 
 
 # --- a client that stops reading ----------------------------------------------------------------------
@@ -270,7 +268,7 @@ class Watcher:
     def passes_a_second(self, passes: int) -> float:
         """Work until so many further passes are made; fails when they do not come."""
         first, began = self._time(), time.monotonic()
-        assert wait_until(lambda: self._time() >= first + passes, PATIENCE, turn=self._work)
+        assert wait_until(lambda: self._time() >= first + passes, TIMEOUT, turn=self._work)
         return (self._time() - first) / (time.monotonic() - began)
 
 

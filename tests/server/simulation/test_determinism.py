@@ -34,7 +34,7 @@ def busy(tmp_path: Path) -> str:
     return str(path)
 
 
-def run(client: int, *, after_pass: Callable[[], object] = lambda: None) -> list[list[float]]:
+def run(client: int, *, after_step: Callable[[], object] = lambda: None) -> list[list[float]]:
     """Positions of all joints, and those of all shapes, after each pass; the joints follow a course."""
     _, joints, *_ = v.simxGetObjectGroupData(client, v.sim_object_joint_type, 0, BLOCKING)
     start_stepped(client)
@@ -50,7 +50,7 @@ def run(client: int, *, after_pass: Callable[[], object] = lambda: None) -> list
             )
         v.simxPauseCommunication(client, False)
         assert v.simxSynchronousTrigger(client) == v.simx_return_ok
-        after_pass()
+        after_step()
         values = []
         for kind, what in ((v.sim_object_joint_type, 15), (v.sim_object_shape_type, 9)):
             code, _, _, floats, _ = v.simxGetObjectGroupData(client, kind, what, BLOCKING)
@@ -69,7 +69,7 @@ def seen(place: RealWorld, client: int, do: Callable[[], object] = lambda: None)
         states.append(get_state(place.simulation.model, place.simulation.data))
         do()
 
-    read = run(client, after_pass=note)
+    read = run(client, after_step=note)
     assert len({state.tobytes() for state in states}) == PASSES  # it moves
     return np.hstack([np.array(states), np.array(read)])
 
@@ -177,7 +177,7 @@ def test_a_run_is_the_same_while_a_page_is_looked_at_and_its_recording_replays(
 
         with looking(url, 1, lambda _, window: pictures.append(len(window))):
             client = v.simxStart("127.0.0.1", watched.port, True, True, 5000, 5)
-            assert run(client, after_pass=see) == expected
+            assert run(client, after_step=see) == expected
             v.simxFinish(client)
         watched.process.terminate()
         assert watched.process.wait(20) == 0

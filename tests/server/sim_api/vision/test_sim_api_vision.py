@@ -160,7 +160,7 @@ def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: Ren
 
 
 def test_a_picture_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pictures, "PATIENCE", 0.01)
+    monkeypatch.setattr(pictures, "TIMEOUT", 0.01)
     render_with(world, PaintingThread())
     world.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")
 
