@@ -8,7 +8,7 @@ _FUNCTIONS_ONLY, _CONSTANTS_ONLY = "+", "-"
 """Prefixes of the word to complete."""
 
 
-class ApiListingFunctions(ApiPart):
+class ApiListingFunctions(ApiPart, effect="reads"):
     """Functions that list the API itself."""
 
     def getApiFunc(self, _script: int, word: str) -> list[str]:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, ClassVar
 from simx_client.protocol import constants
 from simx_server.scripting.interpreter import Constant, Function, ScriptError
 
+from .effects import Effect
+
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
     from simx_server.world.world import World
@@ -29,6 +31,12 @@ class ApiPart:
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {}
     """Constants of the topic by their names in the namespace."""
+
+    common_effect: ClassVar[Effect | None] = None
+    """The effect of the functions of this class that declare none themselves."""
+
+    def __init_subclass__(cls, effect: Effect | None = None) -> None:
+        cls.common_effect = effect
 
     def __init__(self, world: World, script: Script) -> None:
         self._world = world

@@ -9,17 +9,19 @@ from simx_server.parts import physics_engine_parameters
 
 from .base import ApiPart
 from .constant_tables.engines import ENGINES
+from .effects import reads
 
 OTHER_ENGINES = frozenset(ENGINES.values())
 
 
-class EngineFunctions(ApiPart):
+class EngineFunctions(ApiPart, effect="changes"):
     """Parameters of a shape, or with handle -1 of the engine: sim.mujoco_, and the friction of other engines."""
 
     CONSTANTS = MappingProxyType(
         {entry.name: number for number, entry in physics_engine_parameters.PARAMETERS.items()}
     )
 
+    @reads
     def getEngineFloatParam(self, number: int, handle: int = -1) -> float:
         """Return a floating-point parameter.
 
@@ -35,6 +37,7 @@ class EngineFunctions(ApiPart):
         """
         return self._set(number, handle, value, is_integer=False)
 
+    @reads
     def getEngineInt32Param(self, number: int, handle: int = -1) -> int:
         """Return an integer parameter. Partly: those of the other engines are only kept."""
         return int(self._get(number, handle, is_integer=True))
@@ -46,6 +49,7 @@ class EngineFunctions(ApiPart):
         """
         return self._set(number, handle, value, is_integer=True)
 
+    @reads
     def getEngineBoolParam(self, number: int, handle: int = -1) -> bool:
         """Return a switch as it was set. Stand-in: MuJoCo has none of the other engines' switches."""
         return bool(self._get(number, handle, is_integer=True))

@@ -12,11 +12,12 @@ from simx_server.scripting.interpreter import Constant
 from simx_server.scripting.script import ScriptKind
 
 from .base import ApiPart
+from .effects import reads
 
 _TIME_CURVE, _XYZ_CURVE = 0, 2
 
 
-class GraphFunctions(ApiPart):
+class GraphFunctions(ApiPart, effect="changes"):
     """Functions for graphs. Any object can represent a graph: beside graph objects a dummy of its name is enough."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
@@ -117,6 +118,7 @@ class GraphFunctions(ApiPart):
             Curve(label, given.streams, given.defaults, given.unit, given.color, given.width, points)
         )
 
+    @reads
     def getGraphCurve(self, graph: int, kind: int, index: int) -> tuple[Any, ...] | None:
         """Return the curve with an index from 0, nil after the last. `kind`: 0 streams over time, 1 curves of two
         streams, 2 of three.

@@ -10,6 +10,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers.user_interface import consoles, dialogs
 
 from .base import ApiPart
+from .effects import reads, takes
 
 logger = logging.getLogger(__name__)
 
@@ -24,7 +25,7 @@ _CLOSED = {0: 3, 1: 1, 2: 0, 3: 0}
 """sim.msgbox_buttons_ok, _yesno, _yesnocancel and _okcancel: the result of a box that is closed without a choice."""
 
 
-class MessageFunctions(ApiPart):
+class MessageFunctions(ApiPart, effect="changes"):
     """Functions for messages. The server stores every message and shows it in its web viewer."""
 
     CONSTANTS = MappingProxyType(
@@ -81,6 +82,7 @@ class MessageFunctions(ApiPart):
         else:
             logger.debug("%s", shown)
 
+    @takes
     def getSimulatorMessage(self) -> tuple[int, list[int], list[float]]:
         """Return and remove the script's next message, sim.message_object_selection_changed or
         sim.message_model_loaded (with the model's handle), and its numbers; -1 without one.
@@ -149,6 +151,7 @@ class MessageFunctions(ApiPart):
             self._world.status_bar.add(f"{title}: {text}" if title else text)
         return dialog, ui
 
+    @reads
     def getDialogResult(self, dialog: int) -> int:
         """Return the answer of a dialog, sim.dlgret_still_open until there is one; of one that does not exist
         sim.dlgret_cancel.
@@ -157,6 +160,7 @@ class MessageFunctions(ApiPart):
             return c.sim_dlgret_cancel
         return self._world.user_interface.dialogs.get(dialog).read_result()
 
+    @reads
     def getDialogInput(self, dialog: int) -> str | None:
         """Return the text of a dialog, nil for one that does not exist."""
         if dialog not in self._world.user_interface.dialogs:

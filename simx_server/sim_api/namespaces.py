@@ -14,6 +14,8 @@ from simx_server.errors import CommandError, Unsupported
 from simx_server.scripting.interpreter import OLD_SPACES, Constant, Plain, Waiting, no_such_plugin
 from simx_server.scripting.signature import Signature
 
+from .effects import Effect, declared
+
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
     from simx_server.world.world import World
@@ -31,6 +33,23 @@ def signatures(space: str) -> Mapping[str, Signature]:
         for name, member in vars(part).items() if issubclass(part, api.ApiPart) else ():
             if not name.startswith("_") and callable(member):
                 found.setdefault(name, Signature.of(member))
+    return MappingProxyType(found)
+
+
+@cache
+def effects(space: str) -> Mapping[str, Effect]:
+    """Return what each function of a namespace does. Raises TypeError: one declares nothing, nor does its class."""
+    found: dict[str, Effect] = {}
+    known = signatures(space)
+    for part in api.NAMESPACES[space].__mro__:
+        if not issubclass(part, api.ApiPart):
+            continue
+        for name, member in vars(part).items():
+            if name in known and name not in found:
+                effect: Effect | None = declared(member) or part.common_effect
+                if effect is None:
+                    raise TypeError(f"{part.__name__}.{name} declares no effect")
+                found[name] = effect
     return MappingProxyType(found)
 
 

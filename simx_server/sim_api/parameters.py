@@ -10,12 +10,13 @@ from simx_server.handlers import parameters
 from simx_server.parts.custom_data import APPLICATION, NAMED
 
 from .base import ApiPart
+from .effects import reads
 
 _ERRORS = c.sim_api_errormessage_report | c.sim_api_errormessage_output
 """Bits of the error report mode; with one of them an error of ``sim`` stops the script."""
 
 
-class ParameterFunctions(ApiPart):
+class ParameterFunctions(ApiPart, effect="changes"):
     """Functions for parameters by sim.boolparam_, sim.intparam_, ... An unknown number is an error that lists the
     known ones.
     """
@@ -34,6 +35,7 @@ class ParameterFunctions(ApiPart):
         }
     )
 
+    @reads
     def getBoolParam(self, number: int) -> bool:
         return parameters.get_boolean_parameter(self._world, number)
 
@@ -41,6 +43,7 @@ class ParameterFunctions(ApiPart):
         parameters.set_boolean_parameter(self._world, number, value)
         return 1
 
+    @reads
     def getInt32Param(self, number: int) -> int:
         """Return an integer parameter. sim.intparam_error_report_mode is the script's own: 0 when errors of ``sim`` do
         not stop it.
@@ -59,6 +62,7 @@ class ParameterFunctions(ApiPart):
         parameters.set_integer_parameter(self._world, number, value)
         return 1
 
+    @reads
     def getFloatParam(self, number: int) -> float:
         return parameters.get_floating_parameter(self._world, number)
 
@@ -66,6 +70,7 @@ class ParameterFunctions(ApiPart):
         parameters.set_floating_parameter(self._world, number, value)
         return 1
 
+    @reads
     def getStringParam(self, number: int) -> str:
         return parameters.get_string_parameter(self._world, number)
 
@@ -73,6 +78,7 @@ class ParameterFunctions(ApiPart):
         self._world.parameters.strings.set(number, value)
         return 1
 
+    @reads
     def getArrayParam(self, number: int) -> list[float]:
         return parameters.get_array_parameter(self._world, number)
 
@@ -83,6 +89,7 @@ class ParameterFunctions(ApiPart):
         parameters.set_array_parameter(self._world, number, values[:3])
         return 1
 
+    @reads
     def getNamedStringParam(self, name: str) -> bytes | None:
         """Return the value that a script of this server stored under a name; nil when there is none."""
         return self._world.custom_data.read(APPLICATION, f"{NAMED}{name}")

@@ -9,6 +9,7 @@ import simx_server
 from simx_server.errors import Unsupported
 
 from .base import ApiPart
+from .effects import reads, runs_code
 
 PLUGINS = MappingProxyType(
     {
@@ -28,7 +29,7 @@ _VERSION_TEXT, _DATE, _VERSION, _VERBOSITY, _BAR_VERBOSITY = range(5)
 """sim.moduleinfo_*."""
 
 
-class PluginFunctions(ApiPart):
+class PluginFunctions(ApiPart, effect="changes"):
     """Functions for plug-ins. The functions of IK, OMPL, RemoteApi, Vision and CustomUI are part of the server."""
 
     CONSTANTS = MappingProxyType(
@@ -45,28 +46,34 @@ class PluginFunctions(ApiPart):
         }
     )
 
+    @reads
     def getModuleName(self, index: int) -> tuple[str, int] | None:
         """Return name and version of the plug-in with an index from 0; nil after the last."""
         names = list(PLUGINS)
         return (names[index], _version()) if 0 <= index < len(names) else None
 
+    @reads
     def getPluginName(self, index: int) -> tuple[str, int] | None:
         """Return name (``simIK``) and version of the plug-in with an index from 0; nil after the last."""
         names = list(PLUGINS.values())
         return (names[index], _version()) if 0 <= index < len(names) else None
 
+    @reads
     def getLoadedPlugins(self) -> list[str]:
         """Return the names of all plug-ins."""
         return list(PLUGINS.values())
 
+    @reads
     def isPluginLoaded(self, name: str) -> bool:
         """Return whether the server has the functions of this plug-in."""
         return name in PLUGINS or name in PLUGINS.values()
 
+    @runs_code
     def loadModule(self, _file: str, name: str) -> int:
         """Return the handle of a plug-in that the server has; -3 for others, since none are loaded."""
         return self._load(name)
 
+    @runs_code
     def loadPlugin(self, name: str) -> int:
         """Return the handle of a plug-in that the server has; -3 for others, since none are loaded."""
         return self._load(name)
@@ -77,6 +84,7 @@ class PluginFunctions(ApiPart):
 
     unloadPlugin = unloadModule
 
+    @reads
     def getModuleInfo(self, name: int | str, what: int) -> str | int:
         """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle."""
         self._known(name)

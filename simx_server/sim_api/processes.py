@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from .base import ApiPart
+from .effects import runs_code
 
 _FAILED = -1
 
 
-class ProcessFunctions(ApiPart):
+class ProcessFunctions(ApiPart, effect="changes"):
     """Functions for other programs and devices: they fail as V-REP's do without the program."""
 
+    @runs_code
     def launchExecutable(self, file: str, arguments: str = "", _shown: int = 1) -> int:
         """Return -1, V-REP's result when a program cannot be started.
 

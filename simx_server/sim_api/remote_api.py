@@ -17,7 +17,7 @@ _NOT_THERE, _OFFERED = -1, 0
 """Results of status: no such server; a server that waits for its client."""
 
 
-class RemoteApiNamespace(ApiPart):
+class RemoteApiNamespace(ApiPart, effect="changes"):
     """The functions of ``simRemoteApi``."""
 
     def start(
@@ -51,7 +51,7 @@ class RemoteApiNamespace(ApiPart):
         return _OFFERED if self._world.script_ports.is_offered(port) else _NOT_THERE
 
 
-class RemoteApiFunctions(ApiPart):
+class RemoteApiFunctions(ApiPart, effect="changes"):
     """The same functions with the names of the old plugin, such as ``simExtRemoteApiStart``."""
 
     def extRemoteApiStart(

@@ -13,21 +13,24 @@ from simx_server.handlers import script_files
 from simx_server.handlers.simulation import simulation_state
 
 from .base import ApiPart
+from .effects import reads, takes
 
 _MILLISECONDS = 1 << 31
 """The clock in milliseconds restarts at this number, so that it stays a 32-bit integer."""
 
 
-class SimulationFunctions(ApiPart):
+class SimulationFunctions(ApiPart, effect="changes"):
     """Functions for the simulation. Times are in seconds."""
 
     _random: random.Random | None = None
     """The script's random numbers; created on first use."""
 
+    @reads
     def getSimulationTime(self) -> float:
         """Return the time of this run; 0 when stopped."""
         return self._sim.time
 
+    @reads
     def getSimulationTimeStep(self) -> float:
         """Return the duration of a simulation step."""
         return self._sim.time_step
@@ -36,12 +39,14 @@ class SimulationFunctions(ApiPart):
         """Set the duration of a simulation step, only while stopped."""
         self._sim.time_step = seconds
 
+    @reads
     def getSimulationState(self) -> int:
         """Return sim.simulation_stopped, _paused, _advancing_firstafterstop, _advancing_running or
         _advancing_abouttostop.
         """
         return simulation_state(self._world)
 
+    @reads
     def getSimulationStopping(self) -> bool:
         """Return whether the run is ending, or a script has requested its end."""
         return self._sim.is_stopping
@@ -103,14 +108,17 @@ class SimulationFunctions(ApiPart):
         """Stop the server, only while the simulation is stopped."""
         self._world.parameters.booleans.set(c.sim_boolparam_exit_request, True)
 
+    @reads
     def getRealTimeSimulation(self) -> int:
         """Return 1 when simulated time follows the wall clock, else 0."""
         return int(self._world.parameters.booleans.get(c.sim_boolparam_realtime_simulation))
 
+    @reads
     def getSystemTime(self) -> float:
         """Return seconds of the wall clock since an arbitrary moment."""
         return time.monotonic()
 
+    @reads
     def getSystemTimeInMs(self, since: int = -1) -> int:
         """Return milliseconds of the wall clock; with an earlier result, those since then. -1, -2: the clock itself."""
         now = int(time.monotonic() * 1000) % _MILLISECONDS
@@ -118,6 +126,7 @@ class SimulationFunctions(ApiPart):
 
     getSystemTimeInMilliseconds = getSystemTimeInMs
 
+    @takes
     def getRandom(self, seed: int | None = None) -> float:
         """Return a random number from 0 to below 1. Each script has its own sequence, the same in every run; a seed
         starts another one.
@@ -126,10 +135,12 @@ class SimulationFunctions(ApiPart):
             self._random = random.Random(self._owner if seed is None else seed)
         return self._random.random()
 
+    @reads
     def isRealTimeSimulationStepNeeded(self) -> int:
         """Return 1: a script is called only when its simulation step is due."""
         return 1
 
+    @reads
     def getSimulationPassesPerRenderingPass(self) -> int:
         """Return 1: images are rendered on request."""
         return 1

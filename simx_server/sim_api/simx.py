@@ -8,18 +8,20 @@ from simx_server.kinematics.chain import make_arms
 from simx_server.scene.objects import ObjectKind
 
 from .base import ApiPart
+from .effects import writes_files
 
 _TIP_ENDINGS = ("iktip", "tip")
 """Endings of names in lower case, the more likely one first."""
 
 
-class SimxFunctions(ApiPart):
+class SimxFunctions(ApiPart, effect="changes"):
     """All functions of ``simx``."""
 
     def isCodeAllowed(self) -> bool:
         """Return whether the server was started with --allow-code, so that it runs code sent by clients."""
         return self._world.scripts.allows_code
 
+    @writes_files
     def openFile(self, path: str, append: bool = False) -> int:
         """Open a file of the workspace for writing and return its number; Lua's io.open does so.
 
@@ -27,6 +29,7 @@ class SimxFunctions(ApiPart):
         """
         return self._world.written_files.open(path, append=append)
 
+    @writes_files
     def writeFile(self, file: int, data: bytes) -> None:
         """Write at the end of an open file."""
         self._world.written_files.write(file, data)

@@ -12,6 +12,7 @@ from simx_client.protocol.nearest import did_you_mean
 from simx_server import sim_api as api
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import Function, Waiting
+from simx_server.service.clients.rights import may
 from simx_server.sim_api.namespaces import signatures
 from simx_server.simulation.simulation import SimulationState
 
@@ -20,7 +21,6 @@ from .forms import adjusted
 from .functions import Function as Described
 from .functions import described
 from .listing import namespace
-from .reading import only_reads
 from .wire import EVAL
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
         CommandError: the function does not exist, is refused, or fails.
     """
     function = described(full_name)
-    if client.session.may_only_read and not only_reads(function.full_name):
+    if function.effect is not None and not may(client.session, function):
         raise CommandError(
             f"{full_name[:80]} may change something, and {client.name} is a viewer, who may only read"
         )
@@ -52,7 +52,7 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
     if not function.is_known:
         raise _no_such_function(full_name, function)
     if function.space == "sim":
-        permissions.check(client.world, function.name, arguments)
+        permissions.check(client.world, function, arguments)
     outcome = client.namespaces.invoke(function.full_name, arguments)
     return adjusted(function.full_name, arguments, outcome) if isinstance(outcome, tuple) else outcome
 

@@ -26,7 +26,6 @@ from .connection import Connection, too_long
 from .demands import demands_of_message
 from .functions import described
 from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
-from .reading import only_reads
 from .wire import language_of
 
 if TYPE_CHECKING:
@@ -167,7 +166,7 @@ class ZmqClients(Part):
                 and peer.answered < before
                 and not peer.unanswered
                 and sum(client.session.called.values()) == 1
-                and all(map(only_reads, client.session.called))
+                and all(described(name).only_reads for name in client.session.called)
             ):
                 peer.break_off("its client has made one call, and others need its place")
                 self.part_from(key)

@@ -19,7 +19,6 @@ from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
 from .functions import described
-from .reading import only_reads
 from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError, read_request
 
@@ -132,13 +131,14 @@ class Connection:
     def _execute(self, request: Request) -> None:
         self._function = request.function
         if (log := self._clients.loop.log_of_calls) is not None:
-            name = described(request.function).full_name
+            function = described(request.function)
+            name = function.full_name
             self._noted = log.note(
                 self.client.session.name,
                 name,
                 [_as_text(each) for each in request.arguments],
                 None,
-                only_reads=name in _STEPS or only_reads(name),
+                only_reads=name in _STEPS or function.only_reads,
             )
         self._clients.loop.metrics.called(self.client.key, 1)
         self.client.session.called[request.function if described(request.function).is_known else UNKNOWN] += 1

@@ -1,13 +1,12 @@
-"""Read the demands of a message of the ZeroMQ remote API on a script that runs; see `runtime.demands`."""
+"""Read the demands of a message of the ZeroMQ remote API on a script that runs; see `service.calls.demands`."""
 
 from __future__ import annotations
 
 from simx_client.protocol.commands import ANSWERED
 from simx_server.service.calls.demands import Demands
 
-from .functions import described
+from .functions import Function, described
 from .peer import NUMBER_BYTES
-from .reading import only_reads
 from .wire import WireError, read_request
 
 _STOP = "sim.stopSimulation"
@@ -27,13 +26,14 @@ def demands_of_message(numbered: bytes) -> Demands:
         function = described(read_request(numbered[NUMBER_BYTES:]).function)
     except WireError:
         return Demands(waits=True, stops=False)
-    is_brief = function.space == "sim" and function.is_known and _is_brief(function.name)
+    is_brief = function.space == "sim" and function.is_known and _is_brief(function)
     return Demands(waits=not is_brief, stops=function.full_name == _STOP)
 
 
-def _is_brief(name: str) -> bool:
+def _is_brief(function: Function) -> bool:
     """Return whether a function of `sim` only reads, or sets what the remote API's table allows to be set then."""
+    name = function.name
     if name in _LONG:
         return False
     command = ANSWERED.get(f"simx{name[:1].upper()}{name[1:]}")
-    return only_reads(f"sim.{name}") or (command is not None and not command.waits_for_scripts)
+    return function.only_reads or (command is not None and not command.waits_for_scripts)

@@ -8,10 +8,20 @@ from typing import Any, NamedTuple
 
 from simx_server import sim_api as api
 from simx_server.scripting.strings import GIVES_BYTES
-from simx_server.sim_api.namespaces import signatures
+from simx_server.sim_api.effects import Effect
+from simx_server.sim_api.namespaces import effects, signatures
+
+from .wire import EVAL
 
 MOST_REMEMBERED = 4096
 """Names; there are some 1,500 functions, and clients may invent names."""
+
+
+_OWN = "zmqRemoteApi"
+"""The namespace of CoppeliaSim's add-on."""
+
+_READABLE = ("sim", _OWN)
+"""Namespaces with functions for viewers."""
 
 
 class Function(NamedTuple):
@@ -33,6 +43,14 @@ class Function(NamedTuple):
     gives_bytes: bool
     """Its texts are bytes, as far as it declares no types."""
 
+    effect: Effect | None
+    """What it does; None: it does not exist."""
+
+    @property
+    def only_reads(self) -> bool:
+        """Return whether a viewer may call it: one of ``sim`` or of this protocol, which others do not notice."""
+        return self.effect == "reads" and self.space in _READABLE
+
 
 @lru_cache(MOST_REMEMBERED)
 def described(full_name: str) -> Function:
@@ -46,7 +64,15 @@ def described(full_name: str) -> Function:
         is_known,
         is_known and _is_typed(getattr(api.NAMESPACES[space], name)),
         bool(GIVES_BYTES.search(full_name)),
+        effects(space)[name] if is_known else _effect_of_own(space, full_name),
     )
+
+
+def _effect_of_own(space: str, full_name: str) -> Effect | None:
+    """Return what a function of this protocol does, which no script has."""
+    if space != _OWN:
+        return None
+    return "runs code" if full_name == EVAL else "reads"
 
 
 def split_name(full_name: str) -> tuple[str, str]:

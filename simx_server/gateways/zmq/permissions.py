@@ -7,27 +7,12 @@ from typing import TYPE_CHECKING, Any
 from simx_server.errors import CommandError
 from simx_server.sim_api.namespaces import Namespaces
 
+from .functions import Function
+
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
 _NOT_ALLOWED = "the server runs no code of clients; start it with --allow-code if it shall"
-
-_CODE = frozenset(
-    (
-        "executeScriptString",
-        "setScriptText",
-        "setScriptStringParam",
-        "createScript",
-        "initScript",
-        "loadPlugin",
-        "loadModule",
-        "launchExecutable",
-    )
-)
-"""Functions of ``sim`` that run code or programs."""
-
-_OF_SCRIPTS = frozenset(("scheduleExecution", "registerScriptFuncHook", "include"))
-"""Functions of ``sim`` that act on a script with a text, which a client has not."""
 
 _LUA = frozenset(
     (
@@ -69,19 +54,19 @@ def require_code(world: World) -> None:
         raise CommandError(_NOT_ALLOWED)
 
 
-def check(world: World, name: str, arguments: list[Any]) -> None:
+def check(world: World, function: Function, arguments: list[Any]) -> None:
     """Refuse a function of ``sim`` that a client may not call.
 
     Raises:
         CommandError: with the reason and what to do.
     """
-    if name in _OF_SCRIPTS:
+    if function.effect == "needs a script":
         raise CommandError("works only in a script of the scene; a client calls its functions itself")
     if world.scripts.allows_code:
         return
-    if name in _CODE:
+    if function.effect == "runs code":
         require_code(world)
-    if name == "callScriptFunction":
+    if function.name == "callScriptFunction":
         for each in arguments[:2]:  # CoppeliaSim takes function and script in either order
             if isinstance(each, bytes):
                 _check_function(each.decode("utf-8", "replace"))

@@ -9,6 +9,7 @@ from typing import Any
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.kinds import apply
 from simx_server.errors import CommandError
+from simx_server.service.clients.rights import may
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.world.world import World
 
@@ -46,7 +47,7 @@ class Dispatch:
 
     def handler(self, client: ClientSession, command: Command) -> Handler:
         """Return the handler of a command for this client. Raises CommandError."""
-        if client.may_only_read and not command.only_reads:
+        if not may(client, command):
             raise CommandError(
                 f"{command.name} changes something, and {client.name} is a viewer, who may only read"
             )

@@ -15,13 +15,14 @@ from simx_server.parts.clouds.voxels import Cells
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 from .values import EACH, colors_of, in_cells, inside_of, places_of, size_of, triangles_in
 
 _TAG = 0xFFFFFFFF
 
 
-class OctreeFunctions(ApiPart):
+class OctreeFunctions(ApiPart, effect="changes"):
     """Functions for octrees: metres, colours 0..255. Voxels that a run fills or empties are as before at its stop.
 
     The origin of an octree is a corner of eight voxels. Images and sensors regard the voxels from the next simulation
@@ -45,6 +46,7 @@ class OctreeFunctions(ApiPart):
         self._world.clouds.define(handle, settings)
         return handle
 
+    @reads
     def getOctreeVoxels(self, octree: int) -> list[float] | None:
         """Return x, y, z of the middles of all filled voxels in the frame of the octree; nil if there are none."""
         voxels = self._world.clouds.voxels(self._self(octree))
@@ -102,6 +104,7 @@ class OctreeFunctions(ApiPart):
         self._world.clouds.note_change(handle)
         return len(self._world.clouds.voxels(handle))
 
+    @reads
     def checkOctreePointOccupancy(
         self, octree: int, options: int, points: list[float]
     ) -> tuple[int, int, int, int] | int:

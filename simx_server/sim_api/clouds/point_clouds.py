@@ -16,13 +16,14 @@ from simx_server.parts.clouds.surface_cells import surface_cells
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 from .values import colors_of, in_cells, places_of, size_of, triangles_in
 
 _LARGEST_BITS = 0xFFFF
 
 
-class PointCloudFunctions(ApiPart):
+class PointCloudFunctions(ApiPart, effect="changes"):
     """Functions for point clouds: metres, colours 0..255. Points that a run adds or removes are as before at its stop.
 
     Images and sensors regard the points from the next simulation step on, or earlier where a script measures.
@@ -58,12 +59,14 @@ class PointCloudFunctions(ApiPart):
         self._world.clouds.set_settings(handle, settings)
         return 1
 
+    @reads
     def getPointCloudOptions(self, cloud: int) -> tuple[float, int, int, float]:
         """Return the largest size of a cell, most points in a cell, option bits, and the size of a point in pixels."""
         self._world.clouds.points(self._self(cloud))
         found = self._world.clouds.settings(self._self(cloud))
         return found.voxel, found.most, found.options, found.point_size
 
+    @reads
     def getPointCloudPoints(self, cloud: int) -> list[float] | None:
         """Return x, y, z of all points in the frame of the cloud; nil if it has none."""
         points = self._world.clouds.points(self._self(cloud))

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from simx_server.errors import CommandError
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 
-class SignalFunctions(ApiPart):
+class SignalFunctions(ApiPart, effect="changes"):
     """Functions for integer, float and string signals. Clients see the same ones."""
 
     def setIntegerSignal(self, name: str, value: int) -> int:
@@ -17,6 +18,7 @@ class SignalFunctions(ApiPart):
             self._world.signals.set_integer(name, value, self._signal_owner)
         return 1
 
+    @reads
     def getIntegerSignal(self, name: str) -> int | None:
         return self._world.signals.get_integer(name)
 
@@ -34,6 +36,7 @@ class SignalFunctions(ApiPart):
             self._world.signals.set_float(name, value, self._signal_owner)
         return 1
 
+    @reads
     def getFloatSignal(self, name: str) -> float | None:
         return self._world.signals.get_float(name)
 
@@ -46,6 +49,7 @@ class SignalFunctions(ApiPart):
             self._world.signals.set_string(name, value, self._signal_owner)
         return 1
 
+    @reads
     def getStringSignal(self, name: str) -> bytes | None:
         return self._world.signals.get_string(name)
 
@@ -59,6 +63,7 @@ class SignalFunctions(ApiPart):
         """Set a float signal. Partly: a float signal of this name is the same signal."""
         return self.setFloatSignal(name, value)
 
+    @reads
     def getDoubleSignal(self, name: str) -> float | None:
         """Return a float signal. Partly: a float signal of this name is the same signal."""
         return self.getFloatSignal(name)
@@ -71,6 +76,7 @@ class SignalFunctions(ApiPart):
     getBufferSignal = getStringSignal
     clearBufferSignal = clearStringSignal
 
+    @reads
     def getSignalName(self, index: int, kind: int) -> str | None:
         """Return the name of the signal at this index, from 0; nil after the last. `kind`: 0 integer, 1 float, 2
         string.

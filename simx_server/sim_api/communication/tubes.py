@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from simx_server.scripting.interpreter import Waiting
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 
-class TubeFunctions(ApiPart):
+class TubeFunctions(ApiPart, effect="changes"):
     """Functions for tubes. Two scripts that open a tube with the same header and name are connected."""
 
     def tubeOpen(self, header: int, name: str, size: int, _unused: bool = False) -> int:
@@ -26,6 +27,7 @@ class TubeFunctions(ApiPart):
         """Return the oldest packet that has arrived, nil when there is none; blocking waits for one, in a thread."""
         return self._wait_for_packet(tube) if blocking else self._world.tubes.read(tube)
 
+    @reads
     def tubeStatus(self, tube: int) -> tuple[int, int, int]:
         """Return 1 when connected, else 0; the number of packets to read; the number of packets that the other side
         has not read.

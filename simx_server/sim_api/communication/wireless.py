@@ -13,7 +13,7 @@ from simx_server.sim_api.base import HANDLE_SELF, ApiPart
 _ANY = -1
 
 
-class WirelessFunctions(ApiPart):
+class WirelessFunctions(ApiPart, effect="changes"):
     """Functions for wireless messages of V-REP 3: metres, radians, simulated seconds."""
 
     def sendData(

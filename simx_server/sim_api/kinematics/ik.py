@@ -23,6 +23,7 @@ from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import object_pose
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
@@ -33,7 +34,7 @@ _LEAST = 1e-6
 """Least precision and weight of an element."""
 
 
-class IkFunctions(ApiPart):
+class IkFunctions(ApiPart, effect="changes"):
     """Functions for IK groups, by the handles that sim.getIkGroupHandle returns."""
 
     CONSTANTS = MappingProxyType(
@@ -52,6 +53,7 @@ class IkFunctions(ApiPart):
         }
     )
 
+    @reads
     def getIkGroupHandle(self, name: str) -> int:
         """Return the handle of a group that the scene registers. An unknown name is an error."""
         return self._world.ik_groups.find(self._adjusted(name))
@@ -109,6 +111,7 @@ class IkFunctions(ApiPart):
                 return 1
         raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
 
+    @reads
     def getLinkDummy(self, dummy: int) -> int:
         """Return the dummy that is linked to a dummy; -1 for none."""
         handle = self._self(dummy)
@@ -134,6 +137,7 @@ class IkFunctions(ApiPart):
         self._world.dummy_links.link(tip, goal)
         return 1
 
+    @reads
     def getDummyLinkType(self, dummy: int) -> tuple[int, int]:
         """Return the type of a dummy's link, sim.dummy_linktype_*, and the linked dummy, -1 for none."""
         handle = self._self(dummy)
@@ -156,6 +160,7 @@ class IkFunctions(ApiPart):
         self._matrix(self._world.ik_groups.get(group))
         return 0
 
+    @reads
     def getIkGroupMatrix(self, group: int, options: int = 0) -> tuple[list[float], list[int]]:
         """Return the numbers of a matrix row by row, and {columns, rows}. `options`: 0 the Jacobian, 1 the
         manipulability matrix J J^T.

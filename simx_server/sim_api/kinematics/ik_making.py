@@ -18,7 +18,7 @@ _LIMITS_STEPS, _IS_EXPLICIT = 16, 32
 """Options of a group."""
 
 
-class IkMakingFunctions(ApiPart):
+class IkMakingFunctions(ApiPart, effect="changes"):
     """Functions that make and remove IK groups. The stop undoes all that a script made or removed in the run."""
 
     def createIkGroup(

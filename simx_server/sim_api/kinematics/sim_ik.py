@@ -38,7 +38,7 @@ TIP_DUMMY = 0x400000
 """Added to the handle of a tip that stands for its element."""
 
 
-class IkEnvironmentFunctions(ApiPart):
+class IkEnvironmentFunctions(ApiPart, effect="changes"):
     """Functions for environments, groups and elements. Environments live as long as the script."""
 
     CONSTANTS = MappingProxyType(

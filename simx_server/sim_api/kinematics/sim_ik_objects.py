@@ -19,7 +19,7 @@ _LEAST_STEP = 1e-6
 _JOINT, _DUMMY = 1, 4
 
 
-class IkObjectFunctions(IkEnvironmentFunctions):
+class IkObjectFunctions(IkEnvironmentFunctions, effect="changes"):
     """Functions that build a mechanism joint by joint. All objects of the scene are there too, by their handles."""
 
     def createDummy(self, environment: int, name: str = "") -> int:

@@ -45,7 +45,7 @@ _SECONDS = 0.5
 _Judge = Callable[[list[float]], bool]
 
 
-class SimIk(IkObjectFunctions):
+class SimIk(IkObjectFunctions, effect="changes"):
     """All functions of ``simIK``."""
 
     def getObjectHandle(self, environment: int, name: str) -> int:

@@ -10,6 +10,7 @@ from simx_server.scene.editing import editing
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.signature import to_dict, to_float, to_int, to_list
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _OF_POINTS = (ObjectKind.POINT_CLOUD, ObjectKind.OCTREE)
 
@@ -17,9 +18,10 @@ _ALL = "@compound"
 """In place of the name of a colour: all parts of a compound shape."""
 
 
-class ColorFunctions(ApiPart):
+class ColorFunctions(ApiPart, effect="changes"):
     """Functions for colours, 0..1, by sim.colorcomponent_*. The stop undoes a change during a run."""
 
+    @reads
     def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]]:
         """Return 1 and {red, green, blue}, of the part with this colour name if one is given; 0 and three zeros
         without such a part. The transparency is given three times, 0 opaque to 1.
@@ -33,6 +35,7 @@ class ColorFunctions(ApiPart):
         """
         return int(self._world.shape_colors.set(self._self(shape), component, color, _part(name)) > 0)
 
+    @reads
     def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
         """Return RGB of a dummy or shape, or of new points of a point cloud or octree: CoppeliaSim 4's form."""
         handle = self._self(handle)

@@ -24,7 +24,7 @@ _BLACK: Color = (0.0, 0.0, 0.0)
 _WHITE: Color = (1.0, 1.0, 1.0)
 
 
-class DrawingFunctions(ApiPart):
+class DrawingFunctions(ApiPart, effect="changes"):
     """Functions for drawings: metres in the world frame, colours 0..1.
 
     Drawings of child and main scripts end with the run, unless they have the flag sim.drawing_persistent.

@@ -8,7 +8,7 @@ from simx_server.parts.particles import ParticleObject
 from simx_server.sim_api.base import ApiPart
 
 
-class ParticleFunctions(ApiPart):
+class ParticleFunctions(ApiPart, effect="changes"):
     """Functions for particles, which the physics engine here does not have."""
 
     def addParticleObject(

@@ -22,6 +22,7 @@ from simx_server.scene.geometry.triangles import corners_of
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import Pose
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import Coordinates
@@ -39,9 +40,10 @@ _LARGEST_PLANE = 1e4
 """Metres."""
 
 
-class TextureFunctions(ApiPart):
+class TextureFunctions(ApiPart, effect="changes"):
     """Functions for textures: a texture's first row of pixels is at the bottom. A stop undoes the changes of a run."""
 
+    @reads
     def getTextureId(self, name: str) -> tuple[int, list[int]] | int:
         """Return the number of a texture and {width, height}; -1 if there is none of this name."""
         number = self._world.textures.find(name)
@@ -50,6 +52,7 @@ class TextureFunctions(ApiPart):
         height, width = self._world.textures.pixels(number).shape[:2]
         return number, [width, height]
 
+    @reads
     def getShapeTextureId(self, shape: int) -> int:
         """Return the number of the texture of a shape, of its first part with one; -1 if there is none."""
         parts = self._world.shape_colors.parts(self._self(shape))
@@ -57,6 +60,7 @@ class TextureFunctions(ApiPart):
             (number for each in parts if (number := self._world.textures.of_geom(each.geom)) >= 0), -1
         )
 
+    @reads
     def readTexture(
         self, texture: int, _options: int = 0, x: int = 0, y: int = 0, width: int = 0, height: int = 0
     ) -> bytes:

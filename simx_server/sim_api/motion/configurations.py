@@ -12,6 +12,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.scripting.interpreter import Plain
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.matrices import as_numbers, as_pose
 from simx_server.sim_api.values.tables import pack_table, unpack_table
 
@@ -21,11 +22,12 @@ _NEAR = 1e-9
 _SPHERICAL = 12
 
 
-class ConfigurationFunctions(ApiPart):
+class ConfigurationFunctions(ApiPart, effect="changes"):
     """Functions for configurations: bytes that only this server reads, and that refer to the objects they were
     taken from.
     """
 
+    @reads
     def getObjectConfiguration(self, handle: int) -> bytes:
         """Return the configuration of one object."""
         return pack_table([self._taken(self._self(handle))])
@@ -34,6 +36,7 @@ class ConfigurationFunctions(ApiPart):
         self.setConfigurationTree(configuration)
         return 1
 
+    @reads
     def getConfigurationTree(self, handle: int) -> bytes:
         """Return the configuration of an object and all below it."""
         base = self._sim.scene.get(self._self(handle)).handle

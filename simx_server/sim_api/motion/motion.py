@@ -20,7 +20,7 @@ _WAY = 4
 """Number of values that move between two poses: x, y, z and angle."""
 
 
-class MotionFunctions(Moving):
+class MotionFunctions(Moving, effect="changes"):
     """Functions for motions. They wait, so they work only in a thread. Joints in force mode with position control
     get target positions, other joints get positions.
     """

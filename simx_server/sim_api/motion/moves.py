@@ -52,7 +52,7 @@ _FREE = Limits([9999.0], [99999.0], [9999999.0])
 _FREE_STEP = 10.0
 
 
-class MoveFunctions(Moving):
+class MoveFunctions(Moving, effect="changes"):
     """Functions for motions. A table has the fields pos or joints, targetPos, vel, accel, targetVel, maxVel,
     maxAccel, maxJerk, minVel, minAccel, flags, cyclicJoints, timeStep, callback; for a pose also pose or object,
     relObject or ik (tip, target, base, joints, method, damping, iterations, constraints, precision, allowError,

@@ -19,7 +19,7 @@ from .moving import REVOLUTE, Moving, Way, between, nearest, numbers
 _POSITION, _ORIENTATION = 1, 2
 
 
-class OldMoveFunctions(Moving):
+class OldMoveFunctions(Moving, effect="changes"):
     """Functions that return the unused seconds of the last simulation step. An acceleration of nil means unlimited.
 
     V-REP started the next such motion with those seconds; here each motion starts with a simulation step.

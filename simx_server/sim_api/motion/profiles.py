@@ -22,7 +22,7 @@ _ONLY_PHASE = 2
 """`sim.rml_only_phase_sync`; as in CoppeliaSim with Ruckig it falls back to time synchronisation."""
 
 
-class ProfileFunctions(ApiPart):
+class ProfileFunctions(ApiPart, effect="changes"):
     """Functions for profiles. Tables hold all positions, then all velocities, then all accelerations, in rad or m.
     The profiles of a script are deleted with it.
     """

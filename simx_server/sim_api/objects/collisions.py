@@ -15,6 +15,7 @@ from simx_server.sensors.distance.intersections import intersections
 from simx_server.sensors.distance.measuring import Pair, nearest
 from simx_server.sensors.distance.meters import Meter
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _KINDS = {
     c.sim_handle_single: ("objects", "objects"),
@@ -34,13 +35,14 @@ _EXTENDED = 0x400000
 """sim.handleflag_extended, which requested the normal of a contact; it is always returned."""
 
 
-class CollisionFunctions(ApiPart):
+class CollisionFunctions(ApiPart, effect="changes"):
     """Functions for measurements between objects, collections, and registered pairs."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
         "handleflag_extended": _EXTENDED,
     }
 
+    @reads
     def checkCollision(self, first: int, second: int = c.sim_handle_all) -> tuple[int, list[int]]:
         """Return 1 and one pair of colliding objects if the two collide now; else 0 and {-1, -1}.
 
@@ -55,6 +57,7 @@ class CollisionFunctions(ApiPart):
             raise Unsupported(str(problem), (0, list(_NO_PAIR))) from None
         return int(bool(pair)), list(pair or _NO_PAIR)
 
+    @reads
     def checkCollisionEx(self, first: int, second: int) -> tuple[int, list[float]]:
         """Return in how many segments the surfaces of two entities cut each other now, and x, y, z of both ends of
         each, in the world, metres.
@@ -68,6 +71,7 @@ class CollisionFunctions(ApiPart):
         found = intersections(self._world.instants.now(), *entities)
         return len(found), found.ravel().tolist()
 
+    @reads
     def readCollision(self, handle: int) -> tuple[int, list[int]] | int:
         """Return the last result: 1 and the two objects, or 0; -1 before the first handling."""
         found = self._world.meters.collisions.read(handle)
@@ -89,6 +93,7 @@ class CollisionFunctions(ApiPart):
             self._world.meters.collisions.reset(each)
         return 1
 
+    @reads
     def checkDistance(
         self, first: int, second: int = c.sim_handle_all, threshold: float = 0.0
     ) -> tuple[int, list[float], list[int]]:
@@ -110,6 +115,7 @@ class CollisionFunctions(ApiPart):
             return nothing
         return 1, [*found.first.tolist(), *found.second.tolist(), found.distance], list(found.objects)
 
+    @reads
     def readDistance(self, handle: int) -> tuple[int, float]:
         """Return 1 and the last distance in metres; 0 and 0 before the first handling."""
         found = self._world.meters.distances.read(handle)
@@ -127,14 +133,17 @@ class CollisionFunctions(ApiPart):
             self._world.meters.distances.reset(each)
         return 1
 
+    @reads
     def getCollisionHandle(self, name: str) -> int:
         """Return the handle of a collision object that the scene registers."""
         return collisions.get_collision_handle(self._world, self._adjusted(name))
 
+    @reads
     def getDistanceHandle(self, name: str) -> int:
         """Return the handle of a distance object that the scene registers."""
         return collisions.get_distance_handle(self._world, self._adjusted(name))
 
+    @reads
     def getContactInfo(
         self, _dynamic_pass: int, handle: int, index: int
     ) -> tuple[list[int], list[float], list[float], list[float]] | None:
@@ -151,10 +160,12 @@ class CollisionFunctions(ApiPart):
             return None
         return list(found.objects), list(found.point), list(found.force), list(found.normal)
 
+    @reads
     def getCollectionHandle(self, name: str) -> int:
         """Return the handle of a collection of the scene or of one that scripts made."""
         return collisions.get_collection_handle(self._world, self._adjusted(name))
 
+    @reads
     def getCollectionName(self, collection: int) -> str:
         """Return the name of a collection. An unknown handle is an error."""
         return self._world.collections.name(collection)
@@ -208,6 +219,7 @@ class CollisionFunctions(ApiPart):
 
     destroyCollection = removeCollection
 
+    @reads
     def getCollectionObjects(self, collection: int) -> list[int]:
         """Return the handles of the objects that are in the collection now."""
         return self._world.collections.members(collection)

@@ -16,7 +16,7 @@ _STRAIGHT = 1e-6
 """Largest part of a quaternion that turns nothing."""
 
 
-class CompoundFunctions(ApiPart):
+class CompoundFunctions(ApiPart, effect="changes"):
     """Functions for compound shapes. The stop undoes a change during a run."""
 
     def groupShapes(self, shapes: list[int], _merge: bool = False) -> int:

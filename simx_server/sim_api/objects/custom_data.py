@@ -6,6 +6,7 @@ from typing import Any
 
 from simx_server.parts.custom_data import APPLICATION, HIDDEN, NUMBERED, REFERENCES, SCENE
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.packing import pack, unpack
 from simx_server.sim_api.values.tables import pack_table, unpack_table
 
@@ -13,7 +14,7 @@ _PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
 """Prefixes of the names under which these are stored."""
 
 
-class CustomDataFunctions(ApiPart):
+class CustomDataFunctions(ApiPart, effect="changes"):
     """Data of an object, sim.handle_scene or sim.handle_app. Missing data is read as nil."""
 
     def writeCustomDataBlock(self, handle: int, name: str, data: bytes | None = None) -> int:
@@ -23,9 +24,11 @@ class CustomDataFunctions(ApiPart):
         self._world.custom_data.write(self._self(handle), name, data or b"")
         return 1
 
+    @reads
     def readCustomDataBlock(self, handle: int, name: str) -> bytes | None:
         return self._world.custom_data.read(self._self(handle), name)
 
+    @reads
     def readCustomDataBlockTags(self, handle: int) -> list[str] | None:
         """Return the names of all blocks; nil when there are none."""
         names = self._world.custom_data.names(self._self(handle))
@@ -45,6 +48,7 @@ class CustomDataFunctions(ApiPart):
         self._world.custom_data.write(self._self(handle), f"{NUMBERED}{header}", data)
         return 1
 
+    @reads
     def getObjectCustomData(self, handle: int, header: int) -> bytes:
         """Return the data of a number, '' when there are none."""
         return self._world.custom_data.read(self._self(handle), f"{NUMBERED}{header}") or b""
@@ -53,6 +57,7 @@ class CustomDataFunctions(ApiPart):
         """Write the scene's data of a number as sim.addObjectCustomData does."""
         return self.addObjectCustomData(SCENE, header, data)
 
+    @reads
     def getSceneCustomData(self, header: int) -> bytes:
         """Return the scene's data of a number, '' when there are none."""
         return self.getObjectCustomData(SCENE, header)
@@ -64,6 +69,7 @@ class CustomDataFunctions(ApiPart):
         packed = pack_table(table) if table else b""
         self.writeCustomDataBlock(handle, name, packed)
 
+    @reads
     def readCustomTableData(self, handle: int, name: str) -> Any:
         """Return the table with this name; an empty one when it does not exist."""
         packed = self.readCustomDataBlock(handle, name)
@@ -80,6 +86,7 @@ class CustomDataFunctions(ApiPart):
     def persistentDataRead(self, name: str) -> bytes | None:
         return self._world.custom_data.read(APPLICATION, f"{_PERSISTENT}{name}")
 
+    @reads
     def getPersistentDataTags(self) -> list[str]:
         names = self._world.custom_data.names(APPLICATION)
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
@@ -92,11 +99,13 @@ class CustomDataFunctions(ApiPart):
         self._world.custom_data.write(self._self(handle), f"{REFERENCES}{tag}", packed)
         return 1
 
+    @reads
     def getReferencedHandlesTags(self, handle: int) -> list[str]:
         """Return the tags under which an object has references."""
         names = self._world.custom_data.names(self._self(handle))
         return [name.removeprefix(REFERENCES) for name in names if name.startswith(REFERENCES)]
 
+    @reads
     def getReferencedHandles(self, handle: int, tag: str = "") -> list[int]:
         """Return the referenced objects; -1 stands for removed ones."""
         packed = self._world.custom_data.read(self._self(handle), f"{REFERENCES}{tag}") or b""
@@ -108,6 +117,7 @@ class CustomDataFunctions(ApiPart):
         """Set V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""
         self._world.custom_data.write(self._self(handle), f"{_EXTENSION}{index}", text)
 
+    @reads
     def getExtensionString(self, handle: int, index: int, key: str | None = None) -> bytes | None:
         """Return the extension string, nil when there is none; with a key ``name@plugin`` only the text in braces
         after it.

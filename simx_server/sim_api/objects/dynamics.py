@@ -15,6 +15,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, Vector, compose, inverse, matrix
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.matrices import vector
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ _RESET_FORCE, _RESET_TORQUE = 0x400000, 0x800000
 _NOTHING: Vector = (0.0, 0.0, 0.0)
 
 
-class DynamicsFunctions(ApiPart):
+class DynamicsFunctions(ApiPart, effect="changes"):
     """Functions for dynamics: newtons, newton metres, kilograms. A force on a static shape has no effect."""
 
     CONSTANTS = MappingProxyType(
@@ -58,6 +59,7 @@ class DynamicsFunctions(ApiPart):
         )
         return 1
 
+    @reads
     def getShapeInertia(self, shape: int) -> tuple[list[float], list[float]]:
         """Return the inertia, 9 numbers in kg m^2, about the centre of mass and along the shape's axes; and the
         centre as a matrix in the shape's frame, without rotation.
@@ -73,6 +75,7 @@ class DynamicsFunctions(ApiPart):
         centre, turn = _split(frames.pose_from_matrix12(frame))
         inertia.set_inertia(self._sim, own, mass, turn @ _square(moments) @ turn.T, centre)
 
+    @reads
     def getShapeMassAndInertia(
         self, shape: int, frame: list[float] | None = None
     ) -> tuple[float, list[float], list[float]]:
@@ -104,6 +107,7 @@ class DynamicsFunctions(ApiPart):
         inertia.compute_inertia(self._sim, self._self(shape), density)
         return 1
 
+    @reads
     def isDynamicallyEnabled(self, handle: int) -> bool:
         """Return whether the physics moves the object in this run: a dynamic shape, or a joint in force mode."""
         own = self._self(handle)

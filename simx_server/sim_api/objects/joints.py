@@ -10,12 +10,13 @@ from simx_server.handlers import joints
 from simx_server.joints import JointMode
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _HYBRID = 1
 """Bit 0 of the options of sim.setJointMode."""
 
 
-class JointFunctions(ApiPart):
+class JointFunctions(ApiPart, effect="changes"):
     """Functions for joints: radians or metres, their rates per second, N m or N. Setters return 1, as in V-REP 3."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
@@ -29,6 +30,7 @@ class JointFunctions(ApiPart):
         "jointdynctrl_callback": 16,
     }
 
+    @reads
     def getJointPosition(self, joint: int) -> float:
         """Return the position; cyclic joints in -pi..pi. A spherical joint is an error."""
         return joints.get_joint_position(self._world, self._self(joint))
@@ -38,6 +40,7 @@ class JointFunctions(ApiPart):
         joints.set_joint_position(self._world, self._self(joint), position)
         return 1
 
+    @reads
     def getJointTargetPosition(self, joint: int) -> float:
         """Return the position to which the position controller drives the joint."""
         return self._sim.joints.target_position(self._self(joint))
@@ -53,6 +56,7 @@ class JointFunctions(ApiPart):
         joints.set_joint_target_position(self._world, self._self(joint), position)
         return 1
 
+    @reads
     def getJointTargetVelocity(self, joint: int) -> float:
         """Return the target velocity as last set, even if it has no effect."""
         return self._sim.joints.target_velocity(self._self(joint))
@@ -68,12 +72,14 @@ class JointFunctions(ApiPart):
         joints.set_joint_target_velocity(self._world, self._self(joint), velocity)
         return 1
 
+    @reads
     def getJointVelocity(self, joint: int) -> float:
         """Return the mean velocity of the last simulation step; 0 when stopped. CoppeliaSim 4's form of V-REP's
         parameter 2012.
         """
         return self._sim.joints.velocity(self._self(joint))
 
+    @reads
     def getJointForce(self, joint: int) -> float:
         """Return the mean force of the motor in the last simulation step; negative while it pushes towards greater
         positions.
@@ -104,14 +110,17 @@ class JointFunctions(ApiPart):
         if any(settings):
             self._sim.joints.limit_motion(self._self(joint), settings)
 
+    @reads
     def getJointMaxForce(self, joint: int) -> float:
         """Return the maximum force; 1e9 for a joint without a limit."""
         return joints.get_joint_max_force(self._world, self._self(joint))
 
+    @reads
     def getJointTargetForce(self, joint: int) -> float:
         """Return the maximum force with the sign of its direction; 1e9 for a joint without a limit."""
         return self._sim.joints.target_force(self._self(joint))
 
+    @reads
     def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
         """Return whether the joint is cyclic, and {least value, range}."""
         cyclic, least, extent = self._sim.joints.interval(self._self(joint))
@@ -124,6 +133,7 @@ class JointFunctions(ApiPart):
         self._sim.joints.set_interval(self._self(joint), cyclic, interval[0], interval[1])
         return 1
 
+    @reads
     def getJointMode(self, joint: int) -> tuple[int, int]:
         """Return a sim.jointmode_* and the options: bit 0 when a motor drives the joint outside force mode."""
         handle = self._self(joint)
@@ -140,10 +150,12 @@ class JointFunctions(ApiPart):
             self._sim.joints.change(handle, hybrid=bool(options & _HYBRID))
         return 1
 
+    @reads
     def getJointType(self, joint: int) -> int:
         """Return sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype."""
         return self._sim.joints.joint_type(self._self(joint))
 
+    @reads
     def getJointMatrix(self, joint: int) -> list[float]:
         """Return the rotation or translation of the joint value: 12 numbers, row-major 3 x 4."""
         return joints.get_joint_matrix(self._world, self._self(joint))
@@ -153,6 +165,7 @@ class JointFunctions(ApiPart):
         joints.set_spherical_joint_matrix(self._world, self._self(joint), matrix)
         return 1
 
+    @reads
     def getSphericalJointMatrix(self, joint: int) -> list[float]:
         """Return the matrix as sim.getJointMatrix does, only for spherical joints."""
         handle = self._self(joint)
@@ -161,6 +174,7 @@ class JointFunctions(ApiPart):
             raise CommandError(f"'{name}' is no spherical joint; use sim.getJointMatrix")
         return self.getJointMatrix(handle)
 
+    @reads
     def getJointDependency(self, joint: int) -> tuple[int, float, float]:
         """Return master (-1: none), offset and factor: position = offset + factor * master's position. Since
         CoppeliaSim 4.

@@ -9,17 +9,19 @@ from simx_server.errors import CommandError
 from simx_server.scene import names
 from simx_server.scene.editing import renaming
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _MODELS_ABOVE: Mapping[int, int | None] = MappingProxyType({6: 0, 7: 1, 8: 2, 9: None})
 """How many models above the object a form of sim.getObjectAlias names; None: all."""
 
 
-class ObjectNameFunctions(ApiPart):
+class ObjectNameFunctions(ApiPart, effect="changes"):
     """Functions for names. Old names are unique (``name``, ``name#0``); aliases may repeat."""
 
     _name_suffix: int | None = None
     """Suffix of names that the script has set; None: the suffix of its object's name."""
 
+    @reads
     def getObjectName(self, handle: int) -> str:
         return self._sim.scene.get(self._self(handle)).name
 
@@ -28,6 +30,7 @@ class ObjectNameFunctions(ApiPart):
         renaming.rename(self._sim, self._self(handle), name)
         return 1
 
+    @reads
     def getObjectAlias(self, handle: int, options: int = -1) -> str:
         """Return the alias in the form that `options` selects: -1 the alias; 0 with its index where siblings have the
         same one; 1 the shortest path that means this object; 2 the full path; 3 ``alias__handle__`` where it is not
@@ -60,6 +63,7 @@ class ObjectNameFunctions(ApiPart):
         """Set the alias; the old name stays. A change during a run is reset at the stop."""
         renaming.set_alias(self._sim, self._self(handle), alias)
 
+    @reads
     def getNameSuffix(self, name: str | None = None) -> tuple[int, str] | int:
         """Return the number after # (-1: none) and the name without it; without a name, the script's number."""
         if name is None:

@@ -9,9 +9,10 @@ from simx_server.errors import Unsupported, WrongKind
 from simx_server.handlers.objects import object_flags
 from simx_server.handlers.objects import object_parameters as parameters
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 
-class ObjectParameterFunctions(ApiPart):
+class ObjectParameterFunctions(ApiPart, effect="changes"):
     """Functions for parameters. Reading returns nil if objects of this kind do not have the parameter; the names of
     V-REP 3, which end in Parameter, return 1 and the value, or 0.
     """
@@ -30,6 +31,7 @@ class ObjectParameterFunctions(ApiPart):
         }
     )
 
+    @reads
     def getObjectInt32Param(self, handle: int, parameter: int) -> int | None:
         with suppress(Unsupported):
             return parameters.get_object_int_parameter(self._world, self._self(handle), parameter)
@@ -39,6 +41,7 @@ class ObjectParameterFunctions(ApiPart):
         parameters.set_object_int_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
+    @reads
     def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
         with suppress(Unsupported):
             return parameters.get_object_float_parameter(self._world, self._self(handle), parameter)
@@ -48,6 +51,7 @@ class ObjectParameterFunctions(ApiPart):
         parameters.set_object_float_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
+    @reads
     def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
         """Return an integer parameter that is a switch."""
         value = self.getObjectInt32Param(handle, parameter)
@@ -56,6 +60,7 @@ class ObjectParameterFunctions(ApiPart):
     def setObjectBoolParam(self, handle: int, parameter: int, value: bool) -> int:
         return self.setObjectInt32Param(handle, parameter, int(value))
 
+    @reads
     def getObjectStringParam(self, handle: int, _parameter: int) -> None:
         """Return nil. Stand-in: objects have no string parameters."""
         self._no_text(handle)
@@ -65,6 +70,7 @@ class ObjectParameterFunctions(ApiPart):
         self._no_text(handle)
         return parameters.NOT_THERE
 
+    @reads
     def getObjectInt32Parameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
         value = self.getObjectInt32Param(handle, parameter)
         return int(value is not None), value
@@ -76,6 +82,7 @@ class ObjectParameterFunctions(ApiPart):
     getObjectIntParameter = getObjectInt32Parameter
     setObjectIntParameter = setObjectInt32Parameter
 
+    @reads
     def getObjectFloatParameter(self, handle: int, parameter: int) -> tuple[int, float | None]:
         value = self.getObjectFloatParam(handle, parameter)
         return int(value is not None), value
@@ -88,6 +95,7 @@ class ObjectParameterFunctions(ApiPart):
 
     setObjectStringParameter = setObjectStringParam
 
+    @reads
     def getObjectSpecialProperty(self, handle: int) -> int:
         """Return bits sim.objectspecialproperty_*: whether the object itself is collidable, measurable, detectable
         and renderable, without the properties of its models.
@@ -105,6 +113,7 @@ class ObjectParameterFunctions(ApiPart):
             raise Unsupported(f"{problem}: nothing measures other objects") from None
         return 1
 
+    @reads
     def getObjectProperty(self, handle: int) -> int:
         """Return bits sim.objectproperty_* for viewers of the scene; the default is that
         of the file, else sim.objectproperty_selectable."""

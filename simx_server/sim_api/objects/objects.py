@@ -13,6 +13,7 @@ from simx_server.handlers.objects import objects
 from simx_server.scripting.interpreter import Function
 from simx_server.scripting.signature import Most, describe, to_int
 from simx_server.sim_api.base import HANDLE_SELF, ApiPart
+from simx_server.sim_api.effects import reads
 
 _SILENT = "@silenterror"
 _SCENE = -12
@@ -30,13 +31,15 @@ _SCRIPT = re.compile(r"(?P<owner>[/.].*?|)/[Ss]cript(?:\[(?P<index>\d{1,6})\]|\{
 """A path to a script of an object."""
 
 
-class ObjectFunctions(ApiPart):
+class ObjectFunctions(ApiPart, effect="changes"):
     """Functions for handles, kinds and parents."""
 
+    @reads
     def getObjectHandle(self, name: str, options: dict[str, Any] | None = None) -> int:
         """Return the handle as getObject does. An unknown name is an error; with ``name@silentError`` it returns -1."""
         return self.getObject(name, options)
 
+    @reads
     def getObject(self, path: str, options: dict[str, Any] | None = None) -> int:
         """Return the handle of an object by path or old name. ``./`` starts at the script's object; in a copied
         script, names mean the copied objects.
@@ -77,6 +80,7 @@ class ObjectFunctions(ApiPart):
         index = int(match["index"] or match["among_all"] or 0)
         return its_own[index] if index < len(its_own) else -1
 
+    @reads
     def getObjectFromUid(self, uid: int, options: dict[str, Any] | None = None) -> int:
         """Return the object with this identifier. Option `noError`: -1 instead of an error."""
         scene, handle = divmod(uid, _UIDS_PER_SCENE)
@@ -86,20 +90,24 @@ class ObjectFunctions(ApiPart):
             return -1
         raise CommandError(f"no object of this scene has the identifier {uid}")
 
+    @reads
     def getObjectUid(self, handle: int) -> int:
         """Return a number that is unique to the object until the server exits."""
         return self._sim.scene_id * _UIDS_PER_SCENE + self._sim.scene.get(self._self(handle)).handle
 
+    @reads
     def getObjectUniqueIdentifier(self, handle: int) -> int | list[int]:
         """Return the number of getObjectUid; with sim.handle_all a table with those of all objects."""
         if handle == c.sim_handle_all:
             return [self.getObjectUid(each) for each in self._sim.scene.objects]
         return self.getObjectUid(handle)
 
+    @reads
     def isHandle(self, handle: int) -> bool:
         """Return whether an object or a collection has this handle."""
         return self._self(handle) in self._sim.scene.objects or handle in self._world.collections
 
+    @reads
     def isHandleValid(self, handle: int, kind: int = -1) -> int:
         """Return 1 if the handle is valid, else 0. `kind`: sim.appobj_object_type, sim.appobj_collection_type, ...,
         or -1 for any of them.
@@ -115,14 +123,17 @@ class ObjectFunctions(ApiPart):
         handle = self._self(handle)
         return int(any(handle in handles for each, handles in known.items() if kind in (-1, each)))
 
+    @reads
     def getObjectType(self, handle: int) -> int:
         """Return sim.object_shape_type, sim.object_joint_type, ..."""
         return int(self._sim.scene.get(self._self(handle)).kind)
 
+    @reads
     def getObjects(self, index: int, kind: int = c.sim_handle_all) -> int:
         """Return the object at this index, from 0, among all or those of one kind; -1 after the last."""
         return _at(objects.get_objects(self._world, kind), index)
 
+    @reads
     def getObjectsInTree(self, base: int, kind: int = c.sim_handle_all, options: int = 0) -> list[int]:
         """Return an object and all below it, or with sim.handle_scene everything; depth first.
 
@@ -135,6 +146,7 @@ class ObjectFunctions(ApiPart):
             found = [top, *found]
         return [each for each in found if kind in (c.sim_handle_all, scene.objects[each].kind)]
 
+    @reads
     def visitTree(self, root: int, visitor: Function | str, options: dict[str, Any] | None = None) -> None:
         """Call a function with the handle of an object and of all below it; with sim.handle_scene of all objects.
 
@@ -164,10 +176,12 @@ class ObjectFunctions(ApiPart):
             children = scene.children(handle) if handle in scene.objects else []
             pending += [(child, False) for child in reversed(children)]
 
+    @reads
     def getObjectChild(self, handle: int, index: int) -> int:
         """Return the child at this index, from 0; -1 after the last child."""
         return _at(self._sim.scene.children(self._sim.scene.get(self._self(handle)).handle), index)
 
+    @reads
     def getObjectParent(self, handle: int) -> int:
         """Return the parent; -1 at the top of the tree."""
         return self._sim.scene.get(self._self(handle)).parent
@@ -234,6 +248,7 @@ class ObjectFunctions(ApiPart):
         """
         return script_files.load_model_of_server(self._world, file)
 
+    @reads
     def getModelProperty(self, handle: int) -> int:
         """Return bits of a model base; sim.modelproperty_not_model for any other object."""
         return objects.get_model_property(self._world, self._self(handle))

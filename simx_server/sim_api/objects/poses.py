@@ -16,6 +16,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames, poses
 from simx_server.scene.poses.poses import Pose
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.matrices import as_numbers, as_pose
 
 _WXYZ = 0x1000000
@@ -25,7 +26,7 @@ _INVERSE = -14
 """`sim_handle_inverse`: in place of a reference, the world seen from the object."""
 
 
-class PoseFunctions(ApiPart):
+class PoseFunctions(ApiPart, effect="changes"):
     """Functions for poses: metres, Euler angles in radians, quaternions (x, y, z, w), matrices of 12 numbers."""
 
     CONSTANTS = MappingProxyType(
@@ -38,6 +39,7 @@ class PoseFunctions(ApiPart):
         }
     )
 
+    @reads
     def getObjectPosition(self, handle: int, relative_to: int = -1) -> list[float]:
         return handlers.get_object_position(self._world, *self._both(handle, relative_to))
 
@@ -48,6 +50,7 @@ class PoseFunctions(ApiPart):
         handlers.set_object_position(self._world, *self._both(handle, reference), value)
         return 1
 
+    @reads
     def getObjectOrientation(self, handle: int, relative_to: int = -1) -> list[float]:
         """Return Euler angles."""
         return handlers.get_object_orientation(self._world, *self._both(handle, relative_to))
@@ -59,6 +62,7 @@ class PoseFunctions(ApiPart):
         handlers.set_object_orientation(self._world, *self._both(handle, reference), value)
         return 1
 
+    @reads
     def getObjectQuaternion(self, handle: int, relative_to: int = -1) -> list[float]:
         quat = handlers.get_object_quaternion(self._world, *self._both(handle, relative_to))
         return _w_first(quat) if _is_w_first(handle) else quat
@@ -72,6 +76,7 @@ class PoseFunctions(ApiPart):
         handlers.set_object_quaternion(self._world, *self._both(handle, reference), value)
         return 1
 
+    @reads
     def getObjectPose(self, handle: int, relative_to: int = -1) -> list[float]:
         """Return x, y, z, then the quaternion."""
         numbers = as_numbers(self._pose(handle, relative_to))
@@ -84,6 +89,7 @@ class PoseFunctions(ApiPart):
         handlers.set_object_pose(self._world, *self._both(handle, reference), as_pose(value))
         return 1
 
+    @reads
     def getObjectMatrix(self, handle: int, relative_to: int = -1) -> list[float]:
         return frames.matrix12(self._pose(handle, relative_to))
 
@@ -95,12 +101,14 @@ class PoseFunctions(ApiPart):
         handlers.set_object_pose(self._world, *self._both(handle, reference), pose)
         return 1
 
+    @reads
     def getObjectVelocity(self, handle: int) -> tuple[list[float], list[float]]:
         """Return linear (m/s) and angular (rad/s) velocity over the last simulation step along world axes: Euler
         rates, or with sim.handleflag_axis added to the handle the angular velocity of physics.
         """
         return handlers.get_object_velocity(self._world, self._self(handle))
 
+    @reads
     def getVelocity(self, shape: int) -> tuple[list[float], list[float]]:
         """Return the velocity of the centre of mass (m/s) and the angular one (rad/s) of physics, in world axes.
 

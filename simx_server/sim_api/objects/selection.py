@@ -6,11 +6,13 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import objects
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 
-class SelectionFunctions(ApiPart):
+class SelectionFunctions(ApiPart, effect="changes"):
     """Functions for the selection: lists of handles in order of selection; handles without an object are ignored."""
 
+    @reads
     def getObjectSelection(self) -> list[int]:
         return objects.get_object_selection(self._world)
 
@@ -22,6 +24,7 @@ class SelectionFunctions(ApiPart):
     getObjectSel = getObjectSelection
     setObjectSel = setObjectSelection
 
+    @reads
     def isObjectInSelection(self, handle: int) -> bool:
         return self._self(handle) in self.getObjectSelection()
 
@@ -39,10 +42,12 @@ class SelectionFunctions(ApiPart):
         objects.set_object_selection(self._world, kept)
         return 1
 
+    @reads
     def getObjectLastSelection(self) -> int:
         """Return the object selected last, -1 when nothing is selected."""
         return (self.getObjectSelection() or [-1])[-1]
 
+    @reads
     def getObjectSelectionSize(self) -> int:
         return len(self.getObjectSelection())
 

@@ -13,6 +13,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.sensors.proximity.detection import Detection
 from simx_server.sensors.proximity.given import Items
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 Detected = tuple[int, float, list[float], int, list[float]]
 """1, distance, point and object, outward normal; point and normal in the sensor's frame."""
@@ -26,11 +27,12 @@ _FRONT, _BACK, _LIMITED_ANGLE = 1, 2, 8
 """Bits of the mode of sim.checkProximitySensorEx. 4, fast detection, is ignored: detection is always exact."""
 
 
-class SensorFunctions(ApiPart):
+class SensorFunctions(ApiPart, effect="changes"):
     """Functions for sensors. A detection has five results; no detection has one in Lua scripts, as in V-REP 3, and
     five, `0, 0.0, {0, 0, 0}, -1, {0, 0, 0}`, in Python, in files since CoppeliaSim 4.3 and for clients.
     """
 
+    @reads
     def readProximitySensor(self, sensor: int) -> Detected | int:
         """Return a detection, 0 for none, -1 (with five results 0) before the first handling."""
         handle = self._proximity_sensor(sensor)
@@ -58,6 +60,7 @@ class SensorFunctions(ApiPart):
             self._world.proximity.reset(self._proximity_sensor(sensor))
         return 1
 
+    @reads
     def checkProximitySensor(self, sensor: int, entity: int) -> Detected | int:
         """Return whether the sensor detects an object, a collection or sim.handle_all now; the result of handling is
         kept.
@@ -67,6 +70,7 @@ class SensorFunctions(ApiPart):
         found = self._world.proximity.check(self._proximity_sensor(sensor), self._self(entity))
         return self._results(found)
 
+    @reads
     def checkProximitySensorEx(
         self, sensor: int, entity: int, mode: int, threshold: float, max_angle: float
     ) -> Detected | int:
@@ -85,6 +89,7 @@ class SensorFunctions(ApiPart):
         )
         return self._results(found)
 
+    @reads
     def checkProximitySensorEx2(
         self,
         sensor: int,
@@ -122,6 +127,7 @@ class SensorFunctions(ApiPart):
             return nothing
         return 1, math.hypot(*found.point), list(found.point), list(found.normal)
 
+    @reads
     def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
         """Return the state (bit 0: values available, bit 1: broken), force (N) and torque (N m); zeros where V-REP
         returned no values.
@@ -133,6 +139,7 @@ class SensorFunctions(ApiPart):
         sensors.break_force_sensor(self._world, self._self(sensor))
         return 1
 
+    @reads
     def getExplicitHandling(self, sensor: int) -> int:
         """Return 1 when scripts must handle a sensor, an IK group or a graph themselves; else 0."""
         handle = self._self(sensor)

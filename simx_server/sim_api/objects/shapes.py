@@ -22,6 +22,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.poses import IDENTITY
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _PURE = ("cuboid", "spheroid", "cylinder", "cone")
 """Types of sim.createPureShape, from 0."""
@@ -40,7 +41,7 @@ _LONGEST_TEXT, _HIGHEST_TEXT = 200, 100
 """Limits of a text that becomes a shape: characters, and metres."""
 
 
-class ShapeFunctions(ApiPart):
+class ShapeFunctions(ApiPart, effect="changes"):
     """Functions for shapes: metres, kilograms, colours 0..1. Objects created during a run are removed at its stop."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
@@ -212,12 +213,14 @@ class ShapeFunctions(ApiPart):
             "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
         )
 
+    @reads
     def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
         """Return points in the shape's frame, indices, and three normals for each triangle."""
         points, faces = shape_looks.triangles(self._world, self._self(shape))
         normals = np.repeat(shape_looks.normals(points, faces), 3, axis=0)
         return points.ravel().tolist(), faces.ravel().tolist(), normals.ravel().tolist()
 
+    @reads
     def getShapeViz(self, shape: int, index: int) -> dict[str, Any] | None:
         """Return how a part of a shape is drawn, by its index from 0; nil after the last part.
 
@@ -254,6 +257,7 @@ class ShapeFunctions(ApiPart):
             }
         return found
 
+    @reads
     def getQHull(self, vertices: list[float]) -> tuple[list[float], list[int]]:
         """Return the points and triangles of the convex hull of points x, y, z.
 
@@ -262,6 +266,7 @@ class ShapeFunctions(ApiPart):
         points, faces = hull(_threes(vertices, float))
         return points.ravel().tolist(), faces.ravel().tolist()
 
+    @reads
     def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
         """Return bits (0 compound, 1 pure, 2 convex), the sim.pure_primitive_* of a single shape, and its sizes x, y,
         z and 0.
@@ -273,6 +278,7 @@ class ShapeFunctions(ApiPart):
         bits |= _CONVEX if shape_looks.is_convex(self._world, handle) else 0
         return bits, number, [*sizes, 0.0]
 
+    @reads
     def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
         """Return 1 when the light is on, {0, 0, 0}, its colour, and the colour of its highlights."""
         on, diffuse, specular = lights.light(self._sim, self._self(light))
@@ -290,6 +296,7 @@ class ShapeFunctions(ApiPart):
         lights.set_light(self._sim, self._self(light), bool(on), diffuse, specular)
         return 1
 
+    @reads
     def getShapeMass(self, shape: int) -> float:
         """Return the mass in kilograms. Since CoppeliaSim 4."""
         return shape_properties.get_mass(self._sim, self._self(shape))

@@ -7,12 +7,13 @@ from simx_server.errors import CommandError
 from simx_server.handlers.objects import bounding_box
 from simx_server.scene.objects import ObjectKind
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _FLAT = 1e-9
 """Metres below which a size cannot be scaled to another one."""
 
 
-class SizeFunctions(ApiPart):
+class SizeFunctions(ApiPart, effect="changes"):
     """Functions for sizes: metres along the axes of the object's frame. The stop undoes a change during a run."""
 
     def scaleObject(self, handle: int, x: float, y: float, z: float, _options: int = 0) -> int:
@@ -32,14 +33,17 @@ class SizeFunctions(ApiPart):
         scaling.scale_objects(self._world, own, factor, positions=positions)
         return 1
 
+    @reads
     def getObjectSizeFactor(self, handle: int) -> float:
         """Return how much the object was scaled since it was made."""
         return scaling.size_factor(self._world, self._self(handle))
 
+    @reads
     def getObjectSizeValues(self, handle: int) -> list[float]:
         """Return how much the object was scaled along each axis since it was made; scripts react to changes of it."""
         return list(scaling.size_values(self._world, self._self(handle)))
 
+    @reads
     def getShapeBB(self, handle: int) -> tuple[list[float], list[float]]:
         """Return the size of a shape's bounding box, and the pose of its centre in the shape's frame."""
         least, greatest = self._box(handle)
@@ -60,6 +64,7 @@ class SizeFunctions(ApiPart):
         scaling.scale_object(self._world, self._self(handle), factors)
         return 1
 
+    @reads
     def getModelBB(self, handle: int) -> list[float]:
         """Return the size of the bounding box of an object and all below it."""
         least, greatest = bounding_box.of_object(self._sim, self._self(handle), whole_model=True)

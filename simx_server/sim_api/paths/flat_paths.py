@@ -23,7 +23,7 @@ from simx_server.sim_api.values.matrices import vector
 _Numbers = Annotated[list[float], Most(MOST_NUMBERS)]
 
 
-class FlatPathFunctions(ApiPart):
+class FlatPathFunctions(ApiPart, effect="reads"):
     """Functions for paths as lists. `types` has for each number of a point 0 Cartesian, 1 cyclic with a period of 2
     pi, 2 one of a quaternion's four; nil: all Cartesian.
     """

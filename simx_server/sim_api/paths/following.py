@@ -11,7 +11,7 @@ from simx_server.sim_api.motion.moving import Moving
 _POSITION, _ORIENTATION = 1, 2
 
 
-class PathFollowingFunctions(Moving):
+class PathFollowingFunctions(Moving, effect="changes"):
     """Functions that return the unused seconds of the last simulation step."""
 
     def followPath(

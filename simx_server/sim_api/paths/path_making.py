@@ -47,7 +47,7 @@ _MOST_CONTROL_POINTS = 1500
 """Each becomes a dummy, and 40 points of the curve."""
 
 
-class PathMakingFunctions(ApiPart):
+class PathMakingFunctions(ApiPart, effect="changes"):
     """Functions that create objects; those created during a run are removed at its stop."""
 
     def createPath(

@@ -13,6 +13,7 @@ from simx_server.scene.poses.frames import euler_from_quat, quat_from_euler
 from simx_server.scene.poses.poses import Pose
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.matrices import vector
 
 _CLOSES, _HAS_CHANNELS = 1, 2
@@ -24,16 +25,18 @@ _PLAIN, _FULL = 11, 16
 _MOST_COUNT = 1000
 
 
-class PathObjectFunctions(ApiPart):
+class PathObjectFunctions(ApiPart, effect="changes"):
     """Functions for path objects: metres along the path by its own method, or shares of its length, 0 to 1."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = MappingProxyType(
         {"dummyintparam_follow_path": 10001, "dummyfloatparam_follow_path_offset": 10002}
     )
 
+    @reads
     def getPathLength(self, path: int) -> float:
         return self._world.paths.get(self._self(path)).curve.length
 
+    @reads
     def getPathPosition(self, path: int) -> float:
         """Return the position of the path in metres."""
         return self._world.paths.get(self._self(path)).position
@@ -61,20 +64,24 @@ class PathObjectFunctions(ApiPart):
                 self._world.paths.handle(each, seconds)
         return 1
 
+    @reads
     def getPositionOnPath(self, path: int, share: float) -> list[float]:
         """Return the position in the world at a share of the path's length; beyond 1 a closed path goes round."""
         return list(self._pose_on_path(path, share)[0])
 
+    @reads
     def getOrientationOnPath(self, path: int, share: float) -> list[float]:
         """Return the Euler angles in the world at a share of the path's length; beyond 1 a closed path goes round."""
         return euler_from_quat(self._pose_on_path(path, share)[1])
 
+    @reads
     def getDataOnPath(self, path: int, share: float) -> tuple[int, list[float]]:
         """Return the auxiliary flags, and the four auxiliary channels, at a share of the path's length."""
         curve = self._world.paths.get(self._self(path)).curve
         found = curve.at(share * curve.length)
         return found.flags, list(found.channels)
 
+    @reads
     def getClosestPositionOnPath(self, path: int, position: list[float]) -> float:
         """Return the share of the path's length whose point is nearest to a position in the world."""
         own = self._self(path)

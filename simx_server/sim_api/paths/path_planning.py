@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from simx_server.kinematics.planning.path_plannings import Outcome
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 
-class PathPlanningFunctions(ApiPart):
+class PathPlanningFunctions(ApiPart, effect="changes"):
     """Functions for path planning tasks; a text simx:planning:NAME registers one."""
 
+    @reads
     def getPathPlanningHandle(self, name: str) -> int:
         return self._world.path_plannings.find(self._adjusted(name))
 

@@ -8,6 +8,7 @@ from simx_server.errors import CommandError
 from simx_server.kinematics.planning.planned_chain import PlannedChain, TipPath
 from simx_server.scene.poses.frames import xyzw_from_wxyz
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.matrices import as_pose
 
 _THROUGH_POSES = 512
@@ -23,7 +24,7 @@ Told = tuple[list[float], list[float], list[float], list[float], list[float]] | 
 """States in sequence, their lengths, positions and quaternions of the tip, and the lengths of its way."""
 
 
-class MotionPlanningFunctions(ApiPart):
+class MotionPlanningFunctions(ApiPart, effect="changes"):
     """Functions for motion planning tasks; a text simx:motion_planning:NAME registers one. A path is a table of
     configurations in sequence; with it come the distance of each configuration from the one before, positions and
     quaternions of the tip, and the tip's distances. Without a path the result is nil.
@@ -33,9 +34,11 @@ class MotionPlanningFunctions(ApiPart):
     meanwhile.
     """
 
+    @reads
     def getMotionPlanningHandle(self, name: str) -> int:
         return self._world.motion_plannings.find(self._adjusted(name))
 
+    @reads
     def getMpConfigForTipPose(
         self,
         task: int,
@@ -119,6 +122,7 @@ class MotionPlanningFunctions(ApiPart):
         with self._at_no_cost():
             return _told(chain.straight(chain.checked(start), as_pose(pose), step))
 
+    @reads
     def getMpConfigTransition(
         self,
         task: int,

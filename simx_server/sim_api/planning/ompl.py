@@ -79,7 +79,7 @@ _FARTHEST = 1e6
 """Greatest bound accepted, in metres or radians."""
 
 
-class OmplFunctions(OmplDrawing):
+class OmplFunctions(OmplDrawing, effect="changes"):
     """All functions of ``simOMPL``."""
 
     CONSTANTS = MappingProxyType(

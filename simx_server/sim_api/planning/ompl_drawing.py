@@ -20,7 +20,7 @@ _COORDINATES = {
 """Number of coordinates at the start of a state of this kind."""
 
 
-class OmplDrawing(OmplTasks):
+class OmplDrawing(OmplTasks, effect="changes"):
     """Functions that draw paths into the scene, for its viewers."""
 
     def drawPath(

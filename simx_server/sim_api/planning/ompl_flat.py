@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 
-class FlatOmplFunctions(ApiPart):
+class FlatOmplFunctions(ApiPart, effect="changes"):
     """One method ``extOMPL_NAME`` for each function of simOMPL; their tasks are separate from those of simOMPL."""
 
     CONSTANTS = MappingProxyType(

@@ -7,6 +7,7 @@ from typing import Any
 
 from simx_server.errors import CommandError
 
+from ..effects import reads
 from . import access
 from .base import PropertyPart
 from .property_types import TYPES
@@ -15,12 +16,13 @@ _NOT_WRITABLE, _NOT_READABLE, _REMOVABLE, _LARGE = 1, 2, 4, 0x100
 """sim.propertyinfo_*."""
 
 
-class PropertyFunctions(PropertyPart):
+class PropertyFunctions(PropertyPart, effect="changes"):
     """Functions for properties of CoppeliaSim 4.8 and later. A target is an object, sim.handle_scene or
     sim.handle_app. Names start with customData., signal., refs. or namedParam. where programs make them. Option
     `noError`: nil instead of an error.
     """
 
+    @reads
     def getProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> Any:
         """Return the value of a property of any type."""
         return self._read_property(None, target, name, options)
@@ -29,6 +31,7 @@ class PropertyFunctions(PropertyPart):
         """Set a property of any type. One that a program makes gets the type of the value."""
         self._write_property(None, target, name, value, options)
 
+    @reads
     def getPropertyInfo(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> tuple[int | None, int | None, str | None]:
@@ -40,6 +43,7 @@ class PropertyFunctions(PropertyPart):
         )
         return (None, None, None) if found is None else (*found, json.dumps({"label": name}))
 
+    @reads
     def getPropertyName(
         self, target: int, index: int, options: dict[str, Any] | None = None
     ) -> tuple[str | None, str | None]:
@@ -55,6 +59,7 @@ class PropertyFunctions(PropertyPart):
             return None, None
         return found[index], access.group(where, found[index])
 
+    @reads
     def getPropertyTypeString(self, kind: int) -> str:
         """Return the name of a sim.propertytype_*, such as floatarray."""
         name = next((each.name.lower() for each in TYPES.values() if each.number == kind), None)
@@ -63,6 +68,7 @@ class PropertyFunctions(PropertyPart):
             raise CommandError(f"{kind} is no type of properties here; those are {known}")
         return name
 
+    @reads
     def getProperties(self, target: int, options: dict[str, Any] | None = None) -> dict[str, Any]:
         """Return the properties that can be read now, by name. Option `skipLarge`: without images and texts of
         scripts.
@@ -80,6 +86,7 @@ class PropertyFunctions(PropertyPart):
                 continue  # it has no value now, as the size of a perspective view
         return found
 
+    @reads
     def getPropertiesInfos(self, target: int, _options: dict[str, Any] | None = None) -> dict[str, Any]:
         """Return for each property by name: `type`, `flags` (value, readable, writable, removable, large), `class` and
         `label`.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..effects import reads
 from .base import PropertyPart
 from .property_types import (
     COLOR,
@@ -20,12 +21,13 @@ from .property_types import (
 )
 
 
-class TablePropertyFunctions(PropertyPart):
+class TablePropertyFunctions(PropertyPart, effect="changes"):
     """Functions for properties that are tables. Option `noError`: nil instead of an error.
 
     A function reads and sets the properties of all types that hold the same kind of values.
     """
 
+    @reads
     def getTableProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[Any] | dict[Any, Any] | None:
@@ -38,6 +40,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is a table."""
         self._write_property(TABLE, target, name, value, options)
 
+    @reads
     def getVector2Property(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[float] | None:
@@ -50,6 +53,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is 2 numbers."""
         self._write_property(VECTOR2, target, name, value, options)
 
+    @reads
     def getVector3Property(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[float] | None:
@@ -62,6 +66,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is x, y, z."""
         self._write_property(VECTOR3, target, name, value, options)
 
+    @reads
     def getQuaternionProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[float] | None:
@@ -74,6 +79,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is x, y, z, w."""
         self._write_property(QUATERNION, target, name, value, options)
 
+    @reads
     def getPoseProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[float] | None:
@@ -86,6 +92,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is x, y, z, then the quaternion x, y, z, w."""
         self._write_property(POSE, target, name, value, options)
 
+    @reads
     def getColorProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[float] | None:
@@ -98,6 +105,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is red, green, blue, 0 to 1."""
         self._write_property(COLOR, target, name, value, options)
 
+    @reads
     def getIntArrayProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[int] | None:
@@ -110,6 +118,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is integers."""
         self._write_property(INT_ARRAY, target, name, value, options)
 
+    @reads
     def getIntArray2Property(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[int] | None:
@@ -122,6 +131,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is 2 integers."""
         self._write_property(INT_ARRAY2, target, name, value, options)
 
+    @reads
     def getFloatArrayProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[float] | None:
@@ -134,6 +144,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is numbers."""
         self._write_property(FLOAT_ARRAY, target, name, value, options)
 
+    @reads
     def getHandleArrayProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[int] | None:
@@ -146,6 +157,7 @@ class TablePropertyFunctions(PropertyPart):
         """Set a property that is handles."""
         self._write_property(HANDLE_ARRAY, target, name, value, options)
 
+    @reads
     def getStringArrayProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> list[str] | None:

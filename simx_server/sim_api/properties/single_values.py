@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..effects import reads
 from .base import PropertyPart
 from .property_types import BOOL, BUFFER, FLOAT, HANDLE, INT, LONG, STRING
 
 
-class SinglePropertyFunctions(PropertyPart):
+class SinglePropertyFunctions(PropertyPart, effect="changes"):
     """Functions for properties with one value. Option `noError`: nil instead of an error.
 
     A function reads and sets the properties of all types that hold the same kind of values.
     """
 
+    @reads
     def getBoolProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> bool | None:
         """Return a property that is true or false."""
         return self._read_property(BOOL, target, name, options)
@@ -24,6 +26,7 @@ class SinglePropertyFunctions(PropertyPart):
         """Set a property that is true or false."""
         self._write_property(BOOL, target, name, value, options)
 
+    @reads
     def getIntProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> int | None:
         """Return a property that is an integer."""
         return self._read_property(INT, target, name, options)
@@ -34,6 +37,7 @@ class SinglePropertyFunctions(PropertyPart):
         """Set a property that is an integer."""
         self._write_property(INT, target, name, value, options)
 
+    @reads
     def getLongProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> int | None:
         """Return a property that is an integer of 64 bits."""
         return self._read_property(LONG, target, name, options)
@@ -44,6 +48,7 @@ class SinglePropertyFunctions(PropertyPart):
         """Set a property that is an integer of 64 bits."""
         self._write_property(LONG, target, name, value, options)
 
+    @reads
     def getFloatProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> float | None:
         """Return a property that is a number."""
         return self._read_property(FLOAT, target, name, options)
@@ -54,6 +59,7 @@ class SinglePropertyFunctions(PropertyPart):
         """Set a property that is a number."""
         self._write_property(FLOAT, target, name, value, options)
 
+    @reads
     def getStringProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> str | None:
         """Return a property that is text."""
         return self._read_property(STRING, target, name, options)
@@ -64,6 +70,7 @@ class SinglePropertyFunctions(PropertyPart):
         """Set a property that is text."""
         self._write_property(STRING, target, name, value, options)
 
+    @reads
     def getBufferProperty(
         self, target: int, name: str, options: dict[str, Any] | None = None
     ) -> bytes | None:
@@ -76,6 +83,7 @@ class SinglePropertyFunctions(PropertyPart):
         """Set a property that is a string of bytes."""
         self._write_property(BUFFER, target, name, value, options)
 
+    @reads
     def getHandleProperty(self, target: int, name: str, options: dict[str, Any] | None = None) -> int | None:
         """Return a property that is a handle."""
         return self._read_property(HANDLE, target, name, options)

@@ -11,7 +11,7 @@ from .part import Ros2Part
 from .topics import split
 
 
-class Ros2InterfaceFunctions(Ros2Part):
+class Ros2InterfaceFunctions(Ros2Part, effect="changes"):
     """Messages and times."""
 
     def createInterface(self, kind: str) -> dict[str, Any]:

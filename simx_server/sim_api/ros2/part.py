@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _Opened = TypeVar("_Opened", bound="Opened")
 
 
-class Ros2Part(RosPart):
+class Ros2Part(RosPart, effect="changes"):
     """Functions of one topic of ``simROS2``, with what the script has opened."""
 
     NOTE = "ROS 2 is not there (--ros2): what scripts publish goes nowhere, and subscriptions receive nothing"

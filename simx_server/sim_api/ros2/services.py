@@ -17,7 +17,7 @@ MOST_SECONDS = 3600.0
 """Longest time that a script waits for a service."""
 
 
-class Ros2ServiceFunctions(Ros2Part):
+class Ros2ServiceFunctions(Ros2Part, effect="changes"):
     """Services. They exist as long as the script that opened them runs."""
 
     def createService(self, service: str, kind: str, callback: str | Function, *_quality: Any) -> int:

@@ -22,7 +22,7 @@ def _numbered(*names: str) -> dict[str, int]:
     return {name: number for number, name in enumerate(names)}
 
 
-class Ros2ActionFunctions(Ros2Part):
+class Ros2ActionFunctions(Ros2Part, effect="changes"):
     """Actions, which no other node sees."""
 
     def createActionClient(self, _action: str, _kind: str, *_callbacks: Any) -> int:
@@ -54,7 +54,9 @@ class Ros2ActionFunctions(Ros2Part):
     actionServerActionIsExecuting = answer(False, reason=_NO_ACTIONS)
 
 
-class SimRos2(Ros2TopicFunctions, Ros2ServiceFunctions, Ros2InterfaceFunctions, Ros2ActionFunctions):
+class SimRos2(
+    Ros2TopicFunctions, Ros2ServiceFunctions, Ros2InterfaceFunctions, Ros2ActionFunctions, effect="changes"
+):
     """The functions of ``simROS2``."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = MappingProxyType(

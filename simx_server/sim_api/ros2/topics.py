@@ -21,7 +21,7 @@ IMAGE = "sensor_msgs/msg/Image"
 _TRANSFORMS = TopicQuality(depth=100)
 
 
-class Ros2TopicFunctions(Ros2Part):
+class Ros2TopicFunctions(Ros2Part, effect="changes"):
     """Topics. They exist as long as the script that opened them runs."""
 
     def createPublisher(self, topic: str, kind: str, *quality: Any) -> int:

@@ -9,6 +9,7 @@ from simx_server.errors import Unsupported
 from simx_server.scripting.interpreter import Constant
 from simx_server.scripting.script import Order
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _ACTIVE_IN_RUN, _ORDER, _COUNT, _CASCADING, _ENABLED, _BEFORE_SAVE, _DEBUG_LEVEL, _TYPE, _HANDLE = range(9)
 """sim.scriptattribute_* and the like."""
@@ -20,7 +21,7 @@ _DESCRIPTION, _NAME, _TEXT, _LANGUAGE = 10108, 10109, 10110, 10112
 """sim.scriptstringparam_*."""
 
 
-class ScriptAttributeFunctions(ApiPart):
+class ScriptAttributeFunctions(ApiPart, effect="changes"):
     """Functions for attributes of a script, given by its handle; sim.handle_self is the caller."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {
@@ -39,6 +40,7 @@ class ScriptAttributeFunctions(ApiPart):
         "scriptexecorder_last": int(Order.LAST),
     }
 
+    @reads
     def getScriptAttribute(self, script: int, attribute: int) -> int | bool:
         """Return whether the script is called (sim.scriptattribute_enabled), its execution order, type, handle, how
         many simulation steps were started, or whether a customization script is called during a run.
@@ -94,6 +96,7 @@ class ScriptAttributeFunctions(ApiPart):
                 )
         return 1
 
+    @reads
     def getScriptInt32Param(self, script: int, parameter: int) -> int:
         """Return sim.scriptintparam_execorder, _execcount, _type, _handle or _enabled of a script."""
         return int(self.getScriptAttribute(script, _integer(parameter)))
@@ -103,6 +106,7 @@ class ScriptAttributeFunctions(ApiPart):
         attribute = _integer(parameter)
         return self.setScriptAttribute(script, attribute, bool(value) if attribute == _ENABLED else value)
 
+    @reads
     def getScriptStringParam(self, script: int, parameter: int) -> bytes | str:
         """Return sim.scriptstringparam_text, _lang, _name or _description of a script."""
         found = self._script_at(script)

@@ -21,7 +21,7 @@ FAILED = -1
 _CALLED = {_ACTUATION: "sysCall_actuation", CALL_TYPES["syscb_sensing"]: "sysCall_sensing"}
 
 
-class MainScriptFunctions(ApiPart):
+class MainScriptFunctions(ApiPart, effect="changes"):
     """Functions for main scripts; they return a number where V-REP returned a count."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {

@@ -6,16 +6,18 @@ from simx_server.editing import scripts as making
 from simx_server.errors import CommandError
 from simx_server.scripting.script import LUA
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import runs_code
 
 _TEXT = 10110
 """sim.scriptstringparam_text."""
 
 
-class ScriptMakingFunctions(ApiPart):
+class ScriptMakingFunctions(ApiPart, effect="changes"):
     """Functions for new scripts and new texts. All need --allow-code, since a text may come from a client. New scripts
     disappear at the stop of the run in which they were made.
     """
 
+    @runs_code
     def createScript(self, kind: int, text: bytes, _options: int = 0, language: str = LUA) -> int:
         """Create a script object with a script (1 child, 6 customization) and return its handle. A customization script
         starts now, a child script with the run. CoppeliaSim 4.7's form.
@@ -36,6 +38,7 @@ class ScriptMakingFunctions(ApiPart):
         making.attach(self._world, script, self._self(handle))
         return 1
 
+    @runs_code
     def setScriptText(self, script: int, text: bytes) -> int:
         """Set the text with which a script starts the next time, or after sim.initScript; return 1."""
         making.require_permission(self._world)
@@ -46,6 +49,7 @@ class ScriptMakingFunctions(ApiPart):
             making.set_text(self._world, self._script_at(script), _decoded(text))
         return 1
 
+    @runs_code
     def setScriptStringParam(self, script: int, parameter: int, value: bytes) -> int:
         """Set sim.scriptstringparam_text of a script, as sim.setScriptText does; return 1. Partly: no others."""
         if parameter != _TEXT:
@@ -54,6 +58,7 @@ class ScriptMakingFunctions(ApiPart):
             )
         return self.setScriptText(script, value)
 
+    @runs_code
     def initScript(self, script: int) -> bool:
         """End another script with its cleanup, and start it again; return whether it runs now."""
         making.require_permission(self._world)

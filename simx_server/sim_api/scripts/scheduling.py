@@ -8,14 +8,16 @@ from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import Function
 from simx_server.scripting.script import Scheduled
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import needs_script
 
 _MOST = 1000
 """Maximum number of calls that a script may schedule."""
 
 
-class SchedulingFunctions(ApiPart):
+class SchedulingFunctions(ApiPart, effect="changes"):
     """Functions for calls at another time, and for messages."""
 
+    @needs_script
     def scheduleExecution(
         self, function: str | Function, arguments: list[Any], moment: float, in_simulation_time: bool = False
     ) -> int:

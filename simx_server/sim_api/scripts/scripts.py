@@ -16,6 +16,7 @@ from simx_server.scripting.script import LUA, Script, ScriptKind
 from simx_server.scripting.signature import to_text
 from simx_server.scripting.targets import find_group, find_target, split_target
 from simx_server.sim_api.base import HANDLE_SELF, ApiPart
+from simx_server.sim_api.effects import needs_script, reads, runs_code
 
 _NONE = -1
 _HIGHEST_TYPE = 0xFF
@@ -24,7 +25,7 @@ _HIGHEST_TYPE = 0xFF
 _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 
 
-class ScriptFunctions(ApiPart):
+class ScriptFunctions(ApiPart, effect="changes"):
     """Functions for scripts. A handle identifies a script, or a type and the name of its object; sim.handle_self is
     the caller.
     """
@@ -64,6 +65,7 @@ class ScriptFunctions(ApiPart):
         assign(value)
         return 1
 
+    @runs_code
     def executeScriptString(self, text: str, script: int) -> tuple[Any, ...]:
         """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle; return 0 and its
         results.
@@ -92,10 +94,12 @@ class ScriptFunctions(ApiPart):
         self._world.scripts.remove(self._script_at(script))
         return 1
 
+    @reads
     def getScriptText(self, script: int) -> bytes:
         """Return the text of the script's file or annotation."""
         return self._script_at(script).source(self._sim)
 
+    @reads
     def getScriptHandle(self, owner: str | None = None) -> int:
         """Return the handle of an object's child script; without a name, of the caller. V-REP 3's form."""
         if owner is None or owner == str(HANDLE_SELF):
@@ -103,6 +107,7 @@ class ScriptFunctions(ApiPart):
         handle = self._sim.scene.resolve(self._adjusted(owner), self._owner)
         return self._of(handle, ScriptKind.CHILD)
 
+    @reads
     def getScript(self, kind: int, owner: int | str = HANDLE_SELF, _name: str = "") -> int:
         """Return the script of an object (handle or name) by script type, -1 for none; with sim.handle_self alone the
         caller, with sim.scripttype_sandbox the one in which programs run pieces of Lua.
@@ -118,24 +123,29 @@ class ScriptFunctions(ApiPart):
             owner = self._sim.scene.resolve(self._adjusted(owner), self._owner)
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind(kind))
 
+    @reads
     def getScriptName(self, script: int = HANDLE_SELF) -> str:
         """Return the name of the script's object; empty for the main and the sandbox script."""
         found = self._script_at(script)
         served = found.home if found.owner == -1 else found.owner
         return "" if served == -1 else self._sim.scene.get(served).name
 
+    @reads
     def getObjectAssociatedWithScript(self, script: int = HANDLE_SELF) -> int:
         """Return the script's object; -1 for the main script."""
         return self._script_at(script).owner
 
+    @reads
     def getScriptAssociatedWithObject(self, owner: int) -> int:
         """Return the child script of an object, -1 for none."""
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CHILD)
 
+    @reads
     def getCustomizationScriptAssociatedWithObject(self, owner: int) -> int:
         """Return the customization script of an object, -1 for none."""
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CUSTOMIZATION)
 
+    @reads
     def getScriptSimulationParameter(
         self, script: int, name: str, as_text: bool = False
     ) -> bool | float | str | tuple[list[bool | float | str | None], list[int]] | None:
@@ -160,6 +170,7 @@ class ScriptFunctions(ApiPart):
         parameters = self._world.script_parameters
         return sum(parameters.set(parameters.holder(one, name), name, _text(value)) for one in scripts)
 
+    @reads
     def getUserParameter(self, target: int, name: str, as_text: bool = False) -> bool | float | str | None:
         """Return a parameter of an object as sim.getScriptSimulationParameter does; nil for a missing one."""
         return _value(self._world.script_parameters.get(self._served(target), name), as_text)
@@ -172,30 +183,36 @@ class ScriptFunctions(ApiPart):
             parameters.set(owner, name, _text(value))
         return 0
 
+    @needs_script
     def include(self, _file: str, _command: str | None = None) -> NoReturn:
         """Run a Lua file of the simulator's folder, as ``require`` does: ``/lua/graph_customization.lua`` is the
         module graph_customization. Lua scripts only.
         """
         raise CommandError("only Lua scripts include files; a Python script imports modules")
 
+    @needs_script
     def registerScriptFuncHook(self, _name: str, _hook: Any, _before: bool = False) -> NoReturn:
         """Call a function of the script before or after each call of another one, such as ``sysCall_actuation``, and
         return how many do. Lua scripts only.
         """
         raise CommandError("only Lua scripts have hooks; in a Python script call the function yourself")
 
+    @reads
     def copyTable(self, table: Any) -> Any:
         """Return a copy of a table and of all tables within it."""
         return table
 
+    @reads
     def getScriptExecutionCount(self) -> int:
         """Return how many simulation steps were started before this one."""
         return self._sim.step_count
 
+    @reads
     def isScriptExecutionThreaded(self) -> int:
         """Return 1 in a script with a thread."""
         return int(self._script.has_thread)
 
+    @reads
     def isScriptRunningInThread(self) -> int:
         """Return 1 in a script with a thread."""
         return int(self._script.has_thread)

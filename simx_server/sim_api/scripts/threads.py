@@ -12,12 +12,13 @@ from simx_server.errors import CommandError
 from simx_server.scripting.bodies import CALL_TYPES
 from simx_server.scripting.interpreter import Waiting
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _SHORTEST, _LONGEST = 0.001, 0.2
 """Limits of the seconds until a thread switches; V-REP accepts them in setThreadSwitchTiming."""
 
 
-class ThreadFunctions(ApiPart):
+class ThreadFunctions(ApiPart, effect="changes"):
     """Functions for threads. A wait ends in a later simulation step; times are simulated seconds unless stated
     otherwise.
     """
@@ -33,6 +34,7 @@ class ThreadFunctions(ApiPart):
         """Suspend the thread until the next simulation step: the later name of switchThread."""
         return self.switchThread()
 
+    @reads
     def wait(self, seconds: float, simulation_time: bool = True) -> Waiting:
         """Wait for this time, at least until the next simulation step; return the time by which the wait was too
         long.
@@ -52,6 +54,7 @@ class ThreadFunctions(ApiPart):
             yield
         return (max(0.0, now() - start - seconds),)
 
+    @reads
     def waitForSignal(self, name: str) -> Waiting:
         """Wait until a signal of this name and of any type is set; return its value."""
         while True:
@@ -74,6 +77,7 @@ class ThreadFunctions(ApiPart):
             switching.level = max(0, enable)
         return before
 
+    @reads
     def getThreadAutomaticSwitch(self) -> tuple[bool, int]:
         """Return whether calls of ``sim`` and loops switch automatically, and the level."""
         return self._script.switching.level == 0, self._script.switching.level
@@ -102,6 +106,7 @@ class ThreadFunctions(ApiPart):
         """
         return 0
 
+    @reads
     def getThreadSwitchTiming(self) -> float:
         """Return the milliseconds after which a call of ``sim`` or a loop switches."""
         return self._script.switching.seconds * 1000
@@ -110,6 +115,7 @@ class ThreadFunctions(ApiPart):
         """Set the time after which a call of ``sim`` or a loop switches: the later form of setThreadSwitchTiming."""
         self.setThreadSwitchTiming(seconds * 1000)
 
+    @reads
     def getAutoYieldDelay(self) -> float:
         """Return the seconds after which a call of ``sim`` or a loop switches."""
         return self._script.switching.seconds
@@ -136,12 +142,14 @@ class ThreadFunctions(ApiPart):
             yield
         return ()
 
+    @reads
     def getThreadExistRequest(self) -> bool:
         """Return whether the thread is to end: true once the run is ending."""
         return self._sim.is_stopping
 
     getThreadExitRequest = getThreadExistRequest
 
+    @reads
     def getThreadId(self) -> int:
         """Return a number that is unique to the script, inside and outside its thread."""
         return self._script.handle

@@ -8,7 +8,7 @@ _NO_PROGRAM = "the program mtbServer is not there"
 _NO_DEVICE = "no haptic device is connected"
 
 
-class SimMtb(StandIn):
+class SimMtb(StandIn, effect="changes"):
     """The functions of ``simMTB``, which starts V-REP's example of a robot language."""
 
     NOTE = "simMTB: V-REP's example program mtbServer is not there, so its robots do not move"
@@ -24,7 +24,7 @@ class SimMtb(StandIn):
     disconnectInput = answer(False, reason=_NO_PROGRAM)
 
 
-class SimChai3d(StandIn):
+class SimChai3d(StandIn, effect="changes"):
     """The functions of ``simCHAI3D``, for haptic devices."""
 
     NOTE = "simCHAI3D: no haptic device is connected"

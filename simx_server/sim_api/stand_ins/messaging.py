@@ -43,7 +43,7 @@ def _handle_of(what: str, *, reason: str = _NO_SOCKETS) -> Callable[..., int]:
     return function
 
 
-class SimZmq(_WithHandles):
+class SimZmq(_WithHandles, effect="changes"):
     """The functions of ``simZMQ``."""
 
     NOTE = "scripts have no ZeroMQ sockets: what they send with simZMQ goes nowhere, and they receive nothing"
@@ -106,7 +106,7 @@ class SimZmq(_WithHandles):
     version = answer(0, 0, 0, reason=_NO_SOCKETS)
 
 
-class SimB0(_WithHandles):
+class SimB0(_WithHandles, effect="changes"):
     """The functions of ``simB0``, V-REP's BlueZero."""
 
     NOTE = "BlueZero is not there: what scripts send with simB0 goes nowhere, and they receive nothing"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _NO_ROS = "the server has no ROS"
 
 
-class RosPart(StandIn):
+class RosPart(StandIn, effect="changes"):
     """Functions that ROS 1 and ROS 2 share: handles, parameters, transformations, images."""
 
     NOTE: ClassVar[str] = (
@@ -88,7 +88,7 @@ class RosPart(StandIn):
         self._parameters.pop(name, None)
 
 
-class SimRos(RosPart):
+class SimRos(RosPart, effect="changes"):
     """The functions of ``simROS``."""
 
     def advertise(self, _topic: str, _kind: str, _queue: int = 1, _latch: bool = False) -> int:
@@ -133,7 +133,7 @@ class SimRos(RosPart):
     imageTransportShutdownSubscriber = answer(reason=_NO_ROS)
 
 
-class OldRosFunctions(StandIn):
+class OldRosFunctions(StandIn, effect="changes"):
     """V-REP 3.2's plug-in, such as ``simExtROS_enablePublisher``."""
 
     NOTE = RosPart.NOTE

@@ -21,7 +21,7 @@ _NOTE = "marks of objects for ROS are kept, and nothing drives the objects: the 
 _SPACE = "ext_ros_bridge"
 
 
-class RosBridgeFunctions(ApiPart):
+class RosBridgeFunctions(ApiPart, effect="changes"):
     """Functions of V-REP 3's plug-in RosBridge: they keep the marks of objects."""
 
     CONSTANTS = MappingProxyType(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _DRAWN = "banners, ghosts and points of V-REP's window (sim.addBanner, sim.addGhost, sim.addPointCloud) are not drawn"
 _FILES = "meshes are not written to files"
@@ -12,7 +13,7 @@ _EDITORS = "the server has no text editor"
 _MACHINERY = "functions and variables for V-REP's editor are not registered"
 
 
-class WindowFunctions(ApiPart):
+class WindowFunctions(ApiPart, effect="changes"):
     """Functions for the drawing, the editor and the files of V-REP's window."""
 
     def addBanner(self, _text: str, _size: float, _options: int, *_more: Any) -> int:
@@ -73,6 +74,7 @@ class WindowFunctions(ApiPart):
         """Return 1. Stand-in: the server has no dialogs to refresh."""
         return 1
 
+    @reads
     def getUserVariables(self) -> list[str]:
         """Return no names. Stand-in: it served V-REP's editor."""
         return []
@@ -91,13 +93,16 @@ class WindowFunctions(ApiPart):
         """Return 0, that it was not locked. Stand-in: the server has no window."""
         return 0
 
+    @reads
     def getLastError(self) -> None:
         """Return nil: no error has happened. Stand-in: errors are in the log and the status bar."""
 
+    @reads
     def getStackTraceback(self) -> str:
         """Return an empty text. Stand-in: errors are in the log and the status bar."""
         return ""
 
+    @reads
     def getInstanceIndex(self) -> int:
         """Return 0: there is one scene at a time."""
         return 0

@@ -9,6 +9,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers.user_interface import custom_uis
 from simx_server.parts.user_interface.custom_uis import Color, CustomUI, Element
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads, takes
 
 from .sim_ui_plots import OLD_CONSTANTS
 
@@ -21,13 +22,14 @@ _LARGEST = 10_000
 """Most columns, rows and pixels of a UI."""
 
 
-class CustomUIFunctions(ApiPart):
+class CustomUIFunctions(ApiPart, effect="changes"):
     """Functions for custom UIs. A slider's position is 0 to 1000; places and sizes of buttons are in cells."""
 
     CONSTANTS = MappingProxyType(
         {"ui_property_systemblockcanmovetofront": 0x800, "ui_property_pauseactive": 0x1000, **OLD_CONSTANTS}
     )
 
+    @reads
     def getUIHandle(self, name: str) -> int:
         """Return the handle of a UI. In a copied script, a name means the script's copy of the UI, if there is one.
         With ``name@silentError`` an unknown name gives -1.
@@ -73,6 +75,7 @@ class CustomUIFunctions(ApiPart):
         place = [*_pair(position, "the position", least=0), *_pair(size, "the size")]
         return self._world.user_interface.custom_uis.add_element(ui, bits, place)
 
+    @reads
     def getUIProperty(self, ui: int) -> int:
         """Return the sim.ui_property_* bits of a UI."""
         return self._world.user_interface.custom_uis.get(ui).properties
@@ -85,6 +88,7 @@ class CustomUIFunctions(ApiPart):
         self._world.user_interface.custom_uis.set_properties(ui, bits)
         return 1
 
+    @reads
     def getUIPosition(self, ui: int) -> list[int]:
         """Return the position of a UI in pixels. Partly: it is the one that a script has set; nothing moves it."""
         return list(self._world.user_interface.custom_uis.get(ui).position)
@@ -95,6 +99,7 @@ class CustomUIFunctions(ApiPart):
         self._world.user_interface.custom_uis.get(ui).position = x, y
         return 1
 
+    @reads
     def getUIButtonSize(self, ui: int, button: int) -> list[int]:
         """Return columns and rows of a button."""
         place = self._world.user_interface.custom_uis.get(ui).element(button).place
@@ -131,6 +136,7 @@ class CustomUIFunctions(ApiPart):
         self._world.user_interface.custom_uis.get(ui).element(button)
         return 1
 
+    @reads
     def getUISlider(self, ui: int, button: int) -> int:
         return custom_uis.get_ui_slider(self._world, ui, button)
 
@@ -138,12 +144,14 @@ class CustomUIFunctions(ApiPart):
         custom_uis.set_ui_slider(self._world, ui, button, position)
         return 1
 
+    @takes
     def getUIEventButton(self, ui: int) -> tuple[int, list[int]]:
         """Return the button that was operated (-1 for none), its property, and a slider's position or 1 for down, 0
         for up.
         """
         return custom_uis.get_ui_event_button(self._world, ui)
 
+    @reads
     def getUIButtonProperty(self, ui: int, button: int) -> int:
         return custom_uis.get_ui_button_property(self._world, ui, button)
 
@@ -151,6 +159,7 @@ class CustomUIFunctions(ApiPart):
         custom_uis.set_ui_button_property(self._world, ui, button, bits)
         return 1
 
+    @reads
     def getUIButtonLabel(self, ui: int, button: int) -> str:
         return self._world.user_interface.custom_uis.get(ui).element(button).label
 

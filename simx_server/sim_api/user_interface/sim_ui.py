@@ -22,7 +22,7 @@ class UiPart(ApiPart):
         return self._window(handle).widget(id, *kinds)
 
 
-class UiWindowFunctions(UiPart):
+class UiWindowFunctions(UiPart, effect="changes"):
     """Windows. They exist as long as the script that made them runs."""
 
     def create(self, xml: str) -> int:

@@ -16,7 +16,7 @@ _CLOSED = {"ok": "ok", "yesno": "no", "yesnocancel": "cancel", "okcancel": "canc
 """Result of a box that is closed without a choice."""
 
 
-class UiDialogFunctions(UiPart):
+class UiDialogFunctions(UiPart, effect="changes"):
     """Message boxes and dialogs. A script cannot wait for the user, so they are closed at once."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = MappingProxyType(

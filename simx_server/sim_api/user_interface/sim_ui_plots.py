@@ -44,7 +44,7 @@ OLD_CONSTANTS: Mapping[str, Constant] = MappingProxyType(
 """The same constants as V-REP 3 named them, sim_customui_curve_type_time."""
 
 
-class UiPlotFunctions(UiPart):
+class UiPlotFunctions(UiPart, effect="changes"):
     """Plots. Nothing is drawn: graphs of the scene are drawn by the web viewer."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = MappingProxyType({**_ENUMS})
@@ -110,7 +110,7 @@ class UiPlotFunctions(UiPart):
     rescaleAxes = rescaleAxesAll = setMouseOptions = setLegendVisibility = _nothing
 
 
-class UiUnseenFunctions(UiPart):
+class UiUnseenFunctions(UiPart, effect="changes"):
     """Widgets that are not shown: images, properties, 3D scenes, web pages."""
 
     def _unseen(self, handle: int, id: int, *_values: Any) -> None:

@@ -11,7 +11,7 @@ MAX_CELLS = 10_000
 """Most cells of a table, and most items of a tree."""
 
 
-class UiTableFunctions(UiPart):
+class UiTableFunctions(UiPart, effect="changes"):
     """Tables. Rows and columns are counted from 0."""
 
     def _table(self, handle: int, id: int) -> Widget:
@@ -116,7 +116,7 @@ class UiTableFunctions(UiPart):
         self._widget(handle, id, "table", "tree")
 
 
-class UiTreeFunctions(UiPart):
+class UiTreeFunctions(UiPart, effect="changes"):
     """Trees. Their items are kept and not shown."""
 
     def _items(self, handle: int, id: int) -> dict[int, int]:

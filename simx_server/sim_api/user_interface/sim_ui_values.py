@@ -11,7 +11,7 @@ from simx_server.parts.user_interface.xml_uis.widgets import CHECKED, MAX_ITEMS,
 from .sim_ui import UiPart
 
 
-class UiValueFunctions(UiPart):
+class UiValueFunctions(UiPart, effect="changes"):
     """Widgets with a value, in their windows."""
 
     def _number(self, handle: int, id: int, kind: str) -> int:
@@ -122,7 +122,7 @@ class UiValueFunctions(UiPart):
             self._widget(handle, id, "edit")
 
 
-class UiComboboxFunctions(UiPart):
+class UiComboboxFunctions(UiPart, effect="changes"):
     """Combo boxes. Items are counted from 0."""
 
     def _box(self, handle: int, id: int) -> Widget:

@@ -6,6 +6,7 @@ from typing import Any
 
 from simx_server.parts.user_interface.views import FloatingView
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _FLOATING = (
     "views of V-REP's window are kept and not drawn; the web viewer (--view) shows cameras and sensors"
@@ -20,7 +21,7 @@ _LAST_FIXED = 9
 """Greatest index of a view on a page."""
 
 
-class ViewFunctions(ApiPart):
+class ViewFunctions(ApiPart, effect="changes"):
     """Functions for views, dialogs for files, and text editors."""
 
     def setNavigationMode(self, mode: int) -> int:
@@ -29,6 +30,7 @@ class ViewFunctions(ApiPart):
         self._world.user_interface.views.navigation_mode = mode
         return 1
 
+    @reads
     def getNavigationMode(self) -> int:
         """Return the mode of the mouse. Stand-in: it is the mode that a script has set, 0 at first."""
         return self._world.user_interface.views.navigation_mode
@@ -39,6 +41,7 @@ class ViewFunctions(ApiPart):
         self._world.user_interface.views.set_page(page)
         return 1
 
+    @reads
     def getPage(self) -> int:
         """Return the page of the window. Stand-in: it is the page that a script has set, 0 at first."""
         return self._world.user_interface.views.page

@@ -5,7 +5,7 @@ from __future__ import annotations
 from simx_server.sim_api.base import ApiPart
 
 
-class BitFunctions(ApiPart):
+class BitFunctions(ApiPart, effect="reads"):
     """Functions for bits of 32-bit integers, or of their low 16 bits."""
 
     def boolAnd32(self, first: int, second: int) -> int:

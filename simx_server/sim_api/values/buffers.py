@@ -30,7 +30,7 @@ _FORMATS = (
 )
 
 
-class BufferFunctions(ApiPart):
+class BufferFunctions(ApiPart, effect="changes"):
     """Functions for buffers. Formats are sim.buffer_ constants."""
 
     CONSTANTS = MappingProxyType(

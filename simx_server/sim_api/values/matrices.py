@@ -62,7 +62,7 @@ def _unit(values: Sequence[float], what: str) -> poses.Vector:
     return poses.scale(axis, 1 / length)
 
 
-class MatrixFunctions(ApiPart):
+class MatrixFunctions(ApiPart, effect="reads"):
     """Functions for matrices. They do not access the scene."""
 
     def buildIdentityMatrix(self) -> list[float]:

@@ -63,7 +63,7 @@ def _span(values: Any, start: int, count: int) -> Any:
     return values[start : start + count] if count > 0 else values[start:]
 
 
-class PackingFunctions(ApiPart):
+class PackingFunctions(ApiPart, effect="reads"):
     """Functions for packed tables of numbers, and of any values."""
 
     def packInt32Table(self, numbers: list[float | None], start: int = 0, count: int = 0) -> bytes:

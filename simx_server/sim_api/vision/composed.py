@@ -19,7 +19,7 @@ _SIX = "front, top, back, bottom, left and right"
 _RED_CYAN = [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]
 
 
-class ComposedImageFunctions(ApiPart):
+class ComposedImageFunctions(ApiPart, effect="changes"):
     """Functions that handle some sensors, and write an image into another, passive sensor."""
 
     def handleSpherical(

@@ -12,6 +12,7 @@ from simx_server.files.image_files import MOST_PIXELS, SUFFIXES, decoded, encode
 from simx_server.handlers.files import store_file
 from simx_server.scripting.signature import to_text
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import writes_files
 
 _RGBA = 1
 """Bit of the options: pixels have four bytes."""
@@ -20,9 +21,10 @@ _IN_MEMORY = b"@mem"
 """Follows the content of an image file that stands in place of its name."""
 
 
-class ImageFileFunctions(ApiPart):
+class ImageFileFunctions(ApiPart, effect="changes"):
     """Functions for image files. An image is a string of RGB or RGBA bytes, the upper row first."""
 
+    @writes_files
     def saveImage(
         self, image: bytes, resolution: list[int], options: int, file: str, quality: int = -1
     ) -> int | bytes:

@@ -27,7 +27,7 @@ _IN_THE_WORLD = 0x800000
 """sim.handleflag_abscoords."""
 
 
-class ImageFilters(WorkImages):
+class ImageFilters(WorkImages, effect="changes"):
     """Functions that change the work image. Sizes and shifts are shares of the image, colours RGB or, if not `rgb`,
     HSL.
     """
@@ -159,7 +159,7 @@ class ImageFilters(WorkImages):
         return False
 
 
-class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters):
+class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters, effect="changes"):
     """Functions that detect; results are packed (sim.unpackFloatTable), ready for the packedPackets of
     sysCall_vision.
     """

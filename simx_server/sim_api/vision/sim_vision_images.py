@@ -22,7 +22,7 @@ _PLAIN = 0xFFFFF
 """A handle without flags."""
 
 
-class WorkImages(ApiPart):
+class WorkImages(ApiPart, effect="changes"):
     """Functions for work images. Rows come bottom first, colours are 0..1. The first result of each function is
     whether the sensor should detect.
 

@@ -56,7 +56,7 @@ class _Scanner:
     """Direction of the lasers, radians from the view of the first sensor about its y axis."""
 
 
-class VelodyneFunctions(ApiPart):
+class VelodyneFunctions(ApiPart, effect="changes"):
     """Functions for scanners: each needs vision sensors with explicit handling that look in all directions."""
 
     def __init__(self, world: World, script: Script) -> None:

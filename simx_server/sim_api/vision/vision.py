@@ -20,6 +20,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.callbacks.images import wait_for
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -36,7 +37,7 @@ _GREY = _METRES = 1
 """Bit 0 of the options of CoppeliaSim 4's functions."""
 
 
-class VisionFunctions(ApiPart):
+class VisionFunctions(ApiPart, effect="changes"):
     """Functions for vision sensors. Rows come bottom first. Regions: x and y of the lower left pixel, width and
     height; 0, 0 is the whole image.
     """
@@ -69,6 +70,7 @@ class VisionFunctions(ApiPart):
                 self._world.vision.handle(handle)
         return (0,)
 
+    @reads
     def readVisionSensor(self, sensor: int) -> tuple[int | list[float] | None, ...]:
         """Return 1 if the sensor detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if
         not handled.
@@ -92,6 +94,7 @@ class VisionFunctions(ApiPart):
                 self._world.vision.change(handle)
         return 1
 
+    @reads
     def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float] | None, ...]:
         """Return 1 if the sensor detects, else 0, and the statistics of a new image of an object or collection, or of
         everything with sim.handle_all.
@@ -100,6 +103,7 @@ class VisionFunctions(ApiPart):
         triggered, packets = wait_for(self._sim, self._world.vision.check(handle, entity))
         return _with_packets(int(triggered), packets)
 
+    @reads
     def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
         """Return a new image (numbers 0..1) or depth (0..1) of an object or collection, or of everything with
         sim.handle_all.
@@ -110,6 +114,7 @@ class VisionFunctions(ApiPart):
         assert found is not None
         return _as_table(found)
 
+    @reads
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
         """Return {width, height} in pixels."""
         settings = self._world.vision.settings(self._vision_sensor(sensor))
@@ -117,6 +122,7 @@ class VisionFunctions(ApiPart):
 
     getVisionSensorRes = getVisionSensorResolution
 
+    @reads
     def getVisionSensorImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, kind: int = 0
     ) -> list[float] | bytes:
@@ -124,6 +130,7 @@ class VisionFunctions(ApiPart):
         pixels = self._pixels(sensor, [x, y], [width, height], grey=_has(sensor, _FLAG_GREY))
         return pixels.tobytes() if kind == _AS_STRING else _as_table(pixels, 255.0)
 
+    @reads
     def getVisionSensorCharImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, cut_off: float = 0.0
     ) -> tuple[bytes, int, int]:
@@ -134,6 +141,7 @@ class VisionFunctions(ApiPart):
         across, up = self.getVisionSensorResolution(sensor)
         return pixels.tobytes(), across, up
 
+    @reads
     def getVisionSensorImg(
         self,
         sensor: int,
@@ -168,6 +176,7 @@ class VisionFunctions(ApiPart):
         flag = _FLAG_GREY if options & _GREY else 0
         return self.setVisionSensorImage(self._vision_sensor(sensor) | flag, image)
 
+    @reads
     def getVisionSensorDepthBuffer(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0
     ) -> list[float] | bytes:
@@ -179,6 +188,7 @@ class VisionFunctions(ApiPart):
         depth = self._depth(sensor, [x, y], [width, height], _has(sensor, _FLAG_METRES))
         return depth.astype("<f4").tobytes() if _has(sensor, _FLAG_STRING) else _as_table(depth)
 
+    @reads
     def getVisionSensorDepth(
         self,
         sensor: int,
