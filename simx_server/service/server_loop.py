@@ -24,19 +24,20 @@ from simx_server.processes.heap import Unused, give_back
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
+from .answers.link import Link
 from .answers.outbox import LINGER, Outbox
 from .answers.publishing import Publisher
 from .answers.replies import Messages
 from .calls.batches import Batches
 from .calls.busy import BusyDesk, Doing
-from .calls.demands import Demands, demands_of_batch, interfere
 from .calls.direct import DirectCall
 from .calls.dispatch import Dispatch
 from .calls.executor import Executor
 from .calls.registry import Handler
+from .calls.work import Work, interfere
 from .clients.admission.places import Entrance, Places
 from .clients.admission.unfinished import Unfinished
-from .clients.sessions import MAX_DEPARTED, ClientSession, Departed, Link
+from .clients.sessions import MAX_DEPARTED, ClientSession, Departed
 from .clock import Pacer
 from .monitoring.metrics import Metrics
 from .queue.box import Arrival, Event
@@ -124,7 +125,7 @@ class ServerLoop(Part):
         self.more_starting_ports: Container[int] = ()
         """Further ports of this kind, which the scene's scripts name."""
         self._inbox = Inbox(lambda: self.simulation.limits)
-        self._outbox = Outbox(messages.pack)
+        self._outbox = Outbox(messages)
         self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
@@ -192,12 +193,12 @@ class ServerLoop(Part):
         """Queue a query from outside; return how many of its kind wait, 0 if they are too many."""
         return self._inbox.ask(kind, question)
 
-    def submit(self, client: str, payload: bytes) -> bool:
-        """Queue a batch of calls; return whether the client may continue at this rate, see `Inbox.put`."""
-        return self._inbox.put(client, payload, len(payload))
+    def submit(self, client: str, work: Work) -> bool:
+        """Queue a message; return whether the client may continue at this rate, see `Inbox.put`."""
+        return self._inbox.put(client, work, work.size, _unchanged)
 
-    def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
-        """Queue a batch as ``submit`` does, but convert it to bytes only if there is space for it."""
+    def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], Work]) -> bool:
+        """Queue a message as ``submit`` does, but make work of it only if there is space for it."""
         return self._inbox.put(client, payload, size, read)
 
     def depart(self, client: str) -> None:
@@ -227,9 +228,9 @@ class ServerLoop(Part):
         """Return whether a client has so much waiting that nothing more should be read from it. Any thread."""
         return self._inbox.has_much(client)
 
-    def hand_over(self, client: str, payload: bytes) -> bool:
-        """Execute a batch next that the physics thread has read while it waited; False: ``submit`` it."""
-        return self._inbox.hand_over(client, payload)
+    def hand_over(self, client: str, work: Work) -> bool:
+        """Execute a message next that the physics thread has read while it waited; False: ``submit`` it."""
+        return self._inbox.hand_over(client, work)
 
     def post_behind(
         self,
@@ -319,9 +320,9 @@ class ServerLoop(Part):
 
     # --- for a client in this process: its thread is the physics thread during the call ------------
 
-    def execute(self, client: str, payload: bytes) -> None:
-        """Execute a batch of calls at once."""
-        self._handle(Arrival(client, payload))
+    def execute(self, client: str, work: Work) -> None:
+        """Execute a message at once."""
+        self._handle(Arrival(client, work))
         self._settle()
         self._outbox.send()
 
@@ -483,7 +484,7 @@ class ServerLoop(Part):
         began = time.perf_counter()
         try:
             if isinstance(event, Arrival):
-                self._batches.execute(event.client, event.payload)
+                self._batches.execute(event.client, event.work)
             else:
                 self._outbox.send()
                 event()
@@ -640,25 +641,26 @@ class ServerLoop(Part):
         name: str,
         port: int,
         link: Link,
-        serve: Callable[[bytes], object] | None = None,
-        demands: Callable[[bytes], Demands] = demands_of_batch,
+        *,
+        calls_sim: bool = False,
         entrance: Entrance | None = None,
     ) -> ClientSession:
         """Add a client that says hello. A second hello (after a loss) starts a new session.
 
         Args:
-            serve: executes its messages, when they hold other calls than the table's.
-            demands: reads what these messages demand of a script that runs.
+            calls_sim: its messages hold calls of the namespaces of scripts, and not of the table.
             entrance: where it has come in; `places` has checked it.
         """
         self._end_session(client)
-        self._inbox.open(client, demands)
+        self._inbox.open(client)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
-        session = ClientSession(client, name, port, link, serve=serve, entrance=entrance or Entrance())
+        session = ClientSession(
+            client, name, port, link, calls_sim=calls_sim, entrance=entrance or Entrance()
+        )
         self.sessions[client] = session
         if self.recorder is not None:
-            self.recorder.joined(client, name, port, is_zmq=serve is not None)
+            self.recorder.joined(client, name, port, is_zmq=calls_sim)
         logger.info("client %s joined by port %d", name, port)
         has_returned = self.returning is not None and self.returning.welcome(session)
         is_stopped = self.simulation.state is SimulationState.STOPPED
@@ -709,3 +711,7 @@ class ServerLoop(Part):
             dict(session.called),
             self.metrics.age,
         )
+
+
+def _unchanged(work: Work) -> Work:
+    return work

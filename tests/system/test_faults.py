@@ -190,10 +190,10 @@ def test_what_is_ready_for_a_client_that_has_gone_is_dropped_without_a_word(tran
     postman = Postman(Care(), lambda _: None)
     link = ZenohLink(transport._zenoh, transport._session, "realm", "client", postman, lambda: None)
     link.close()
-    link.deliver(b"an answer")
-    link.publish(b"values")
+    link.put_replies(b"an answer")
+    link.put_values(b"values")
     transport.close()
-    link.publish_image(1, b"a picture")
+    link.put_image(1, b"a picture")
     assert not caplog.records
 
 

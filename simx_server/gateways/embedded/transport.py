@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from threading import get_ident
 from typing import cast
@@ -21,9 +21,11 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery,
 from simx_client.protocol.precision import Values, through_message
 from simx_client.transport.direct import DirectFunction
 from simx_server.service.answers.answers import Answer
+from simx_server.service.answers.link import PackingLink
 from simx_server.service.answers.replies import Instant
-from simx_server.service.answers.streams import Stream
+from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.direct import DirectCall
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.server_loop import ServerLoop
 
@@ -33,7 +35,7 @@ _MOST_WAITED = 0.05
 """Seconds after which a thread that waits for an answer checks again whether it has to make a step itself."""
 
 
-class EmbeddedTransport:
+class EmbeddedTransport(PackingLink):
     """A ``simx_client.transport.direct.DirectTransport`` to a server loop in this process."""
 
     def __init__(self, loop: ServerLoop, turns: Turns, client: str, name: str, port: int) -> None:
@@ -60,7 +62,6 @@ class EmbeddedTransport:
         self._replied: Instant | None = None
         """When the client took the newest values, or got its newest direct reply."""
 
-        self._stream: deque[bytes] = deque(maxlen=1)
         self._pictures: dict[int, bytes] = {}
         self._received: dict[str, Callable[[Values], Values]] = {}
         self._prepared: dict[str, DirectCall] = {}
@@ -82,7 +83,6 @@ class EmbeddedTransport:
             raise ConnectionFailed("the embedded simulation does not answer: another thread keeps it busy")
         try:
             self._session = self._loop.join(self.client, self._name, self._port, self)
-            self._session.direct = self
             self.is_direct = self._loop.recorder is None
             self._turns.note_change()
         finally:
@@ -91,10 +91,10 @@ class EmbeddedTransport:
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         if not self._turns.begin():  # within a step of this very thread
-            self._loop.submit(self.client, payload)
+            self._loop.submit(self.client, BatchWork(payload))
             return
         try:
-            self._loop.execute(self.client, payload)
+            self._loop.execute(self.client, BatchWork(payload))
             self._turns.note_change()
         finally:
             self._turns.end()
@@ -127,7 +127,8 @@ class EmbeddedTransport:
             self._turns.end()
 
     def newest(self) -> bytes | None:
-        return self._stream.pop() if self._stream else None
+        """Return None: values come by `take_values`."""
+        return None
 
     def images(self) -> list[bytes]:
         if not self._pictures:
@@ -258,28 +259,22 @@ class EmbeddedTransport:
         at = self._replied
         return None if at is None else self._loop.messages.header(at, message_id, client_time)
 
-    # --- the server's side: sessions.Link and sessions.DirectLink --------------------------------
+    # --- the server's side: the link -------------------------------------------------------------
 
-    def deliver(self, payload: bytes) -> None:
+    def put_replies(self, payload: bytes) -> None:
         self._deliveries.append(payload)
         self._came.set()
 
-    def publish(self, payload: bytes) -> None:
-        self._stream.append(payload)
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
+    def put_image(self, stream_id: int, payload: bytes) -> None:
         self._pictures[stream_id] = payload
         self._came.set()
 
-    def publish_values(self, streams: Collection[Stream]) -> None:
+    def publish(self, values: NewestValues) -> None:
         """Take the newest values of the streams, as messages would bring them."""
         newest: list[Reply] = []
-        for stream in streams:
-            share = stream.shared
-            if share is None:
-                continue
-            status, values = share.answer
+        for stream_id, value in values.of_streams():
+            status, results = value.answer
             if status == STATUS_OK:
-                values = self._conversion(share.command)(values)
-            newest.append(of_fields(Reply, (stream.stream_id, status, share.time_ms, values)))
+                results = self._conversion(value.command)(results)
+            newest.append(of_fields(Reply, (stream_id, status, value.time_ms, results)))
         self._values, self._computed = newest, self._loop.messages.instant()

@@ -17,17 +17,18 @@ from typing import TYPE_CHECKING, Any
 from simx_server.limits import LimitReached
 from simx_server.scripting.interpreter import TIMEOUT
 from simx_server.scripting.script import Script, ScriptKind
+from simx_server.service.answers.link import Link
 from simx_server.service.clients.admission.places import Entrance
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.part import Part
 
 from .connection import Connection, too_long
-from .demands import demands_of_message
 from .functions import described
-from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
+from .peer import Peer, SocketPeer, with_number
 from .reading import only_reads
 from .wire import language_of
+from .work import MessageWork
 
 if TYPE_CHECKING:
     from simx_server.service.server_loop import ServerLoop
@@ -80,20 +81,11 @@ class Client:
             self.session.set_stepping(wanted)
 
 
-class _Link:
+class _Link(Link):
     """The link of a session: answers take another way, and the protocol has no streams."""
 
     def __init__(self, closed: Callable[[], object]) -> None:
         self._closed = closed
-
-    def deliver(self, payload: bytes) -> None:
-        """Do nothing: only batches of the server's own clients have such replies."""
-
-    def publish(self, payload: bytes) -> None:
-        """Do nothing: the protocol has no streams."""
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
-        """Do nothing: the protocol has no streams."""
 
     def close(self) -> None:
         self._closed()
@@ -178,10 +170,9 @@ class ZmqClients(Part):
         """Add a client."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
-        serve = partial(self._serve, client)
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
-        client.session = self.loop.join(key, name, port, link, serve, demands_of_message, entrance=entrance)
+        client.session = self.loop.join(key, name, port, link, calls_sim=True, entrance=entrance)
         client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:
@@ -208,17 +199,20 @@ class ZmqClients(Part):
 
     # --- messages --------------------------------------------------------------------------------
 
-    def _serve(self, client: Client, numbered: bytes) -> None:
-        """Execute a message of a client; the number of its connection stands in front."""
-        number = number_of(numbered)
-        peer = self.peer(number)
-        if peer is None:
+    def work(self, number: int, payload: bytes) -> MessageWork:
+        """Return a message of a connection as work."""
+        return MessageWork(number, payload, self.serve)
+
+    def serve(self, key: str, number: int, payload: bytes) -> None:
+        """Execute a message of a client that came by a connection."""
+        client, peer = self._clients.get(key), self.peer(number)
+        if client is None or peer is None:
             return
         connection = client.connections.get(number)
         if connection is None:
             client.connections = {n: each for n, each in client.connections.items() if not each.peer.is_gone}
             connection = client.connections[number] = Connection(self, client, peer)
-        connection.receive(numbered[NUMBER_BYTES:])
+        connection.receive(payload)
 
     def note(self, connection: Connection, payload: bytes) -> None:
         """Record a message that is going to be executed."""

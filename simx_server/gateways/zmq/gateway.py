@@ -25,7 +25,7 @@ from ..errors import GatewayError
 from ..exposure import is_loopback
 from ..outsider_log import OutsiderLog
 from .clients import FIRST_HANDLE, ZmqClients
-from .peer import Peer, SocketPeer, with_number
+from .peer import Peer, SocketPeer
 from .wire import MAX_MESSAGE, packer, uuid_of
 from .zmtp import BadPeer
 
@@ -350,12 +350,11 @@ class ZmqGateway:
         if refusal := self._clients.welcome(peer, payload, self.port):
             self.answer(peer, refusal)
             return
-        numbered = with_number(peer.number, payload)
-        is_large = len(numbered) > _LARGE
-        if is_large and (problem := self._loop.limit_reached(peer.key, len(numbered))):
+        is_large = len(payload) > _LARGE
+        if is_large and (problem := self._loop.limit_reached(peer.key, len(payload))):
             self.answer(peer, {"err": problem})
         else:
-            self._loop.submit(peer.key, numbered)
+            self._loop.submit(peer.key, self._clients.work(peer.number, payload))
 
 
 def _listen(address: str) -> socket.socket:

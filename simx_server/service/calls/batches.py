@@ -18,7 +18,7 @@ from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
+from simx_client.protocol.codec import CodecError
 from simx_client.protocol.commands import TRIGGER, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Batch, Call, Operation, Reply
 from simx_server.errors import CommandError
@@ -33,8 +33,9 @@ from simx_server.service.queue.inbox import Inbox
 
 from .background import Unfinished, refuse_steps, wait_for_step
 from .direct import DirectCall
-from .dispatch import Work, no_such_command
+from .dispatch import Handling, no_such_command
 from .executor import Executor
+from .work import TableWork, Work
 
 if TYPE_CHECKING:
     from simx_server.history.calls import Called
@@ -89,18 +90,20 @@ class Batches:
         self._in_slices: dict[str, float] = {}
         """The clients with a partly executed batch, and the time until which it holds up simulation steps."""
 
-    def execute(self, client: str, payload: bytes) -> None:
-        """Execute a batch and put its replies into the outbox."""
+    def execute(self, client: str, work: Work) -> None:
+        """Execute a message of a client."""
         session = self._loop.sessions.get(client)
         if session is None:
             logger.debug("calls of a client that has not said hello or has gone")
             return
-        if session.serve is not None:
-            session.serve(payload)
-            return
+        work.run(session, self)
+
+    def run(self, session: ClientSession, work: TableWork) -> None:
+        """Execute a batch and put its replies into the outbox."""
+        client = session.client
         if self._loop.recorder is not None:
-            self._loop.recorder.batch(client, payload)
-        batch = self._read(session, payload)
+            self._loop.recorder.batch(client, work.recorded())
+        batch = self._read(session, work)
         if batch is None:
             return
         while session.interrupted is not None:  # this batch may be what allows its step to come
@@ -133,17 +136,17 @@ class Batches:
         _, values = self._executor.failure(session, name, error)
         return str(values[0]) if values else f"{name}: {error}"
 
-    def _read(self, session: ClientSession, payload: bytes) -> Batch | None:
+    def _read(self, session: ClientSession, work: TableWork) -> Batch | None:
         """Return the batch; None if it is unreadable or exceeds a limit, which is reported to the client."""
         limits = self._loop.simulation.limits
         try:
             exceeded = "message"
-            if len(payload) <= limits.message:
-                batch = decode_batch(payload)
+            if work.size <= limits.message:
+                batch = work.read()
                 if len(batch.calls) <= limits.calls:
                     return batch
                 exceeded = "calls"
-            self._refuse(session, payload, limits.reached(exceeded, "send less at a time"))
+            self._refuse(session, work, limits.reached(exceeded, "send less at a time"))
         except CodecError as error:
             if session.is_news("unreadable"):
                 logger.warning("client %s sent something unreadable: %s", session.name, error)
@@ -200,10 +203,10 @@ class Batches:
         for batch in self._waiting_for_step.values():
             batch.problem = problem
 
-    def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
+    def _refuse(self, session: ClientSession, work: TableWork, problem: LimitReached) -> None:
         """Answer each call of a batch that exceeds a limit, and execute none of them. Raises CodecError."""
         self._outbox.send()
-        session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
+        session.message_id, session.client_time, callers = work.callers(MOST_REFUSALS)
         if session.is_news(str(problem)):
             logger.warning("client %s: %s", session.name, problem)
         session.errors.append(str(problem))
@@ -224,7 +227,7 @@ class Batches:
         replies, tally = Replies(made), self._executor.tally(session.called)
         bound: str | None = None
         command: Command | None = None
-        work: Work | None = None
+        work: Handling | None = None
         now, execute, at_step = time.perf_counter, self._executor.execute, self._at_step
         until = now() + SLICE
         try:
@@ -446,7 +449,7 @@ class Batches:
                 batch.replies.append(reply)
             self.execute_rest(session)
         elif reply is not None:
-            session.link.deliver(self._messages.pack(session, [reply]))
+            session.link.deliver(self._messages.delivery(session, [reply]))
 
     def _answered(
         self,
@@ -465,5 +468,5 @@ class Batches:
             return
         replies = [*batch.replies, reply]
         batch.replies.clear()
-        session.link.deliver(self._messages.pack(session, replies))
+        session.link.deliver(self._messages.delivery(session, replies))
         sent.set_result(None)

@@ -22,7 +22,7 @@ from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.monitoring.metrics import Metrics, Tally
 
 from .background import Unfinished, refuse_steps
-from .dispatch import Dispatch, Work
+from .dispatch import Dispatch, Handling
 
 logger = logging.getLogger(__name__)
 
@@ -40,7 +40,7 @@ class Executor:
 
     @overload
     def execute(
-        self, client: ClientSession, tally: Tally, command: Command, work: Work
+        self, client: ClientSession, tally: Tally, command: Command, work: Handling
     ) -> Answer | Future[Answer]: ...
 
     @overload
@@ -49,7 +49,7 @@ class Executor:
         client: ClientSession,
         tally: Tally,
         command: Command,
-        work: Work,
+        work: Handling,
         arguments: Sequence[Any],
         at_step: Callable[[Unfinished], Any],
     ) -> Answer | Future[Answer] | Unfinished: ...
@@ -59,7 +59,7 @@ class Executor:
         client: ClientSession,
         tally: Tally,
         command: Command,
-        work: Work,
+        work: Handling,
         arguments: Sequence[Any] = (),
         at_step: Callable[[Unfinished], Any] = refuse_steps,
     ) -> Answer | Future[Answer] | Unfinished:
