@@ -13,7 +13,7 @@ from simx_client.protocol.zenoh import link
 
 IMPORT = """
 import os
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 link.import_zenoh(link.SERVER_RUNTIME)
 link.import_zenoh()
 print(os.environ["ZENOH_RUNTIME"], end="")

@@ -350,7 +350,7 @@ end
 
 
 def test_a_threaded_script_moves_an_arm_through_two_configurations(tmp_path: Path) -> None:
-    scene = Path(__file__).parents[4] / "scenes" / "ur5.xml"
+    scene = Path(__file__).parents[3] / "scenes" / "ur5.xml"
     text = scene.read_text().replace('file="', f'file="{scene.parent}/')
     text = text.replace(f'data="file={scene.parent}/', 'data="file=')
     (tmp_path / "arm.lua").write_text(UR5)
