@@ -23,6 +23,8 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow
+
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
 EDITS = 80
 MOST_OBJECTS = 60

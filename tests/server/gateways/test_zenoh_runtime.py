@@ -11,6 +11,8 @@ from processes import ROOT
 
 from simx_client.protocol.zenoh import link
 
+pytestmark = pytest.mark.slow
+
 IMPORT = """
 import os
 from simx_client.protocol.zenoh import link

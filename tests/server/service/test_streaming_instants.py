@@ -21,6 +21,8 @@ import simx_client as v
 from bench.measuring.resources import private_mb
 from simx_client.connection.discovery import find_servers
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 BLOCKING, STREAMING, BUFFER = v.simx_opmode_blocking, v.simx_opmode_streaming, v.simx_opmode_buffer
 
 BALLS = 50

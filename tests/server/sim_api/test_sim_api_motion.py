@@ -15,6 +15,8 @@ from sim_api_calls import ScriptWorld, world
 
 from simx_server.scene.poses import frames
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["world"]
 
 BODY = """
