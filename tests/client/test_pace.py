@@ -21,6 +21,8 @@ from simx_server.service.calls.batches import MOST_ROUNDS
 from simx_server.service.calls.pacing import MOST_REMEMBERED, PacedCalls
 from simx_server.service.calls.work import BatchWork
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
 GRIPPER = 3
 STEP_COUNTERS = range(10, 16)

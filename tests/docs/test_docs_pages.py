@@ -28,6 +28,8 @@ from simx_server.scene.formats.loader import load_scene, load_text
 from simx_server.settings.settings import Settings
 from simx_server.viewer.page import command as view_command
 
+pytestmark = pytest.mark.slow
+
 DOCS = ROOT / "docs"
 PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 BLOCK = re.compile(r"^```(\w+)(?: ([^\n]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)

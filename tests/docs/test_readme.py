@@ -16,6 +16,8 @@ from simx_server.app.cli import make_parser as make_server_parser
 from simx_server.settings.settings import SETTINGS
 from simx_server.sim_api.coverage import Support, script_functions
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

@@ -21,7 +21,7 @@ from simx_client.transport.zenoh import ZenohTransport
 from simx_server.gateways.zenoh.gateway import ZenohLink
 from simx_server.gateways.zenoh.posting import Care, Postman
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
 

@@ -20,6 +20,8 @@ from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.vision.render_thread import RenderThread, make_renderer
 from simx_server.simulation.simulation import SimulationState
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <option gravity="0 0 0"/>

@@ -23,6 +23,8 @@ from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scripting import script
 from simx_server.service.calls.work import BatchWork
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
 

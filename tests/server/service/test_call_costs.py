@@ -25,6 +25,8 @@ from simx_server.errors import CommandError
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import answer_of
 from simx_server.sim_api.vision.vision import _as_table
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def target(tmp_path: Path) -> Iterator[Target]:

@@ -18,6 +18,8 @@ from simx_server.viewer.page import gate as gate_module
 from simx_server.viewer.page.gate import Gate, is_loopback
 from simx_server.viewer.page.websocket_size import LARGEST_MESSAGE, MessageSize, TooLong
 
+pytestmark = pytest.mark.slow
+
 TOKEN = "a-token-of-the-test"
 OTHERS = "10.1.2.3"
 UPGRADE = (

@@ -16,6 +16,8 @@ import viser
 from simx_server.viewer.page import quiet_viser
 from simx_server.viewer.page.quiet_viser import open_browser_server, renumber
 
+pytestmark = pytest.mark.slow
+
 MANY = 100
 
 
