@@ -17,7 +17,6 @@ from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.errors import CommandError
 from simx_server.processes.heap import Unused, give_back
@@ -30,7 +29,6 @@ from .answers.publishing import Publisher
 from .answers.replies import Messages
 from .calls.batches import Batches
 from .calls.busy import BusyDesk, Doing
-from .calls.direct import DirectCall
 from .calls.dispatch import Dispatch
 from .calls.executor import Executor
 from .calls.registry import Handler
@@ -45,7 +43,7 @@ from .queue.inbox import Inbox
 from .queue.sockets import Sockets
 
 if TYPE_CHECKING:
-    from simx_server.history import History, LogOfCalls
+    from simx_server.history import History
     from simx_server.history.returning import Returning
     from simx_server.recording import Recorder
     from simx_server.world.world import World
@@ -117,7 +115,10 @@ class ServerLoop(Part):
         self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(world, handlers)
-        executor, messages = Executor(self._dispatch, self.metrics), Messages(simulation, pacer)
+        self.executor = executor = Executor(self._dispatch, self.metrics)
+        """Runs all calls, and knows what is being executed."""
+
+        messages = Messages(simulation, pacer)
         self._messages = messages
         self._publisher = Publisher(executor, messages)
         self._pacer = pacer
@@ -126,7 +127,8 @@ class ServerLoop(Part):
         """Further ports of this kind, which the scene's scripts name."""
         self._inbox = Inbox(lambda: self.simulation.limits)
         self._outbox = Outbox(messages)
-        self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
+        self._batches = Batches(self, executor, self._publisher, self._outbox)
+        self._waiting = self._batches.waiting
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
@@ -162,9 +164,6 @@ class ServerLoop(Part):
 
         self.recorder: Recorder | None = None
         """Records everything that is done for clients, in order."""
-
-        self.log_of_calls: LogOfCalls | None = None
-        """Notes the calls of clients; None while no history is kept."""
 
         self.history: History | None = None
         """Keeps past steps of a run; None: nothing can ask for one."""
@@ -258,19 +257,15 @@ class ServerLoop(Part):
     @property
     def executing(self) -> str:
         """Return the client whose call is being executed; empty if there is none."""
-        return self._batches.executing
+        return self.executor.client
 
-    def begin_work(self, client: str, command: str) -> tuple[str, str]:
-        """Mark a call of another protocol as the one that is executed; pass the result to `end_work`."""
-        return self._batches.begin_work(client, command)
+    def hold(self, event: Event) -> None:
+        """Do something as soon as no script runs."""
+        self._inbox.hold(event)
 
-    def end_work(self, outer: tuple[str, str]) -> None:
-        """Mark the call before as the one that is executed."""
-        self._batches.end_work(outer)
-
-    def failed(self, session: ClientSession, name: str, error: Exception) -> str:
-        """Count and log the failure of a call of another protocol; return the text for its client. Physics thread."""
-        return self._batches.failed(session, name, error)
+    def must_give_way(self) -> bool:
+        """Return whether other clients wait, and may be served inside a batch."""
+        return self._inbox.others_have_come() and self.may_cut_batches
 
     def end(self) -> None:
         """Make ``run`` return."""
@@ -281,7 +276,7 @@ class ServerLoop(Part):
 
     def end_when_left(self) -> None:
         """Make ``run`` return on request of the client that is being served, after the others have left."""
-        self._end_asked_by = self._batches.executing or None
+        self._end_asked_by = self.executor.client or None
         if self._end_asked_by is None:  # a script of the operator
             self.end()
         elif others := self._end_if_left():
@@ -292,7 +287,7 @@ class ServerLoop(Part):
 
     def look_on(self) -> None:
         """Mark the client that is being served as one that only shows the simulation: an end does not wait for it."""
-        if session := self.sessions.get(self._batches.executing):
+        if session := self.sessions.get(self.executor.client):
             session.is_onlooker = True
 
     def _end_if_left(self) -> list[str]:
@@ -325,10 +320,6 @@ class ServerLoop(Part):
         self._handle(Arrival(client, work))
         self._settle()
         self._outbox.send()
-
-    def direct_call(self, session: ClientSession, command: Command) -> DirectCall:
-        """Prepare a command of a client in this process."""
-        return self._batches.direct_call(session, command)
 
     @property
     def messages(self) -> Messages:
@@ -405,8 +396,8 @@ class ServerLoop(Part):
         Before a simulation step, everything that has arrived is executed: commands act on the coming step.
         """
         self._tell_dropped()
-        if self._batches.are_waiting_for_step and not self.is_running_freely:
-            self._batches.end_waiting_for_step()
+        if self._waiting.is_for_step and not self.is_running_freely:
+            self._waiting.end_for_step()
         wait = min(max_wait, self._seconds_until_round())
         if wait > 0:
             event = self._inbox.wait(min(wait, LINGER) if self._outbox.is_keeping else wait)
@@ -425,7 +416,7 @@ class ServerLoop(Part):
             self._settle()  # after each, however many came together
         self._outbox.send()
         self._settle()
-        if self._seconds_until_round() <= 0 and not self._batches.hold_steps:
+        if self._seconds_until_round() <= 0 and not self._waiting.hold_steps:
             outer = self._busy.begin()
             try:
                 self._round()
@@ -448,7 +439,7 @@ class ServerLoop(Part):
         self._is_serving = True
         try:
             self._outbox.send()
-            executing, waits = self._batches.executing, self._brings_on_what_interferes
+            executing, waits = self.executor.client, self._brings_on_what_interferes
             for event in self._inbox.meanwhile(executing, waits, SERVING_DURING_SCRIPT):
                 self._handle(event)
             self._tell_dropped()
@@ -476,7 +467,7 @@ class ServerLoop(Part):
                 session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
 
     def _doing(self) -> Doing:
-        return Doing(self._batches.executing, self._batches.command)
+        return Doing(self.executor.client, self.executor.command)
 
     def _handle(self, event: Event | Arrival) -> None:
         self._has_handled = True
@@ -590,7 +581,7 @@ class ServerLoop(Part):
                 # Values read after a trigger are of the new state, including streamed images.
                 session.release_triggers(after=session.streams.images_on_the_way())
                 session.paced.step_made()
-            self._batches.end_waiting_for_step()
+            self._waiting.end_for_step()
         else:
             if self._idle_is_wanted():
                 self._handle(self.world.idle)
@@ -599,7 +590,7 @@ class ServerLoop(Part):
             self._publisher.publish(self.sessions.values(), after_step=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
-        self._batches.count_round()
+        self._waiting.count_round()
         self._next_idle_round = time.monotonic() + IDLE_INTERVAL
 
     def script_stopped(self, problem: str) -> None:
@@ -619,7 +610,7 @@ class ServerLoop(Part):
         if failure := self.simulation.failure:
             for session in self.sessions.values():
                 session.fail_triggers(failure)
-            self._batches.fail_waiting_for_step(failure)
+            self._waiting.fail_for_step(failure)
         for session in self.sessions.values():
             session.set_stepping(False)
 
@@ -667,7 +658,7 @@ class ServerLoop(Part):
         is_starting = port == self._starting_port or port in self.more_starting_ports
         if is_starting and is_stopped and not session.may_only_read and not has_returned:
             if self._is_serving:
-                self._inbox.hold(partial(self._start_for, port))
+                self.hold(partial(self._start_for, port))
             else:
                 self._start_for(port)
         return session

@@ -17,8 +17,8 @@ import simx_client as v
 from simx_client.cli.shims import write_shims
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
-from simx_server.service.calls.batches import MOST_ROUNDS
 from simx_server.service.calls.pacing import MOST_REMEMBERED, PacedCalls
+from simx_server.service.calls.waiting import MOST_ROUNDS
 from simx_server.service.calls.work import BatchWork
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]

@@ -160,7 +160,7 @@ class EmbeddedTransport(PackingLink):
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
         loop, turns, messages = self._loop, self._turns, self._loop.messages
-        lock, direct = turns.lock, loop.direct_call(self._session, command)
+        lock, direct = turns.lock, DirectCall(loop.executor, self._session, command)
         execute, received, may_change_pace = direct.execute, direct.received, direct.may_change_pace
 
         def call(arguments: Values, timeout: float) -> Reply | None:
@@ -202,7 +202,9 @@ class EmbeddedTransport(PackingLink):
             for command, arguments in calls:
                 call = self._prepared.get(command.name)
                 if call is None:
-                    call = self._prepared[command.name] = self._loop.direct_call(self._session, command)
+                    call = self._prepared[command.name] = DirectCall(
+                        self._loop.executor, self._session, command
+                    )
                 answer = call.execute(arguments)
                 if call.may_change_pace:
                     if isinstance(answer, Future) and not answer.done():

@@ -103,7 +103,7 @@ class Ros2Client(Link):
         """
         if isinstance(problem, CommandError) and not problem.silent:  # its text may have names of others
             problem = CommandError(as_log_line(str(problem)))
-        self._loop.failed(self.session, name, problem)
+        self._loop.executor.failed(self.session, name, problem)
 
     def leave(self) -> None:
         """Leave the server loop. No thread runs it meanwhile."""

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 from simx_server import sim_api as api
 from simx_server.errors import CommandError, UnknownName
 from simx_server.scripting.interpreter import ScriptError, Waiting
+from simx_server.service.calls.lasting import LastingCall, Results
 from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
@@ -24,8 +25,6 @@ from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError, read_request
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
-
     from .clients import Client, ZmqClients
     from .peer import Peer
 
@@ -73,12 +72,9 @@ class Connection:
         self.client, self.peer = client, peer
         self._clients = clients
         self._world = clients.world
-        self._function = ""
-        """The function that is being executed, or waits."""
-
-        self._waiting: Waiting | None = None
-        self._problem = ""
-        """Why the call that waits does so in vain."""
+        self._executor = clients.loop.executor
+        self._call: LastingCall | None = None
+        """The call that is being executed, or waits."""
 
         self._depth = 0
         """Functions of the client that are running."""
@@ -95,9 +91,6 @@ class Connection:
         self._next: tuple[str, Waiting] | None = None
         """The call with which the client has gone on, instead of ending its function."""
 
-        self._noted: Called | None = None
-        """The present call, where a history notes it."""
-
         self._lost = "no function of this client was asked for a result"
         """Why the result of a function is not taken."""
 
@@ -106,7 +99,7 @@ class Connection:
     @property
     def is_waiting(self) -> bool:
         """Return whether a call of this connection waits."""
-        return self._waiting is not None
+        return self._call is not None and self._call.is_waiting
 
     def receive(self, payload: bytes) -> None:
         """Answer a message that does not come from within a function of the client."""
@@ -123,57 +116,33 @@ class Connection:
             self.client.level = self.client.locks = 0
             self.client.set_stepping()
             self._send({})
-        elif self._waiting is not None:
-            self._refuse(request.function, CommandError(f"{self._function} is not answered yet"))
+        elif self._call is not None and self._call.is_waiting:
+            self._refuse(request.function, CommandError(f"{self._call.name} is not answered yet"))
         else:
             self._clients.note(self, payload)
             self._execute(request)
 
     def _execute(self, request: Request) -> None:
-        self._function = request.function
-        if (log := self._clients.loop.log_of_calls) is not None:
-            name = described(request.function).full_name
-            self._noted = log.note(
-                self.client.session.name,
-                name,
-                [_as_text(each) for each in request.arguments],
-                None,
-                only_reads=name in _STEPS or only_reads(name),
-            )
-        self._clients.loop.metrics.called(self.client.key, 1)
-        self.client.session.called[request.function if described(request.function).is_known else UNKNOWN] += 1
-        try:
-            outcome = self._act(lambda: self._invoke(request))
-        except Exception as problem:
-            self._fail(problem)
-            return
-        if isinstance(outcome, Generator):
-            self._waiting = outcome
-            self.go_on()
-        else:
-            self._finish(outcome)
+        function, session = described(request.function), self.client.session
+        name = function.full_name
+        call = self._call = LastingCall(self._executor, session, request.function)
+        call.begin(
+            request.function if function.is_known else UNKNOWN,
+            name,
+            [_as_text(each) for each in request.arguments] if self._executor.log_of_calls else (),
+            only_reads=name in _STEPS or only_reads(name),
+        )
+        self._run(lambda: call.run(lambda: self._invoke(request)))
 
     def go_on(self) -> None:
         """Continue a call that waits, because a simulation step was made or none will come for a while."""
-        waiting = self._waiting
-        if waiting is None:
-            return
-        problem, self._problem = self._problem, ""
-        try:
-            self._act(lambda: waiting.throw(CommandError(problem)) if problem else next(waiting))
-        except StopIteration as end:
-            self._waiting = None
-            self._finish(end.value)
-        except Exception as problem:
-            self._waiting = None
-            self._fail(problem)
-        else:
-            self._clients.wait(self)
+        if self._call is not None and self._call.is_waiting:
+            self._run(self._call.go_on)
 
     def fail(self, problem: str) -> None:
         """End a call that waits, when it is continued: no simulation step comes."""
-        if self._waiting is not None:
-            self._problem = problem
+        if self._call is not None:
+            self._call.fail(CommandError(problem))
 
     def _invoke(self, request: Request) -> tuple[Any, ...] | Waiting:
         arguments = with_functions(request.arguments, self._function_of_client)
@@ -187,79 +156,81 @@ class Connection:
             )
         return ClientFunction(self.client, name)
 
-    def _act(self, action: Callable[[], _Result]) -> _Result:
-        """Run a piece of the present call: this connection acts, and its time counts."""
-        client, loop, name = self.client, self._clients.loop, self._function
-        outer, client.acting = client.acting, self
-        outer_work = loop.begin_work(client.key, name)
-        began = time.perf_counter()
-        self._until, self._timeout = began + LONGEST, SILENCE
+    def _run(self, piece: Callable[[], Results | None]) -> None:
+        """Run a piece of the present call, and answer it, unless it waits."""
+        results, problem = None, None
         try:
-            return action()
+            results = self._act(piece)
+        except Exception as error:
+            problem = error
+        if results is None and problem is None:
+            self._clients.wait(self)
+        elif self._is_broken:
+            self._turn_to_next()
+        else:
+            self._answer(results, problem)
+
+    def _act(self, piece: Callable[[], _Result]) -> _Result:
+        """Run a piece of the present call: this connection acts."""
+        client = self.client
+        outer, client.acting = client.acting, self
+        self._until, self._timeout = time.perf_counter() + LONGEST, SILENCE
+        try:
+            return piece()
         finally:
-            loop.metrics.executed(name, time.perf_counter() - began)
-            loop.end_work(outer_work)
             client.acting = outer
 
     # --- answers ---------------------------------------------------------------------------------
 
-    def _finish(self, results: tuple[Any, ...]) -> None:
-        """Send the results of a call, after what it has left for later: a start, a stop, another scene."""
-        if self._has_gone_on():
-            return
-        simulation, is_within_script = self._world.simulation, self._clients.loop.is_serving
-        if not simulation.is_settled and not is_within_script and (problems := simulation.settle()):
-            self._refuse(self._function, problems[0])
-            return
-        self._send_results(self._function, results)
+    def _answer(self, results: Results | None, problem: Exception | None) -> None:
+        """Answer the present call, after what it has left for later; within a script, that comes after the script."""
+        call = self._call
+        assert call is not None
+        if problem is None and not self._clients.loop.is_serving:
+            problem = call.settled()
+        if problem is None and results is not None:
+            call.answered(STATUS_OK, results)
+            problem = self._send_results(call.name, results)
+        if problem is not None:
+            call.answered(STATUS_REMOTE_ERROR, [self._refuse(call.name, problem)])
 
-    def _fail(self, problem: Exception) -> None:
-        if not self._has_gone_on():
-            self._refuse(self._function, problem)
-
-    def _has_gone_on(self) -> bool:
-        """Return whether the client does not wait for this call any more; if so, turn to the one it waits for."""
-        if not self._is_broken:
-            return False
+    def _turn_to_next(self) -> None:
+        """Turn to the call for which the client waits now, as it does not wait for the present one any more."""
         self._is_broken = False
         if self._next is not None:
-            (self._function, self._waiting), self._next = self._next, None
+            (name, rest), self._next = self._next, None
+            self._call = LastingCall(self._executor, self.client.session, name)
+            self._call.wait_for(rest)
             if not self._clients.loop.is_serving:  # not within a script
                 self._world.simulation.settle()  # what the client has asked for before
             self.go_on()
-        return True
 
-    def _send_results(self, function: str, results: tuple[Any, ...]) -> None:
-        self._note_answer(STATUS_OK, results)
+    def _send_results(self, function: str, results: Results) -> Exception | None:
+        """Send the results of a function; return why they cannot travel, if they cannot."""
         try:
             self._send({"ret": to_client(function, results)})
-        except (TypeError, ValueError) as problem:  # a result that cannot travel
-            self._refuse(function, CommandError(f"the result cannot be sent: {problem}"))
+        except (TypeError, ValueError) as problem:
+            return CommandError(f"the result cannot be sent: {problem}")
+        return None
 
-    def _refuse(self, function: str, problem: Exception) -> None:
+    def _refuse(self, function: str, problem: Exception) -> str:
+        """Send the reason of a failure, and return it."""
         if isinstance(problem, UnknownName):
             problem = CommandError(f"object does not exist: {problem}")  # words that programs look for
-        text = self._clients.loop.failed(self.client.session, function, problem)
+        text = self._executor.failed(self.client.session, function, problem)
         if isinstance(problem, NoSuchFunction):
             text = str(problem)
         elif described(function).space in _SPACES:
             text = f"in {text}"  # the start of CoppeliaSim's texts
-        self._note_answer(STATUS_REMOTE_ERROR, [text])
         self._send({"err": text.encode("utf-8", "backslashreplace").decode()})  # a name may be no text
-
-    def _note_answer(self, status: int, values: Sequence[Any]) -> None:
-        if (
-            self._noted is not None and not self._depth
-        ):  # otherwise it answers a call within a function of the client
-            self._noted.finish(status, values)
-            self._noted = None
+        return text
 
     def _send(self, message: dict[str, Any]) -> None:
         self._clients.answer(self.peer, message)
 
     def end(self) -> None:
         """Abandon a call that waits: its client has left, or says good-bye."""
-        waiting, self._waiting, self._problem = self._waiting, None, ""
+        waiting = self._call.abandon() if self._call is not None else None
         if waiting is not None and self.client.acting is not self:
             waiting.close()
 
@@ -327,7 +298,8 @@ class Connection:
             self._refuse(request.function, problem)
             return
         if not isinstance(outcome, Generator):
-            self._send_results(request.function, outcome)
+            if problem := self._send_results(request.function, outcome):
+                self._refuse(request.function, problem)
             return
         self._next = request.function, outcome
         raise self.broken(

@@ -31,7 +31,7 @@ class Outbox:
 
     def __init__(self, messages: Messages) -> None:
         """Make an empty outbox."""
-        self._messages = messages
+        self.messages = messages
         self._session: ClientSession | None = None
         self._replies: list[Reply] = []
         self._is_awaited = False
@@ -78,7 +78,7 @@ class Outbox:
         replies, self._replies = self._replies, []
         self._is_awaited, self._batches = False, 0
         try:
-            session.link.deliver(self._messages.delivery(session, replies))
+            session.link.deliver(self.messages.delivery(session, replies))
         except Exception:
             logger.exception("%d answers to client %s cannot be sent", len(replies), session.name)
 

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from simx_client.protocol.messages import Call, Reply
+from simx_client.protocol.messages import Reply
 from simx_client.protocol.zenoh.keys import VIEWER
 from simx_client.protocol.zenoh.link import LEASE_MS
 from simx_server.errors import CommandError
 from simx_server.service.answers.link import Link
 from simx_server.service.answers.streams import Streams
-from simx_server.service.calls.background import Unfinished
+from simx_server.service.calls.background import after_all
 from simx_server.service.calls.pacing import PacedCalls
 
 from .admission.places import Entrance
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
+    from simx_server.service.calls.waiting import Interrupted
 
 logger = logging.getLogger(__name__)
 
@@ -52,34 +52,6 @@ class Departed:
     called: Mapping[str, int]
     left_at: float
     """Age of the server at that time, in seconds."""
-
-
-@dataclass(eq=False)
-class Interrupted:
-    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and later ones."""
-
-    replies: list[Reply]
-    """Replies to the calls before."""
-
-    rest: list[Call]
-    waits_for_trigger: bool = True
-    """If False, it waits for any simulation step: the first call of the rest is paced."""
-
-    is_slice: bool = False
-    """It does not wait for a simulation step, but until others were served."""
-
-    noted: Called | None = None
-    """That call, where a history notes it."""
-
-    problem: str = ""
-    """Why the first call of the rest waits in vain for a simulation step."""
-
-    call: Unfinished | None = None
-    """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
-
-    rounds_left: int = 0
-    """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
-    passes of the server loop."""
 
 
 @dataclass
@@ -191,15 +163,6 @@ class ClientSession:
         triggers, self._triggers = self._triggers, []
         for future in triggers:
             future.set_exception(CommandError(problem))
-
-
-def after_all(futures: Sequence[Future[Any]], work: Callable[[], object]) -> None:
-    """Run `work` when all futures are done, on the thread that finishes the last one."""
-    if futures:
-        first, *rest = futures  # a future that refers to itself by its callback would keep its image
-        first.add_done_callback(lambda _: after_all(rest, work))
-    else:
-        work()
 
 
 def _answer(triggers: list[Future[None]]) -> None:

@@ -18,7 +18,7 @@ from simx_server.gateways.zenoh.posting import MUCH_UNSENT, Care, Postman
 from simx_server.gateways.zenoh.throttle import KEPT_FREE, LONGEST, PAUSE, Throttle
 from simx_server.limits import Limits
 from simx_server.service.answers.link import Link
-from simx_server.service.calls import batches
+from simx_server.service.calls import batches, waiting
 from simx_server.service.calls.work import BatchWork, CallsWork
 from simx_server.service.monitoring import metrics
 from simx_server.service.queue import inbox
@@ -276,7 +276,7 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
-    monkeypatch.setattr(batches, "LONGEST_TOGETHER", TIMEOUT)
+    monkeypatch.setattr(waiting, "LONGEST_TOGETHER", TIMEOUT)
     monkeypatch.setattr("simx_server.service.server_loop.SERVING", 0.0)
     join(world, "one")
     join(world, "other")
@@ -296,7 +296,7 @@ def test_a_batch_without_end_does_not_stop_the_simulation(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
-    monkeypatch.setattr(batches, "LONGEST_TOGETHER", 0.0)
+    monkeypatch.setattr(waiting, "LONGEST_TOGETHER", 0.0)
     monkeypatch.setattr("simx_server.service.server_loop.SERVING", 0.0)
     join(world, "one")
     join(world, "other")
