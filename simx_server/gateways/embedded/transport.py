@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from threading import get_ident
 from typing import cast
@@ -18,7 +18,7 @@ from typing import cast
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
-from simx_client.protocol.precision import Values, through_message
+from simx_client.protocol.precision import Values
 from simx_client.transport.direct import DirectFunction
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.link import PackingLink
@@ -63,7 +63,6 @@ class EmbeddedTransport(PackingLink):
         """When the client took the newest values, or got its newest direct reply."""
 
         self._pictures: dict[int, bytes] = {}
-        self._received: dict[str, Callable[[Values], Values]] = {}
         self._prepared: dict[str, DirectCall] = {}
 
     # --- the client's side: messages -------------------------------------------------------------
@@ -159,9 +158,8 @@ class EmbeddedTransport(PackingLink):
         """Return a function that executes a command directly, for many calls."""
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        loop, turns, messages = self._loop, self._turns, self._loop.messages
-        lock, direct = turns.lock, DirectCall(loop.executor, self._session, command)
-        execute, received, may_change_pace = direct.execute, direct.received, direct.may_change_pace
+        turns, messages, direct = self._turns, self._loop.messages, self._direct(self._session, command)
+        lock, execute, received = turns.lock, direct.execute, direct.received
 
         def call(arguments: Values, timeout: float) -> Reply | None:
             if not lock.acquire(False) and not turns.wait(time.monotonic() + timeout):
@@ -171,18 +169,14 @@ class EmbeddedTransport(PackingLink):
                 answer = execute(arguments)
                 time_ms = messages.time_ms()
                 self._replied = messages.instant()
-                if may_change_pace:
-                    if isinstance(answer, Future) and not answer.done():
-                        loop.turn()  # the step that this call has triggered
-                    turns.note_change()
+                if direct.may_change_pace:
+                    self._note_change(answer)
             finally:
                 turns.owner = 0
                 lock.release()
-            if answer.__class__ is not tuple:
-                assert isinstance(answer, Future)
-                if (outcome := self._await(answer, time.monotonic() + timeout)) is None:
-                    return None
-                answer = outcome
+            is_here = answer.__class__ is tuple
+            if not is_here and (answer := self._await(answer, time.monotonic() + timeout)) is None:
+                return None
             status, values = cast(Answer, answer)
             return of_fields(Reply, (0, status, time_ms, values if status else received(values)))
 
@@ -191,51 +185,59 @@ class EmbeddedTransport(PackingLink):
     def execute_together(self, calls: Sequence[tuple[Command, Values]], timeout: float) -> list[Reply] | None:
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        turns, messages, deadline = self._turns, self._loop.messages, time.monotonic() + timeout
-        replies: list[Reply] = []
-        if turns.owner == get_ident():
+        if self._turns.owner == get_ident():
             return None
-        if not turns.begin(deadline):
-            return replies
-        has_turn = True
-        try:
-            for command, arguments in calls:
-                call = self._prepared.get(command.name)
-                if call is None:
-                    call = self._prepared[command.name] = DirectCall(
-                        self._loop.executor, self._session, command
-                    )
-                answer = call.execute(arguments)
-                if call.may_change_pace:
-                    if isinstance(answer, Future) and not answer.done():
-                        self._loop.turn()  # the step that this call has triggered
-                    turns.note_change()
-                if answer.__class__ is not tuple:
-                    assert isinstance(answer, Future)
-                    turns.end()
-                    has_turn = False
-                    outcome = self._await(answer, deadline)
-                    if outcome is None or not turns.begin(deadline):
-                        return replies
-                    answer, has_turn = outcome, True
-                status, values = cast(Answer, answer)
-                values = values if status else call.received(values)
-                replies.append(of_fields(Reply, (0, status, messages.time_ms(), values)))
-            self._replied = messages.instant()
-        finally:
-            if has_turn:
-                turns.end()
+        replies: list[Reply] = []
+        left, deadline = deque(calls), time.monotonic() + timeout
+        while left and self._turns.begin(deadline):
+            try:
+                later = self._execute_until_wait(self._session, left, replies)
+            finally:
+                self._turns.end()
+            if later is not None:
+                direct, awaited = later
+                if (answer := self._await(awaited, deadline)) is None:
+                    break
+                replies.append(self._reply(direct, answer))
         return replies
 
-    def _conversion(self, command: Command) -> Callable[[Values], Values]:
-        found = self._received.get(command.name)
+    def _execute_until_wait(
+        self, session: ClientSession, calls: deque[tuple[Command, Values]], replies: list[Reply]
+    ) -> tuple[DirectCall, Future[Answer]] | None:
+        """Execute calls and add their replies, until one is answered later; return that one. Within a turn."""
+        while calls:
+            command, arguments = calls.popleft()
+            direct = self._direct(session, command)
+            answer = direct.execute(arguments)
+            if direct.may_change_pace:
+                self._note_change(answer)
+            if isinstance(answer, Future):
+                return direct, answer
+            replies.append(self._reply(direct, answer))
+        return None
+
+    def _direct(self, session: ClientSession, command: Command) -> DirectCall:
+        found = self._prepared.get(command.name)
         if found is None:
-            found = through_message([result.kind for result in command.results])
-            self._received[command.name] = found
+            found = self._prepared[command.name] = DirectCall(self._loop.executor, session, command)
         return found
 
-    def _await(self, answer: Future[Answer], deadline: float) -> Answer | None:
+    def _reply(self, direct: DirectCall, answer: Answer) -> Reply:
+        """Return the newest direct reply."""
+        messages, (status, values) = self._loop.messages, answer
+        self._replied = messages.instant()
+        values = values if status else direct.received(values)
+        return of_fields(Reply, (0, status, messages.time_ms(), values))
+
+    def _note_change(self, answer: Answer | Future[Answer]) -> None:
+        """Go on after a call that may have started, stopped or stepped the simulation. Within a turn."""
+        if isinstance(answer, Future) and not answer.done():
+            self._loop.turn()  # the step that this call has triggered
+        self._turns.note_change()
+
+    def _await(self, answer: Answer | Future[Answer], deadline: float) -> Answer | None:
         """Wait for an image, or for the step that other clients delay; make due steps meanwhile."""
+        assert isinstance(answer, Future)
         while not answer.done():
             left = deadline - time.monotonic()
             if left <= 0.0 or self.was_lost:
@@ -273,10 +275,13 @@ class EmbeddedTransport(PackingLink):
 
     def publish(self, values: NewestValues) -> None:
         """Take the newest values of the streams, as messages would bring them."""
+        session = self._session
+        if session is None:
+            return
         newest: list[Reply] = []
         for stream_id, value in values.of_streams():
             status, results = value.answer
             if status == STATUS_OK:
-                results = self._conversion(value.command)(results)
+                results = self._direct(session, value.command).received(results)
             newest.append(of_fields(Reply, (stream_id, status, value.time_ms, results)))
         self._values, self._computed = newest, self._loop.messages.instant()

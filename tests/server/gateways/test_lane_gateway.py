@@ -16,7 +16,7 @@ from fuzz import sockets as hostile
 from processes import PENDULUM, ServerProcess, read_line, running, server, spawn, wait_until
 
 import simx_client as v
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.client import Client
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import encode
@@ -333,11 +333,13 @@ def test_neither_side_waits_for_the_other_while_both_send_megabytes(process: Ser
     assert connection is not None
     large = b"z" * 3_000_000
     assert v.simxSetStringSignal(client, "large", large, BLOCKING) == 0
-    shape = Shape(BY_NAME["simxGetStringSignal"])
+    marshal = Marshal(BY_NAME["simxGetStringSignal"])
     answers: list[Reply] = []
     for _ in range(8):  # none of the answers is read before the last question is sent
-        connection.send_together([(shape, ["large"], answers.append)])
-        connection.send_together([(Shape(BY_NAME["simxSetStringSignal"]), ["other", large], answers.append)])
+        connection.send_together([(marshal, ["large"], answers.append)])
+        connection.send_together(
+            [(Marshal(BY_NAME["simxSetStringSignal"]), ["other", large], answers.append)]
+        )
     connection.receive_until(lambda: len(answers) == 16, time.monotonic() + 20.0, is_soon=False)
     assert [reply.status for reply in answers] == [0] * 16
 
