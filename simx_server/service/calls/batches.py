@@ -180,21 +180,21 @@ class Batches:
     def _execute_one(self, run: _Run, call: Call, calls: list[Call], position: int) -> bool:
         """Execute the call in front of a position of a batch; return whether it makes the rest wait."""
         call_id, operation, delay_ms, name, arguments = call
-        session, replies = run.session, run.replies
+        session, replies, executor = run.session, run.replies, self._executor
         if operation != _EXECUTE and operation != _STREAM:
             self._do_without_command(session, call, replies)
             return False
         if name != run.name:
-            run.name, (run.command, run.handling) = name, self._executor.dispatch.find(session, name)
-            self._executor.command = run.command.name if run.command else ""
+            run.name, (run.command, run.handling) = name, executor.dispatch.find(session, name)
+            executor.command = run.command.name if run.command else ""
         command, handling = run.command, run.handling
         if command is None or handling is None:
             session.called[UNKNOWN] += 1
-            answer = self._executor.failure(session, name, no_such_command(name))
+            answer = executor.failure(session, name, no_such_command(name))
         else:
             at_step = self._at_step if operation == _EXECUTE else refuse_steps
-            answer = self._executor.execute(session, run.tally, command, handling, arguments, at_step)
-        noted = self._executor.log_of_calls and self._note(session, call, command, answer)
+            answer = executor.execute(session, run.tally, command, handling, arguments, at_step)
+        noted = executor.log_of_calls and self._note(session, call, command, answer)
         if isinstance(answer, Unfinished):
             rest = Interrupted(replies.made, calls[position:], False, noted=noted)
             self.waiting.await_step(session, answer, call, rest)

@@ -7,7 +7,7 @@ executed meanwhile; what it demands is read from its calls.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Protocol
 
@@ -62,9 +62,7 @@ class TableWork:
 
     __slots__ = ()
 
-    @property
-    def size(self) -> int:
-        raise NotImplementedError
+    size: int
 
     def read(self) -> Batch:
         """Return the calls. Raises CodecError."""
@@ -109,15 +107,15 @@ class TableWork:
         batches.run(session, self)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, init=False)
 class BatchWork(TableWork):
     """A batch of this project's own protocol."""
 
     payload: bytes
+    size: int
 
-    @property
-    def size(self) -> int:
-        return len(self.payload)
+    def __init__(self, payload: bytes) -> None:
+        self.payload, self.size = payload, len(payload)
 
     def read(self) -> Batch:
         return decode_batch(self.payload)
@@ -132,19 +130,16 @@ class BatchWork(TableWork):
         return STOP_MARK in self.payload and TableWork.stops(self)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, init=False)
 class CallsWork(TableWork):
     """Calls as values."""
 
     batch: Batch
-    _size: int = field(init=False)
+    size: int
 
-    def __post_init__(self) -> None:
-        self._size = sum(_CALL + len(call.command) + size_of(call.arguments) for call in self.batch.calls)
-
-    @property
-    def size(self) -> int:
-        return self._size
+    def __init__(self, batch: Batch) -> None:
+        self.batch = batch
+        self.size = sum(_CALL + len(call.command) + sum(map(size_of, call.arguments)) for call in batch.calls)
 
     def read(self) -> Batch:
         return self.batch
