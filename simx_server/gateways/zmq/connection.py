@@ -54,7 +54,7 @@ class Patience(NamedTuple):
 
 
 ALONE, AMONG_OTHERS = Patience(0.02, 10.0), Patience(0.002, 3.0)
-"""While nobody else waits for the server, and while others wait for the end of the call."""
+"""While no other client waits for the server, and while others wait for the end of the call."""
 
 
 class ClientFunction:
@@ -90,7 +90,7 @@ class Connection:
         """Functions of the client that are running."""
 
         self._began = 0.0
-        """When the present piece of the call began."""
+        """The start of the present piece of the call."""
 
         self._left = 0.0
         """Seconds that are left for the client itself."""
