@@ -191,11 +191,11 @@ class Ros2Gateway(Part):
 
     def _look_for_life(self) -> None:
         """End the stepped mode when the nodes that trigger steps are frozen, or have gone."""
-        pulse, is_stepping = self._pulse, self._client.session.is_stepping
-        if is_stepping != pulse.is_wanted:
+        pulse, session = self._pulse, self._client.session
+        if session.is_stepping != pulse.is_wanted:
             pulse.forget()
-            pulse.is_wanted = is_stepping
-        if is_stepping and pulse.problem:
+            pulse.is_wanted = session.is_stepping
+        if session.is_waiting and pulse.problem:
             self._loop.end_stepping(self._client.key, f"{pulse.problem}; {SET_STEPPING} sets it again")
             pulse.forget()
 
