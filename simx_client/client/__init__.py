@@ -11,7 +11,7 @@ together, ``worlds`` many simulations in this process. ``docs/python.md`` lists 
 here. The exceptions are in ``simx_client.errors``.
 """
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
 from simx_client.connection.calls import Calls
 
 from .camera import Camera

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from simx_client.connection.answers import Answer
+    from simx_client.calls.answers import Answer
     from simx_client.connection.calls import Calls
 
 _GREY = 1

@@ -9,12 +9,12 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, overload
 
+from simx_client.calls.strict import Strict, misspelt
 from simx_client.connection.calls import Calls
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.embedding import as_arguments
 from simx_client.connection.exchange import connection_of
-from simx_client.connection.strict import Strict, misspelt
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.protocol import constants as c
 

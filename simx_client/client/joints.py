@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NoReturn, SupportsFloat, overload
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
+from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
-from simx_client.connection.strict import Strict
 from simx_client.protocol import constants as c
 
 from .objects import SceneObject

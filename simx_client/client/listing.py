@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TypeVar, overload
 
-from simx_client.connection.strict import Strict
+from simx_client.calls.strict import Strict
 from simx_client.errors import Failure, NoSuchObject
 from simx_client.protocol import constants as c
 from simx_client.protocol.nearest import did_you_mean

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Protocol, TypeVar
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
+from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
-from simx_client.connection.strict import Strict
 from simx_client.protocol import constants as c
 
 from .poses import Place, Pose, as_array, handle_of

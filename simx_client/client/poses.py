@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, SupportsFloat, TypeVar
 
+from simx_client.calls.strict import Strict, misspelt
 from simx_client.connection.calls import Calls
-from simx_client.connection.strict import Strict, misspelt
 
 from .channel import Channel, Subject
 

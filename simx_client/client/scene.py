@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TypeVar, cast
 
+from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
-from simx_client.connection.strict import Strict
 from simx_client.errors import NoSuchObject, WrongKind
 from simx_client.protocol import constants as c
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from simx_client.connection.strict import misspelt
+from simx_client.calls.strict import misspelt
 from simx_client.protocol import constants as c
 
 from .objects import Object

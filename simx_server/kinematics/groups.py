@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from simx_server.scene.formats.annotations import WORLD, Annotation
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.world.part import Part
+from simx_server.scene.poses.placing import object_pose
+from simx_server.simulation.part import Part
 
 from ..errors import CommandError
 from ..scene.registered import Registry
@@ -26,7 +26,7 @@ from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import UNTAGGED
 from simx_server.scene.formats.texts.values import decode_bytes
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
 """`sim_handle_scene` and `sim_handle_app`, used in place of an object's handle."""

@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation
-from simx_server.scene.formats.texts.values import read_steps
-from simx_server.scene.objects import Scene
-from simx_server.scene.registered import Registry
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
+
+from .formats.annotations import ENTITY_PREFIX, Annotation
+from .formats.texts.values import read_steps
+from .objects import Scene
+from .registered import Registry
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from .live import LiveScene
 
 FIRST_HANDLE = 2_000_000
 """First handle of collections, as in V-REP."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.parts.add_ons import AddOn
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .calling_order import in_calling_order
 from .exchange import check_results
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
     from .callbacks.objects import ObjectCallBacks
 

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.poses import Vector
-from simx_server.world.part import Part
+from simx_server.scene.poses.poses import Vector
+from simx_server.simulation.part import Part
 
 from ..errors import CommandError
 from ..scene.breaking import break_sensor
@@ -30,7 +30,7 @@ from ..scene.objects import ObjectKind, SceneObject
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -20,13 +20,15 @@ from real_world import RealWorld
 
 import simx_client as v
 from simx_client.checking import command as check
-from simx_client.connection.redirect import VARIABLE, format_redirects
+from simx_client.transport.redirect import VARIABLE, format_redirects
 from simx_server.app import cli
-from simx_server.app.settings import Settings
 from simx_server.joints.state import bind, initial_state
 from simx_server.scene.formats.annotations import GRAMMAR
 from simx_server.scene.formats.loader import load_scene, load_text
+from simx_server.settings.settings import Settings
 from simx_server.viewer.page import command as view_command
+
+pytestmark = pytest.mark.slow
 
 DOCS = ROOT / "docs"
 PAGES = sorted(path.name for path in DOCS.glob("*.md"))

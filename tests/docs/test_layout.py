@@ -18,7 +18,7 @@ MOST_FILES = 20
 
 MAY_IMPORT_THE_CLIENT = (
     "simx_server.viewer.page",
-    "simx_server.gateways.loopback",
+    "simx_server.gateways.loopback.gateway",
     "simx_server.gateways.embedded",
     "simx_server.app.embedding",
 )

@@ -18,18 +18,18 @@ from typing import Any, NamedTuple
 import msgspec
 
 from simx_client.protocol.codec import CodecError, decode_batch, decode_greeting
-from simx_client.protocol.local.frames import BadFrame, Frames
+from simx_client.protocol.lane.frames import BadFrame, Frames
 from simx_server.browsers import is_of_another_page
 from simx_server.classroom import channel
 from simx_server.classroom.page.http import BadRequest, read_head
-from simx_server.gateways.legacy import messages as original
-from simx_server.gateways.legacy.containers import Containers
-from simx_server.gateways.legacy.packets import HEAD, BadPeer, read_message
-from simx_server.gateways.ros2.messages import BY_NAME, MessageError
+from simx_server.gateways.original import messages as original
+from simx_server.gateways.original.containers import Containers
+from simx_server.gateways.original.packets import HEAD, BadPeer, read_message
 from simx_server.gateways.zmq.wire import WireError, language_of, read_request, uuid_of
 from simx_server.gateways.zmq.zmtp import GREETING, READY, Incoming
 from simx_server.gateways.zmq.zmtp import BadPeer as BadZmqPeer
 from simx_server.limits import Limits
+from simx_server.ros2_messages import BY_NAME, MessageError
 from simx_server.viewer.browser_messages import BadMessage
 from simx_server.viewer.browser_messages import check as check_browser_message
 from simx_server.viewer.page.gate import MOST_HEAD, Refused, Rules

@@ -9,6 +9,8 @@ from arm_stock import MODELS, SCENES
 from model_checks import check_copies, check_idle, check_stock, real_time_factor
 from real_world import Open, start_stepped
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("file", MODELS)
 def test_model_and_its_copy_are_vreps_and_stand_still(world: Open, file: str) -> None:

@@ -15,6 +15,8 @@ import simx_client as vrep
 from simx_server.sensors.opengl.backend import RAYCAST, Backend
 from simx_server.sensors.vision.render_thread import RenderThread
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 World = tuple[RealWorld, int]
 Open = Callable[..., World]
 MIDDLE = (0.084, 0.7)

@@ -21,6 +21,8 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 World = tuple[RealWorld, int]
 FILE = "models/components/sensors/Hokuyo URG 04LX UG01_Fast.ttm"
 NEAR, FAR = 0.009, 5.0

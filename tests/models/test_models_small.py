@@ -22,6 +22,8 @@ from small_stock import E_PUCK, NAO
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ONESHOT = vrep.simx_opmode_oneshot
 
 

@@ -14,6 +14,8 @@ from small_wheeled_stock import DR12, K_JUNIOR, KHEPERA, LUMIBOT
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 World = tuple[RealWorld, int]
 
 

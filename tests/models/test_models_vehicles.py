@@ -13,6 +13,8 @@ from vehicles_stock import ACKERMANN, MANTA, QUADRICOPTER
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ONESHOT = vrep.simx_opmode_oneshot
 
 

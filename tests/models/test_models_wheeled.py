@@ -13,6 +13,8 @@ from wheeled_stock import BUBBLE_ROB, PIONEER, REMOTE_BUBBLE_ROB
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 MODELS = {
     "models/robots/mobile/pioneer p3dx.ttm": PIONEER,
     "bubbleRob.ttm": BUBBLE_ROB,

@@ -13,7 +13,7 @@ from pathlib import Path
 from real_world import RealWorld
 
 from simx_client.protocol.messages import Pace
-from simx_server.gateways.legacy.listener import LegacyGateway
+from simx_server.gateways.original.listener import LegacyGateway
 
 ONESHOT, BLOCKING, STREAMING = 0x00000, 0x10000, 0x20000
 ONESHOT_SPLIT, STREAMING_SPLIT, DISCONTINUE = 0x30000, 0x40000, 0x50000

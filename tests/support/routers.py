@@ -43,11 +43,11 @@ def router(port: int, *config: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 @contextlib.contextmanager
-def silent(port: int, count: int, opening: bytes = b"", patience: float = 20.0) -> Iterator[None]:
+def silent(port: int, count: int, opening: bytes = b"", timeout: float = 20.0) -> Iterator[None]:
     """Hold so many connections at a loopback port within the block; they say nothing after their opening."""
     with contextlib.ExitStack() as stack:
         for _ in range(count):
-            made = stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=patience))
+            made = stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=timeout))
             made.sendall(opening)
         yield
 

@@ -11,6 +11,8 @@ from bench.motion.drives import differential, mecanum
 from bench.motion.grasps import trial
 from bench.motion.hands import SHIPPED
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_robot_on_two_wheels_drives_straight_and_turns_as_its_wheels_say() -> None:
     found = differential(DRIVES["Pioneer P3-DX"])

@@ -14,7 +14,7 @@ from processes import ROOT
 
 from simx_client.cli.status import command as status
 from simx_server.app import cli
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 DEPLOY = ROOT / "deploy"
 MANIFESTS = sorted(path for path in (DEPLOY / "kubernetes").glob("*.yaml") if path.stem != "kustomization")

@@ -11,17 +11,17 @@ from processes import ROOT, give_way, read_line, running, spawn, wait_until
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy import local
-from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
+from simx_client.protocol.zenoh import keys
+from simx_client.transport.endpoints import ServerAddress
 from simx_client.transport.zenoh import ZenohTransport
-from simx_server.gateways.posting import Care, Postman
-from simx_server.gateways.zenoh import ZenohLink
+from simx_server.gateways.zenoh.gateway import ZenohLink
+from simx_server.gateways.zenoh.posting import Care, Postman
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -193,7 +193,7 @@ def test_what_is_ready_for_a_client_that_has_gone_is_dropped_without_a_word(tran
     link.deliver(b"an answer")
     link.publish(b"values")
     transport.close()
-    link.publish_picture(1, b"a picture")
+    link.publish_image(1, b"a picture")
     assert not caplog.records
 
 

@@ -15,10 +15,12 @@ from observing import observe
 from real_world import BLOCKING, RealWorld, handle_of, render_with, start_stepped
 
 import simx_client as v
+from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, nothing
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.image import CameraView, Picture, Renderer, nothing
 from simx_server.sensors.vision.render_thread import RenderThread, make_renderer
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>
@@ -33,7 +35,7 @@ SCENE = """
   <actuator><motor name="hinge" joint="hinge"/></actuator>
 </mujoco>
 """
-PATIENCE = 30.0
+TIMEOUT = 30.0
 Record = Callable[[str, object], None]
 
 
@@ -77,7 +79,7 @@ class LosesItsContext:
 
     def render(
         self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool, let_in: Any = nothing
-    ) -> Picture:
+    ) -> CameraImage:
         if self.is_lost:
             raise mujoco.FatalError("gladLoadGL error")
         return self._real.render(data, view, rgb, depth, let_in)

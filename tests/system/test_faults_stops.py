@@ -18,11 +18,11 @@ import zenoh
 from processes import read_line, running, server, spawn
 
 import simx_client as v
-from simx_server.gateways.zenoh import ZenohGateway
-from simx_server.runtime.admission.places import Entrance
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.gateways.zenoh.gateway import ZenohGateway
+from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.server_loop import ServerLoop
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.gl, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
 SOON = 5.0

@@ -25,7 +25,7 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.timeouts import FLUSH_TIMEOUT, MAX_UNANSWERED
 from simx_client.transport.zenoh import CLOSE_TIMEOUT
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
 PROMISE = 0.05

@@ -20,6 +20,8 @@ from simx_server.errors import CommandError
 from simx_server.motion_profiles import line
 from simx_server.recording.log_file import MAGIC, LogWriter
 
+pytestmark = pytest.mark.slow
+
 NOT_FOR_IMPORT = (
     "__main__",
     "python_calls",

@@ -13,18 +13,18 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
+from simx_server import ros2_messages as messages
+from simx_server.gateways.zenoh.posting import Care, Postman
+from simx_server.gateways.zenoh.throttle import Throttle
 from simx_server.limits import LimitReached
 from simx_server.scene.editing.twins import Twins
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 
 from ..errors import GatewayError
 from ..exposure import is_beyond_loopback
 from ..outsider_log import OutsiderLog
-from ..posting import Care, Postman
-from ..throttle import Throttle
-from . import messages
 from .annotated.helper import SET_STEPPING, TRIGGER
 from .client import Ros2Client
 from .content.catalogue import CONTENT
@@ -38,7 +38,7 @@ from .wire.session import Ros2Session, Router
 from .wire.subscription import Guard
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
 

@@ -15,12 +15,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
-from simx_server.runtime.admission.places import Entrance
-from simx_server.runtime.sessions import ClientSession
-from simx_server.scripting.interpreter import PATIENCE
-from simx_server.scripting.namespaces import Namespaces
+from simx_server.scripting.interpreter import TIMEOUT
 from simx_server.scripting.script import Script, ScriptKind
-from simx_server.world.part import Part
+from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.sim_api.namespaces import Namespaces
+from simx_server.simulation.part import Part
 
 from .connection import Connection
 from .demands import demands_of_message
@@ -30,7 +30,7 @@ from .reading import only_reads
 from .wire import language_of
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
@@ -95,7 +95,7 @@ class _Link:
     def publish(self, payload: bytes) -> None:
         """Do nothing: the protocol has no streams."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing: the protocol has no streams."""
 
     def close(self) -> None:
@@ -259,7 +259,7 @@ class ZmqClients(Part):
                 connection.has_answered()
                 return queue.popleft() or f"the client has left within its function {name}"
             began = time.perf_counter()
-            self.loop.sockets.poll(PATIENCE)
+            self.loop.sockets.poll(TIMEOUT)
             seconds = time.perf_counter() - began
             connection.has_waited(seconds, others_wait=self.loop.others_wait_for(connection.client.key))
             if not queue and not simulation.physics_calls.is_in_step:

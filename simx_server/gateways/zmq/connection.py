@@ -12,10 +12,10 @@ from collections.abc import Callable, Generator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
+from simx_server import sim_api as api
 from simx_server.errors import CommandError, UnknownName
-from simx_server.runtime.monitoring.metrics import UNKNOWN
-from simx_server.scripting import api
 from simx_server.scripting.interpreter import ScriptError, Waiting
+from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
 from .functions import described

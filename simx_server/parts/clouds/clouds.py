@@ -16,21 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.parts.clouds.near import Array
-from simx_server.parts.clouds.points import Colors, Points
-from simx_server.parts.clouds.showing import Shown, show
-from simx_server.parts.clouds.voxels import Voxels
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.texts.values import decode_bytes
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import inverse, matrix
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import inverse, matrix
+from simx_server.simulation.part import Part
+
+from .near import Array
+from .points import Colors, Points
+from .showing import Shown, show
+from .voxels import Voxels
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

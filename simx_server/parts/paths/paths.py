@@ -14,17 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.texts.path_points import points_of
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.placing import place_all
-from simx_server.scene.geometry.poses import Pose, compose, inverse, normalised
+from simx_server.scene.geometry.curve import LENGTH_PER_ANGLE, ControlPoint, Curve, Method, Rules
 from simx_server.scene.objects import ObjectKind, SceneObject
-from simx_server.world.part import Part
-
-from .curve import LENGTH_PER_ANGLE, ControlPoint, Curve, Method, Rules
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.placing import place_all
+from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.annotations import Annotation
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 ORIENTATIONS = ("points", "curve", "curve_x_up")
 """Values of the annotation's key `orientation`: whose orientation Bezier points have."""

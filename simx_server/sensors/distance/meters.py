@@ -21,12 +21,12 @@ from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.registered import Registry
 from simx_server.sensors.instant import Instant, Instants
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .measuring import Pair, colliding_pair, distance
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _R = TypeVar("_R")
 

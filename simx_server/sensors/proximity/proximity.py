@@ -22,7 +22,7 @@ from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .detection import Detection, detect_all
 from .given import detect_given
@@ -33,7 +33,7 @@ from .volume import TYPES
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.sensors.instant import Instants
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 __all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
 
@@ -100,7 +100,7 @@ class ProximitySensors(Part):
         if self.is_explicit(handle):
             raise NotHandledYet(
                 f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run",
-                is_coming=self._sim.is_before_first_pass,
+                is_coming=self._sim.is_before_first_step,
             )
         self._asked[handle] = None
         if handle not in self._results:
@@ -109,7 +109,7 @@ class ProximitySensors(Part):
                 raise NotHandledYet(
                     f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running "
                     "simulation",
-                    is_coming=self.enabled and self._sim.is_before_first_pass,
+                    is_coming=self.enabled and self._sim.is_before_first_step,
                 )
             together = self._alike(instant, handle)
             self._results.update(zip(together, self._detect(instant, together), strict=True))

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
+from simx_server.scene.cameras.image import NO_CODE, CameraImage, CameraView, fovy_from_perspective_angle
 from simx_server.scene.collection import ALL
 from simx_server.scene.objects import ObjectKind
 
-from .image import NO_CODE, CameraView, Picture, fovy_from_perspective_angle
 from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.scene.objects import Scene
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
@@ -117,10 +117,10 @@ class SensorSettings:
         handles = self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
         return [self.view(handle) for handle in handles]
 
-    def _background(self, settings: VisionSettings) -> Picture:
+    def _background(self, settings: VisionSettings) -> CameraImage:
         colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)
         rgb = np.tile(colour, (settings.height, settings.width, 1))
-        return Picture(rgb, np.ones((settings.height, settings.width), np.float32))
+        return CameraImage(rgb, np.ones((settings.height, settings.width), np.float32))
 
     def _background_of(self, settings: VisionSettings) -> tuple[float, float, float]:
         if settings.shows_handles:

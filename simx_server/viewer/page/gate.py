@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from simx_server.browsers import Places, cookie_of, end_connection, is_of_another_page
-from simx_server.runtime.admission.unfinished import Holder, Unfinished
+from simx_server.service.clients.admission.unfinished import Holder, Unfinished
 
 from .websocket_size import MessageSize
 

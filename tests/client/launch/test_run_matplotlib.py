@@ -13,6 +13,8 @@ from launching import output_of, simx_run
 from simx_client.launch.keywords import take_old_keywords
 from simx_client.protocol.cli.installing import package_line
 
+pytestmark = pytest.mark.slow
+
 needs_matplotlib = pytest.mark.skipif(not find_spec("matplotlib"), reason=package_line("matplotlib"))
 needs_scipy = pytest.mark.skipif(not find_spec("scipy"), reason=package_line("scipy"))
 needs_pillow = pytest.mark.skipif(not find_spec("PIL"), reason=package_line("pillow"))

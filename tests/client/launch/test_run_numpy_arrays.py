@@ -11,6 +11,8 @@ from simx_client.launch.hints import hint
 from simx_client.launch.immutable import set_attributes
 from simx_client.protocol.cli.installing import line
 
+pytestmark = pytest.mark.slow
+
 
 def test_an_array_of_one_element_is_a_number_wherever_python_wants_one(tmp_path: Path) -> None:
     text = """

@@ -20,6 +20,8 @@ from simx_client.launch.windows.highgui import HighGui
 from simx_client.launch.windows.outbox import Outbox
 from simx_client.launch.windows.regions import NOTHING, Regions
 
+pytestmark = pytest.mark.slow
+
 GREY = np.full((30, 40), 128, np.uint8)
 
 

@@ -14,6 +14,8 @@ from simx_client.launch.windows.desk.backend import Listener
 from simx_client.launch.windows.desk.windows import EMPTY, Desk, key_code
 from simx_client.launch.windows.outbox import Outbox
 
+pytestmark = pytest.mark.slow
+
 IMAGE = np.arange(20 * 30 * 3, dtype=np.uint16).astype(np.uint8).reshape(20, 30, 3)
 ROW = painting.ROW
 

@@ -21,7 +21,7 @@ from virtual_screen import PersonAt, needs_screen, virtual_screen
 
 from simx_client.protocol.cli.installing import extra_line
 
-pytestmark = needs_screen
+pytestmark = [pytest.mark.slow, needs_screen]
 BACKENDS = {
     "tk": pytest.param(
         "tk",

@@ -16,6 +16,8 @@ from simx_server import browsers
 from simx_server.classroom.page import http
 from simx_server.classroom.page.http import BadRequest, HttpServer, Request, Response, read_head
 
+pytestmark = pytest.mark.slow
+
 GOOD = b"GET /class?x=1 HTTP/1.1\r\nHost: here\r\nCookie: a=1; b=2\r\n\r\n"
 
 

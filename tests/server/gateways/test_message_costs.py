@@ -62,8 +62,8 @@ def test_what_grows_with_the_square_is_found() -> None:
 
 def test_commands_in_pieces_that_do_not_end_are_dropped_at_once() -> None:
     """The oldest of very many is found without looking at those that have gone."""
-    from simx_server.gateways.legacy.messages import Request
-    from simx_server.gateways.legacy.splitting import PIECE_COST, Incoming
+    from simx_server.gateways.original.messages import Request
+    from simx_server.gateways.original.splitting import PIECE_COST, Incoming
 
     kept = 3000
     incoming = Incoming(kept * (PIECE_COST + 1))

@@ -9,6 +9,8 @@ import pytest
 from handler_calls import World
 from scripted_world import said, scripted
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("lupa")
 
 BODY = """

@@ -7,6 +7,8 @@ import sys
 import pytest
 from scripted_world import call, said, scripted
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("lupa")
 
 TEMPLATE = """

@@ -13,6 +13,8 @@ from scripted_world import said, scripted
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 pytest.importorskip("lupa")
 
 BLOCKING = vrep.simx_opmode_blocking

@@ -19,6 +19,8 @@ from websockets.exceptions import ConnectionClosedError
 from simx_server.viewer.page import quiet_viser
 from simx_server.viewer.page.quiet_viser import open_browser_server, renumber
 
+pytestmark = pytest.mark.slow
+
 MANY = 100
 
 

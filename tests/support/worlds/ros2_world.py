@@ -19,13 +19,13 @@ from routers import free_port
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
-from simx_server.gateways.ros2.messages import BY_NAME, SERVICES
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.gateways.ros2.wire.session import Router
+from simx_server.ros2_messages import BY_NAME, SERVICES
 
-PATIENCE = 30.0
+TIMEOUT = 30.0
 """Seconds until something that does not come fails the test."""
 
 JOINT_STATE = (
@@ -169,12 +169,12 @@ class Peer:
     def wait_for_token(self, is_wanted: Callable[[str], bool]) -> str:
         """Return a token of the graph."""
         with self._changed:
-            assert self._changed.wait_for(lambda: any(map(is_wanted, self._tokens)), PATIENCE)
+            assert self._changed.wait_for(lambda: any(map(is_wanted, self._tokens)), TIMEOUT)
             return next(filter(is_wanted, self._tokens))
 
     def wait_for_no_token(self, is_meant: Callable[[str], bool] = lambda _: True) -> None:
         with self._changed:
-            assert self._changed.wait_for(lambda: not any(map(is_meant, self._tokens)), PATIENCE)
+            assert self._changed.wait_for(lambda: not any(map(is_meant, self._tokens)), TIMEOUT)
 
     @property
     def tokens(self) -> set[str]:
@@ -198,7 +198,7 @@ class Peer:
             return bool(found)
 
         with self._changed:
-            assert self._changed.wait_for(look, PATIENCE), f"nothing more of {key}"
+            assert self._changed.wait_for(look, TIMEOUT), f"nothing more of {key}"
         return found[0]
 
     def put(self, key: str, payload: bytes, data: bytes | None = None) -> None:
@@ -224,7 +224,7 @@ class Peer:
             attachment=data,
             target=target,
             consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=PATIENCE,
+            timeout=TIMEOUT,
         )
         found: list[tuple[bytes, bytes]] = []
         for reply in replies:
@@ -266,9 +266,9 @@ class Ros2World:
     def client(self) -> int:
         """Return the id of a client of the remote API, which leaves the loop to its thread."""
         link = LoopbackTransport(self.loop, name="own", port=19997, turns=False)
-        made = Connection(lambda: link, where=link.client, timeout=PATIENCE)
+        made = Connection(lambda: link, where=link.client, timeout=TIMEOUT)
         number = CLIENTS.add(made)
-        made.connect(PATIENCE)
+        made.connect(TIMEOUT)
         return number
 
     def peer(self, mode: str = "client") -> Peer:
@@ -286,12 +286,12 @@ class Ros2World:
             done.set()
 
         self.loop.post(ask)
-        assert done.wait(PATIENCE)
+        assert done.wait(TIMEOUT)
         return answers[0]
 
     def wait_until(self, condition: Callable[[], bool]) -> None:
         """Wait until a condition comes true on the server's thread; each look follows a turn of its loop."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while not self.on_server(condition):
             assert time.monotonic() < end
 
@@ -302,7 +302,7 @@ class Ros2World:
 
     def close(self) -> None:
         self.loop.end()
-        self._thread.join(PATIENCE)
+        self._thread.join(TIMEOUT)
         self.close_peers()
         self.gateway.close()
         self.world.close()

@@ -20,7 +20,7 @@ INSTALL = line(["coppeliasim-zmqremoteapi-client==2.0.4"])
 
 from simx_server.gateways.zmq.gateway import ZmqGateway  # noqa: E402  # after the packages that it needs
 
-PATIENCE = 20_000
+TIMEOUT = 20_000
 """Milliseconds until an answer that does not come fails the test."""
 
 SCENE = """
@@ -51,7 +51,7 @@ class RawClient:
     def __init__(self, port: int, kind: int = zmq.REQ) -> None:
         self.context = zmq.Context()
         self.socket = self.context.socket(kind)
-        self.socket.setsockopt(zmq.RCVTIMEO, PATIENCE)
+        self.socket.setsockopt(zmq.RCVTIMEO, TIMEOUT)
         self.socket.setsockopt(zmq.LINGER, 0)
         self.socket.connect(f"tcp://127.0.0.1:{port}")
         self.uuid = str(uuid.uuid4())
@@ -92,7 +92,7 @@ class ZmqWorld:
         """Return an official client."""
         package = pytest.importorskip("coppeliasim_zmqremoteapi_client", reason=INSTALL)
         client = package.RemoteAPIClient(port=self.port)
-        client.socket.setsockopt(zmq.RCVTIMEO, PATIENCE)
+        client.socket.setsockopt(zmq.RCVTIMEO, TIMEOUT)
         self._clients.append(client)
         return client
 
@@ -115,7 +115,7 @@ class ZmqWorld:
             done.set()
 
         self.loop.post(ask)
-        assert done.wait(PATIENCE / 1000)
+        assert done.wait(TIMEOUT / 1000)
         return answers[0]
 
     def wait_until(self, condition: Any) -> bool:

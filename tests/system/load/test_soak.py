@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 TESTS = Path(__file__).parents[2]
 SECONDS = 8
 

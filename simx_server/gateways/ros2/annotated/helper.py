@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 from ..content.run import PAUSE, START, STOP
 from ..endpoints import Call, Commanded, Content, Context, Message, Moment, Offer, Published

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from simx_server.runtime.sessions import FROZEN
+from simx_server.service.clients.sessions import FROZEN
 
 from .names import Kind, Place, key
 

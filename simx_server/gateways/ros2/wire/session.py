@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 from ...errors import GatewayError
 from .endpoint import Endpoint

@@ -15,8 +15,8 @@ from simx_server.gateways.ros2.client import Ros2Client
 from simx_server.gateways.ros2.content.catalogue import CONTENT
 from simx_server.gateways.ros2.content.control import Control
 from simx_server.gateways.ros2.endpoints import Commanded, Context, Followed, Moment, Offer, Published
-from simx_server.gateways.ros2.messages import BY_NAME
 from simx_server.gateways.ros2.wire.names import Distribution, Place
+from simx_server.ros2_messages import BY_NAME
 
 HEAD = '<mujoco><option timestep="0.005"/><compiler angle="radian"/><worldbody>'
 

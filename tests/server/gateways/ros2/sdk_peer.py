@@ -22,7 +22,7 @@ SDK = "zenoh-ros2-sdk==0.1.8"
 NEEDED = ("GitPython", "gitdb", "smmap", "tqdm", "json5")
 """The packages that the SDK imports, beside those of the extra dev."""
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 """Seconds until something that does not come fails the test."""
 
 
@@ -65,7 +65,7 @@ class SdkPeer:
     def end(self) -> Any:
         """Return the answer to a command that was sent."""
         with self._changed:
-            assert self._changed.wait_for(lambda: self._answers or self._has_ended, PATIENCE)
+            assert self._changed.wait_for(lambda: self._answers or self._has_ended, TIMEOUT)
             assert self._answers, "the SDK's process has ended"
             answer = self._answers.pop(0)
         assert "failed" not in answer, answer
@@ -74,7 +74,7 @@ class SdkPeer:
     def next(self, topic: str, is_wanted: Callable[[Any], bool] = lambda _: True) -> Any:
         """Wait for a message of a topic, or a request of a service, and return it."""
         with self._changed:
-            assert self._changed.wait_for(lambda: self._has(topic, is_wanted), PATIENCE), topic
+            assert self._changed.wait_for(lambda: self._has(topic, is_wanted), TIMEOUT), topic
             return next(self._wanted(topic, is_wanted))
 
     def _has(self, topic: str, is_wanted: Callable[[Any], bool]) -> bool:
@@ -90,10 +90,10 @@ class SdkPeer:
         assert self._process.stdout is not None
         self._process.stdin.close()
         try:
-            self._process.wait(PATIENCE)
+            self._process.wait(TIMEOUT)
         finally:
             self._process.kill()
-            self._thread.join(PATIENCE)
+            self._thread.join(TIMEOUT)
             self._process.stdout.close()
 
 

@@ -12,7 +12,7 @@ from ros2_world import Ros2World, ros2_world
 from test_ros2_helper import SCENE, send
 
 from simx_server.gateways.ros2.wire.pulse import ABSENT, PERIOD
-from simx_server.runtime.sessions import FROZEN
+from simx_server.service.clients.sessions import FROZEN
 
 LOOKS = int(FROZEN / PERIOD)
 LOG = "rcl_interfaces::msg::dds_::Log_/RIHS01_" + 64 * "0"

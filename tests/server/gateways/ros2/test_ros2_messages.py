@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from type_hashes import computed_hashes
 
-from simx_server.gateways.ros2.messages import BY_NAME, SERVICES, MessageError, MessageType, humble
-from simx_server.gateways.ros2.messages import decoding as d
-from simx_server.gateways.ros2.messages.hashes import HASHES
-from simx_server.gateways.ros2.messages.layouts import Field, Layout, read_layouts
-from simx_server.gateways.ros2.messages.primitives import Primitive
+from simx_server.ros2_messages import BY_NAME, SERVICES, MessageError, MessageType, humble
+from simx_server.ros2_messages import decoding as d
+from simx_server.ros2_messages.hashes import HASHES
+from simx_server.ros2_messages.layouts import Field, Layout, read_layouts
+from simx_server.ros2_messages.primitives import Primitive
 
 rosbags = pytest.importorskip("rosbags.typesys", reason="needs rosbags, of the extra dev")
 

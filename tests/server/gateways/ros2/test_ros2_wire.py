@@ -7,7 +7,6 @@ import time
 import pytest
 
 from simx_server.gateways.ros2.endpoints import Moment
-from simx_server.gateways.ros2.messages import BY_NAME, SERVICES
 from simx_server.gateways.ros2.wire import attachment
 from simx_server.gateways.ros2.wire.names import (
     Distribution,
@@ -20,6 +19,7 @@ from simx_server.gateways.ros2.wire.names import (
     part_of_name,
 )
 from simx_server.gateways.ros2.wire.qos import CLOCK, LATCHED, SENSOR_DATA, TRANSFORMS, Qos
+from simx_server.ros2_messages import BY_NAME, SERVICES
 
 ZID = "467e23e175a288e0886ba95e0226c5da"
 JOINT_STATE = BY_NAME["sensor_msgs/msg/JointState"]

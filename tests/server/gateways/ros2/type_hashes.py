@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from hashlib import sha256
 from typing import Any
 
-from simx_server.gateways.ros2.messages.layouts import Field, Layout
-from simx_server.gateways.ros2.messages.primitives import Primitive
+from simx_server.ros2_messages.layouts import Field, Layout
+from simx_server.ros2_messages.primitives import Primitive
 
 _NUMBERS = {
     "int8": 2,

@@ -10,8 +10,8 @@ from vrep_samples import decoded, each_sample, world_of
 
 from simx_server.scene.formats.vrep.conversion.structure import children_of, motion_of
 from simx_server.scene.formats.vrep.objects import Joint, JointType, VrepFile
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, matrix
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose, matrix
 
 
 def world_poses(file: VrepFile) -> dict[int, Pose]:

@@ -6,8 +6,8 @@ import pytest
 from handler_calls import World
 from vrep_samples import sample, world_of
 
-from simx_server.scene.geometry import frames
-from simx_server.scene.models import load_model
+from simx_server.editing.models import load_model
+from simx_server.scene.poses import frames
 
 pytest.importorskip("lupa")
 
