@@ -228,6 +228,7 @@ class ZmqGateway:
         now = time.monotonic()
         if (returning := self._loop.returning) is not None and returning.are_awaited(f"{self._prefix}zmq-"):
             self._answer_lost_calls(returning.text, now - QUIET)
+        self._clients.look()
         if now < self._next_look:
             return
         self._next_look = now + RETRY
