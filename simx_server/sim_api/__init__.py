@@ -60,8 +60,7 @@ from .planning.ompl_flat import FlatOmplFunctions
 from .plugins import PluginFunctions
 from .processes import ProcessFunctions
 from .properties.functions import PropertyFunctions
-from .properties.several_values import TablePropertyFunctions
-from .properties.single_values import SinglePropertyFunctions
+from .properties.typed_functions import SinglePropertyFunctions, TablePropertyFunctions
 from .remote_api import RemoteApiFunctions, RemoteApiNamespace
 from .ros2.sim_ros2 import SimRos2
 from .scripts.attributes import ScriptAttributeFunctions
