@@ -25,8 +25,8 @@ A mode is one of the `simx_opmode_` constants: *any mode* takes them all, *alway
 *in the client* takes none and asks the server for nothing, or for other functions.
 The last column points to the list of differences below.
 
-| function | also | modes | here | what it does | differs |
-|---|---|---|---|---|---|
+| function | modes | what it does | differs |
+|---|---|---|---|
 {rows}
 
 ## Differences from the original
@@ -91,11 +91,9 @@ def as_markdown(lines: list[Coverage]) -> str:
     """Return the page docs/coverage.md: all functions, and every numbered difference with the test that checks it."""
     rows = [
         [
-            f"`{line.name}`",
-            " ".join(f"`{alias}`" for alias in line.aliases),
+            ", ".join(f"`{name}`" for name in (line.name, *line.aliases)),
             line.modes,
-            _support(line),
-            line.doc.replace("|", "\\|"),
+            line.doc.replace("|", "\\|") if line.supported else "Not supported yet.",
             ", ".join(map(str, line.differences)),
         ]
         for line in lines

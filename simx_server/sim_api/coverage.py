@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import cache
@@ -40,10 +40,10 @@ Made by `simx-server --script-functions --markdown > docs/script-functions.md`; 
 {count}.
 
 Lua and Python scripts see the same functions. Every function of `sim` also has its old flat name in Lua, made from the
-new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` is what stands for an argument that is
-left out or nil. A function that is not listed raises an error that names it. A stand-in lets a script run that
-only dresses V-REP's window or serves a program that is not there: it keeps values, and says once in the log what is
-missing.
+new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` replaces an argument that is missing or
+nil. A function that is not listed raises an error that names it. A stand-in lets a script run that only dresses
+V-REP's window or serves a missing program: it keeps values, and logs once what is missing. Functions without a mark
+are there in full; functions without a text do what their names say.
 
 {sections}
 """
@@ -143,29 +143,26 @@ def as_markdown(lines: list[ScriptFunction]) -> str:
     for space in api.NAMESPACES:
         of_space = [line for line in lines if line.name.startswith(f"{space}.")]
         for topic in dict.fromkeys(line.topic for line in of_space):
-            rows = [
-                f"| `{line.name}({line.arguments})` | {line.support} | {_cell(line)} |"
-                for line in of_space
-                if line.topic == topic
-            ]
-            sections.append(
-                "\n".join(
-                    [
-                        f"## `{space}`: {topic}",
-                        "",
-                        "| function | here | what it does |",
-                        "|---|---|---|",
-                        *rows,
-                    ]
-                )
-            )
+            section = _entries([line for line in of_space if line.topic == topic])
+            sections.append("\n".join([f"## `{space}`: {topic}", "", *section]))
     sections.append(listing.as_markdown())
     return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
 
 
-def _cell(line: ScriptFunction) -> str:
+def _entries(lines: Sequence[ScriptFunction]) -> list[str]:
+    """Return one entry for each description, with all functions that it holds for; those without one come last."""
+    names: dict[str, list[str]] = {}
+    for line in lines:
+        names.setdefault(_description(line), []).append(f"`{line.name}({line.arguments})`")
+    plain = names.pop("", [])
+    found = [f"* {', '.join(functions)}: {description}" for description, functions in names.items()]
+    return [*found, *([f"* {', '.join(plain)}"] if plain else [])]
+
+
+def _description(line: ScriptFunction) -> str:
+    level = f"*{line.support}*" if line.support is not Support.FULL else ""
     differs = f"*{line.differs}*" if line.differs else ""
-    return " ".join(text for text in (line.doc, differs) if text).replace("|", "\\|")
+    return " ".join(text for text in (level, line.doc, differs) if text)
 
 
 def _count(lines: list[ScriptFunction]) -> str:
