@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 from simx_client.protocol.commands import TABLE, Command, Place
-from simx_client.protocol.differences import DIFFERENCES
 from simx_client.protocol.kinds import KINDS
 from simx_server.app.coverage import Coverage, coverage
 from simx_server.handlers import HANDLERS
@@ -141,10 +140,8 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
         facts.append(f"modern: {twin}")
     parts.append("; ".join(facts) + ".")
     if line.differences:
-        titles = " ".join(
-            f"({each}) {DIFFERENCES[each - 1].title.rstrip(',.;')}." for each in line.differences
-        )
-        parts.append(f"[Differs](coverage.md#differences-from-the-original): {titles}")
+        numbers = ", ".join(map(str, line.differences))
+        parts.append(f"[Differs](coverage.md#differences-from-the-original): {numbers}.")
     return "\n\n".join(filter(None, parts))
 
 
