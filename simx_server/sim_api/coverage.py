@@ -31,6 +31,9 @@ class Support(StrEnum):
     NONE = "no"
 
 
+LONG = 6
+"""Words of a description that the page does not repeat in another section."""
+
 _MARKS = {Support.NONE: "Not here:", Support.STAND_IN: "Stand-in:", Support.PARTLY: "Partly:"}
 
 PAGE = """\
@@ -140,20 +143,31 @@ def as_records(lines: list[ScriptFunction]) -> list[dict[str, object]]:
 def as_markdown(lines: list[ScriptFunction]) -> str:
     """Return the page docs/script-functions.md."""
     sections: list[str] = []
+    main = {_description(line): line.name for line in lines}
     for space in api.NAMESPACES:
         of_space = [line for line in lines if line.name.startswith(f"{space}.")]
         for topic in dict.fromkeys(line.topic for line in of_space):
-            section = _entries([line for line in of_space if line.topic == topic])
+            section = _entries([line for line in of_space if line.topic == topic], main)
             sections.append("\n".join([f"## `{space}`: {topic}", "", *section]))
     sections.append(listing.as_markdown())
     return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
 
 
-def _entries(lines: Sequence[ScriptFunction]) -> list[str]:
-    """Return one entry for each description, with all functions that it holds for; those without one come last."""
+def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str]) -> list[str]:
+    """Return one entry for each description, with all functions that it holds for; those without one come last.
+
+    Args:
+        lines: The functions of a section.
+        main: Description to the function that has it on the page; those of other sections refer to this one.
+    """
     names: dict[str, list[str]] = {}
+    here = {line.name for line in lines}
     for line in lines:
-        names.setdefault(_description(line), []).append(f"`{line.name}({line.arguments})`")
+        text = _description(line)
+        repeated = len(text.split()) > LONG and main[text] not in here
+        if repeated and line.support is not Support.STAND_IN:
+            text = f"As `{main[text]}`."
+        names.setdefault(text, []).append(f"`{line.name}({line.arguments})`")
     plain = names.pop("", [])
     found = [f"* {', '.join(functions)}: {description}" for description, functions in names.items()]
     return [*found, *([f"* {', '.join(plain)}"] if plain else [])]
