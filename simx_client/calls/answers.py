@@ -10,7 +10,7 @@ from simx_client.errors import CallsFailed, Failure
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import Reply
 
-from .marshalling import Shape
+from .marshalling import Marshal
 from .strict import Explained
 
 T = TypeVar("T")
@@ -26,10 +26,10 @@ class Answer(Explained, Generic[T]):
     of one with several results a tuple.
     """
 
-    __slots__ = ("_reason", "arguments", "may_be_refused", "reply", "server", "shape", "where")
+    __slots__ = ("_reason", "arguments", "marshal", "may_be_refused", "reply", "server", "where")
 
-    def __init__(self, shape: Shape, arguments: list[Any], server: int, where: str) -> None:
-        self.shape = shape
+    def __init__(self, marshal: Marshal, arguments: list[Any], server: int, where: str) -> None:
+        self.marshal = marshal
         self.arguments = arguments
         self.server = server
         self.where = where
@@ -73,7 +73,7 @@ class Answer(Explained, Generic[T]):
         reply = self.reply
         if reply is None or reply.status:
             raise CallsFailed([self.failure])
-        result = self.shape.success(reply.values)
+        result = self.marshal.success(reply.values)
         if result == 0:
             return cast(T, None)
         return cast(T, result[1] if len(result) == 2 else result[1:])
@@ -81,7 +81,7 @@ class Answer(Explained, Generic[T]):
     @property
     def failure(self) -> Failure:
         """Return the reason for the missing value."""
-        reply, name = self.reply, self.shape.command.name
+        reply, name = self.reply, self.marshal.command.name
         # The server's text starts with the function's name, as simxGetLastErrors returns it.
         told = [str(value) for value in reply.values[:1]] if reply is not None else [self._reason]
         reason = told[0].removeprefix(f"{name}: ") if told else _NOT_YET

@@ -1,6 +1,6 @@
 """Marshalling: convert arguments and replies, and make the results of legacy functions, also without a reply.
 
-One ``Shape`` per command, made from the table: argument coercion, the key, the result tuple.
+One ``Marshal`` per command, made from the table: argument coercion, the key, the result tuple.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .images import DepthBuffer, VisionImage
 Key = tuple[Any, ...]
 
 
-class Shape:
+class Marshal:
     """The client's view of one command."""
 
     __slots__ = (

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import NOT_AWAITED_MS, Call, Operation, Pace, Reply, of_fields
 
-from .marshalling import Key, Shape
+from .marshalling import Key, Marshal
 
 MODE_MASK = ~0xFFFF
 _STREAMING = (c.simx_opmode_streaming, c.simx_opmode_streaming_split)
@@ -52,7 +52,7 @@ class Modes:
         self.last_command_time_ms = 0
         self._next_call_id = 1
         self._streams: dict[Key, Stream] = {}
-        self._asked: dict[int, tuple[Key, Shape]] = {}
+        self._asked: dict[int, tuple[Key, Marshal]] = {}
         """Calls without a reply yet, and streams: id to key."""
 
         self._cancels: dict[int, Key] = {}
@@ -78,14 +78,14 @@ class Modes:
         return len(self._outbox)
 
     def _queue(
-        self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
+        self, marshal: Marshal, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: the last one remains, at
         the end if it carries a value, in its old position if it reads."""
-        call, outbox = self._make(shape, key, operation, arguments, delay_ms), self._outbox
-        slot: Any = call.call_id if shape.command.keeps_every_call else key
+        call, outbox = self._make(marshal, key, operation, arguments, delay_ms), self._outbox
+        slot: Any = call.call_id if marshal.command.keeps_every_call else key
         if slot in outbox:
-            unsent = outbox.pop(slot) if shape.is_set else outbox[slot]
+            unsent = outbox.pop(slot) if marshal.is_set else outbox[slot]
             self._asked.pop(unsent.call_id, None)
             if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
                 outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends the stream all the same
@@ -93,12 +93,12 @@ class Modes:
         return call.call_id
 
     def _make(
-        self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int
+        self, marshal: Marshal, key: Key, operation: Operation, arguments: list[Any], delay_ms: int
     ) -> Call:
         """Make a call with a new id, whose reply is expected."""
         call_id = self.new_call_id()
-        self._asked[call_id] = (key, shape)
-        return of_fields(Call, (call_id, operation, delay_ms, shape.command.name, arguments))
+        self._asked[call_id] = (key, marshal)
+        return of_fields(Call, (call_id, operation, delay_ms, marshal.command.name, arguments))
 
     def new_call_id(self) -> int:
         """Return an id that no other call of this client has."""
@@ -111,8 +111,8 @@ class Modes:
         stream = self._streams.pop(key, None)
         if stream is not None:
             cancel_id = 0  # without an answer
-            _, shape = self._asked[stream.call_id]
-            if shape.command.takes_what_it_reads:
+            _, marshal = self._asked[stream.call_id]
+            if marshal.command.takes_what_it_reads:
                 cancel_id = self.new_call_id()
                 self._ended[cancel_id] = stream.call_id
             else:
@@ -123,7 +123,7 @@ class Modes:
             )
 
     def ask(
-        self, shape: Shape, arguments: list[Any], pace: Pace = Pace.FREE, *, is_held: bool = False
+        self, marshal: Marshal, arguments: list[Any], pace: Pace = Pace.FREE, *, is_held: bool = False
     ) -> list[Call]:
         """Start a blocking call: make it and remember which reply to wait for.
 
@@ -133,17 +133,17 @@ class Modes:
         Returns:
             The calls to send now, in order: those of the outbox, then this one.
         """
-        self._awaited_key = key = shape.key(arguments)
+        self._awaited_key = key = marshal.key(arguments)
         self._end_stream(key)
         self._answer = None
         if is_held or self._outbox:
-            self._awaited = self._queue(shape, key, shape.operation, arguments, pace)
+            self._awaited = self._queue(marshal, key, marshal.operation, arguments, pace)
             return [] if is_held else self.take_outbox()
-        call = self._make(shape, key, shape.operation, arguments, pace)
+        call = self._make(marshal, key, marshal.operation, arguments, pace)
         self._awaited = call.call_id
         return [call]
 
-    def answer(self, shape: Shape) -> Any:
+    def answer(self, marshal: Marshal) -> Any:
         """Finish a blocking call: return its result and remove the entry of its key.
 
         Without a reply the code is timeout, with novalue unless an older reply was in the inbox. The reply
@@ -153,34 +153,39 @@ class Modes:
         reply, self._answer, self._awaited = self._answer, None, None
         if reply is None:
             flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
-            return shape.failure(flags)
-        if older is not None and shape.command.takes_what_it_reads and not older.status and not reply.status:
+            return marshal.failure(flags)
+        if (
+            older is not None
+            and marshal.command.takes_what_it_reads
+            and not older.status
+            and not reply.status
+        ):
             reply = reply._replace(values=[_together(older.values[0], reply.values[0])])
-        return self._result(shape, reply)
+        return self._result(marshal, reply)
 
     @property
     def is_answered(self) -> bool:
         return self._answer is not None
 
-    def call(self, shape: Shape, arguments: list[Any], mode: int) -> Any:
+    def call(self, marshal: Marshal, arguments: list[Any], mode: int) -> Any:
         """Make a call in a mode other than blocking: update the outbox, return the present result."""
         base, low = mode & MODE_MASK, mode & ~MODE_MASK
-        key = shape.key(arguments)
+        key = marshal.key(arguments)
         if mode == c.simx_opmode_remove:
-            return shape.failure(
+            return marshal.failure(
                 c.simx_return_novalue_flag if self.inbox.pop(key, None) is None else c.simx_return_ok
             )
-        result = self._fetch(shape, key, mode)
+        result = self._fetch(marshal, key, mode)
         if base == c.simx_opmode_buffer:
             return result
         if base == c.simx_opmode_discontinue:
-            self._discontinue(shape, key)
+            self._discontinue(marshal, key)
         elif base in _STREAMING:
-            self._arm(shape, key, arguments, low if base == c.simx_opmode_streaming else 0)
+            self._arm(marshal, key, arguments, low if base == c.simx_opmode_streaming else 0)
         else:
             self._end_stream(key)
-            if not (shape.command.gives_image and self._is_on_the_way(key)):
-                self._queue(shape, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
+            if not (marshal.command.gives_image and self._is_on_the_way(key)):
+                self._queue(marshal, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
         return result
 
     def _is_on_the_way(self, key: Key) -> bool:
@@ -188,47 +193,49 @@ class Modes:
         queue up."""
         return any(asked == key for asked, _ in self._asked.values())
 
-    def _arm(self, shape: Shape, key: Key, arguments: list[Any], delay_ms: int) -> None:
+    def _arm(self, marshal: Marshal, key: Key, arguments: list[Any], delay_ms: int) -> None:
         stream = self._streams.get(key)
         if stream is not None and stream.arguments == arguments and stream.delay_ms == delay_ms:
             return  # it runs already; scripts that read with streaming each time cost nothing
         self._end_stream(key)
-        call_id = self._queue(shape, key, Operation.STREAM, arguments, delay_ms)
+        call_id = self._queue(marshal, key, Operation.STREAM, arguments, delay_ms)
         self._streams[key] = Stream(call_id, arguments, delay_ms)
 
-    def _discontinue(self, shape: Shape, key: Key) -> None:
+    def _discontinue(self, marshal: Marshal, key: Key) -> None:
         stream = self._streams.pop(key, None)
         stream_id = 0
         if stream is not None:
             stream_id = stream.call_id
             self._asked.pop(stream_id, None)
-        call_id = self._queue(shape, key, Operation.CANCEL, [stream_id])
+        call_id = self._queue(marshal, key, Operation.CANCEL, [stream_id])
         del self._asked[call_id]
         self._cancels[call_id] = key
 
     # --- executed in this process ----------------------------------------------------------------
 
-    def free_slot(self, shape: Shape, arguments: list[Any], mode: int) -> Key | None:
+    def free_slot(self, marshal: Marshal, arguments: list[Any], mode: int) -> Key | None:
         """Return the key of a call that can be executed without a message: nothing waits to be sent, its key has no
         stream, and its reply comes at once.
         """
-        if self._outbox or not (shape.is_plain if mode == c.simx_opmode_blocking else shape.is_plain_oneshot):
+        if self._outbox or not (
+            marshal.is_plain if mode == c.simx_opmode_blocking else marshal.is_plain_oneshot
+        ):
             return None
-        key = shape.key(arguments)
+        key = marshal.key(arguments)
         return None if key in self._streams else key
 
-    def answered_directly(self, shape: Shape, key: Key, reply: Reply | None) -> Any:
+    def answered_directly(self, marshal: Marshal, key: Key, reply: Reply | None) -> Any:
         """Finish a blocking call that was executed without a message; None is a reply that did not come in time."""
         older = self.inbox.pop(key, None) if self.inbox else None
         if reply is None:
             flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
-            return shape.failure(flags)
+            return marshal.failure(flags)
         _, status, self.last_command_time_ms, values = reply
-        return shape.failure(status) if status else shape.success(values)
+        return marshal.failure(status) if status else marshal.success(values)
 
-    def sent_directly(self, shape: Shape, key: Key, reply: Reply | None) -> Any:
+    def sent_directly(self, marshal: Marshal, key: Key, reply: Reply | None) -> Any:
         """Finish a oneshot call that was executed without a message: return the result of the one before."""
-        result = self._fetch(shape, key, c.simx_opmode_oneshot)
+        result = self._fetch(marshal, key, c.simx_opmode_oneshot)
         if reply is not None:
             self.inbox[key] = reply
         return result
@@ -247,8 +254,8 @@ class Modes:
                 self._answer = reply
                 del self._asked[call_id]
                 continue
-            key, shape = asked
-            if shape.gives_nothing and reply.values and not reply.status:
+            key, marshal = asked
+            if marshal.gives_nothing and reply.values and not reply.status:
                 self._absorb_done(reply)
                 continue
             stream = self._streams.get(key)
@@ -257,10 +264,10 @@ class Modes:
                     del self._asked[call_id]
                 elif not reply.status and not reply.values[0]:
                     continue  # an ended stream still hands over what it took, but it took nothing
-            if shape.only_newest:
+            if marshal.only_newest:
                 self.inbox[key] = reply
             else:
-                self._store(shape, key, reply)
+                self._store(marshal, key, reply)
 
     def _absorb_done(self, reply: Reply) -> None:
         """Store one answer to several calls with consecutive ids, up to the first that it cannot answer."""
@@ -285,35 +292,35 @@ class Modes:
         elif cancelled not in self._streams:
             self.inbox.pop(cancelled, None)
 
-    def _store(self, shape: Shape, key: Key, reply: Reply) -> None:
-        if shape.command.takes_what_it_reads and not reply.status:
+    def _store(self, marshal: Marshal, key: Key, reply: Reply) -> None:
+        if marshal.command.takes_what_it_reads and not reply.status:
             unread = self.inbox.get(key)
             if unread is not None and not unread.status:
                 reply = reply._replace(values=[_together(unread.values[0], reply.values[0])])
-        elif not reply.status and shape.command.is_hit(reply.values):
+        elif not reply.status and marshal.command.is_hit(reply.values):
             stream = self._streams.get(key)
             if stream is not None and stream.call_id == reply.call_id:
                 del self._streams[key]
                 self._asked.pop(stream.call_id, None)
         self.inbox[key] = reply
 
-    def _fetch(self, shape: Shape, key: Key, mode: int) -> Any:
+    def _fetch(self, marshal: Marshal, key: Key, mode: int) -> Any:
         reply = self.inbox.get(key)
         if reply is None:
-            return shape.failure(c.simx_return_novalue_flag)
+            return marshal.failure(c.simx_return_novalue_flag)
         if not reply.status:
-            if shape.command.takes_what_it_reads:
+            if marshal.command.takes_what_it_reads:
                 # A stream continues: no news means empty data, not novalue.
                 self.inbox[key] = reply._replace(values=[reply.values[0][:0]])
                 if key not in self._streams:
                     del self.inbox[key]
-            elif mode == c.simx_opmode_buffer and shape.command.is_hit(reply.values):
+            elif mode == c.simx_opmode_buffer and marshal.command.is_hit(reply.values):
                 del self.inbox[key]
-        return self._result(shape, reply)
+        return self._result(marshal, reply)
 
-    def _result(self, shape: Shape, reply: Reply) -> Any:
+    def _result(self, marshal: Marshal, reply: Reply) -> Any:
         self.last_command_time_ms = reply.time_ms
-        return shape.failure(reply.status) if reply.status else shape.success(reply.values)
+        return marshal.failure(reply.status) if reply.status else marshal.success(reply.values)
 
     def lose(self, *, arms_again: bool) -> None:
         """Handle the loss of the connection: drop everything stored or on the way; keep the counters.
@@ -330,8 +337,8 @@ class Modes:
         self._outbox.clear()
         self._awaited = self._answer = None
         if arms_again:
-            for (key, shape), stream in streams:
-                self._arm(shape, key, stream.arguments, stream.delay_ms)
+            for (key, marshal), stream in streams:
+                self._arm(marshal, key, stream.arguments, stream.delay_ms)
 
 
 def _together(unread: Any, new: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import simx_client
 from simx_client.calls.answers import Answer
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.exchange import Exchange
@@ -46,14 +46,16 @@ def ask(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
     assert connection is not None
     if command.place is Place.LOCAL or command.loads_file:
         return _call(client, command, arguments)
-    answer: Answer[Any] = Answer(Shape(command), Shape(command).coerce(tuple(arguments)), 0, connection.where)
+    answer: Answer[Any] = Answer(
+        Marshal(command), Marshal(command).coerce(tuple(arguments)), 0, connection.where
+    )
     exchange = Exchange(connection, [answer])
     exchange.send()
     exchange.finish(time.monotonic() + connection.timeout, connection.timeout)
     if answer.code:
         raise Refused(f"{command.name}: {answer.failure.reason}", answer.code)
     assert answer.reply is not None
-    result = answer.shape.success(answer.reply.values)
+    result = answer.marshal.success(answer.reply.values)
     return [] if result == 0 else list(result[1:])
 
 

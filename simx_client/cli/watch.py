@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.connection.connection import Connection
 from simx_client.errors import SimxError
 from simx_client.protocol import constants as c
@@ -71,7 +71,7 @@ def main(argv: Sequence[str]) -> int:
             arguments = parse(command, options.arguments, partial(handle_of, client))
             ask(client, command, arguments)  # a refusal is printed now, with its reason
             for number, (instant, values) in enumerate(
-                _values(connection, Shape(command), tuple(arguments), options.every), 1
+                _values(connection, Marshal(command), tuple(arguments), options.every), 1
             ):
                 sys.stdout.write(_line(command, instant, values, as_json=options.json) + "\n")
                 sys.stdout.flush()
@@ -102,17 +102,17 @@ def _reading(name: str) -> Command:
 
 
 def _values(
-    connection: Connection, shape: Shape, arguments: tuple[Any, ...], every: float | None
+    connection: Connection, marshal: Marshal, arguments: tuple[Any, ...], every: float | None
 ) -> Iterator[tuple[float, list[Any]]]:
     """Yield simulation time (s) and results: when they change, or at an interval in seconds of wall time.
 
     Raises Refused when the results end.
     """
-    connection.invoke(shape, arguments, c.simx_opmode_streaming)
+    connection.invoke(marshal, arguments, c.simx_opmode_streaming)
     deadline = time.monotonic() + connection.timeout
     due, before = 0.0, None
     while True:
-        code, *values = connection.invoke(shape, arguments, c.simx_opmode_buffer)
+        code, *values = connection.invoke(marshal, arguments, c.simx_opmode_buffer)
         now = time.monotonic()
         if not alive(connection):
             raise Refused(f"the simulator at {connection.where} went away", c.simx_return_novalue_flag)
@@ -124,9 +124,11 @@ def _values(
                 yield connection.last_command_time_ms / 1000, values
                 continue
         elif code & c.simx_return_remote_error_flag:
-            raise Refused(f"{shape.command.name}: the simulator refuses it by now; its reason is above", code)
+            raise Refused(
+                f"{marshal.command.name}: the simulator refuses it by now; its reason is above", code
+            )
         elif now > deadline:
-            raise Refused(f"{shape.command.name}: no value within {connection.timeout:g} s", code)
+            raise Refused(f"{marshal.command.name}: no value within {connection.timeout:g} s", code)
         time.sleep(PAUSE)
 
 

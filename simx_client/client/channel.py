@@ -101,7 +101,7 @@ class Channel:
     def _make(self, calls: Calls, note: Callable[[Calls], T], subjects: Sequence[Subject]) -> T:
         self._check(subjects)
         result = note(calls)
-        if self._known is not None and all(answer.shape.command.only_reads for answer in calls.noted):
+        if self._known is not None and all(answer.marshal.command.only_reads for answer in calls.noted):
             self._recall(calls.noted, self._known)
         else:
             self.exchange(calls.noted)
@@ -198,7 +198,7 @@ class Channel:
     def _recall(self, answers: Sequence[Answer[Any]], known: Reads) -> None:
         new: list[Answer[Any]] = []
         for answer in answers:
-            key = (answer.shape.command.name, *answer.arguments)
+            key = (answer.marshal.command.name, *answer.arguments)
             at_hand = known.get(key) or self._looked_at.get(key)
             if at_hand is None:
                 new.append(answer)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from simx_client.calls.answers import Answer
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.calls.strict import Explained
 from simx_client.protocol.commands import TABLE, Command, Place
 
@@ -38,39 +38,39 @@ class Calls(Explained):
     def __repr__(self) -> str:
         return f"<Calls to {self._where}: {len(self.noted)} noted>"
 
-    def note(self, shape: Shape, arguments: tuple[Any, ...]) -> Answer[Any]:
+    def note(self, marshal: Marshal, arguments: tuple[Any, ...]) -> Answer[Any]:
         """Add one call.
 
         Raises:
             TypeError, IndexError: an argument is not valid; the text names function and argument.
         """
-        answer: Answer[Any] = Answer(shape, shape.coerce(arguments), self._server, self._where)
+        answer: Answer[Any] = Answer(marshal, marshal.coerce(arguments), self._server, self._where)
         self.noted.append(answer)
         return answer
 
 
-_TEMPLATE = "def {name}(self{parameters}):\n    return self.note(_shape, ({arguments}))\n"
+_TEMPLATE = "def {name}(self{parameters}):\n    return self.note(_marshal, ({arguments}))\n"
 
 
-def _compile(name: str, shape: Shape) -> Callable[..., Answer[Any]]:
-    names = [argument.name for argument in shape.command.arguments]
+def _compile(name: str, marshal: Marshal) -> Callable[..., Answer[Any]]:
+    names = [argument.name for argument in marshal.command.arguments]
     source = _TEMPLATE.format(
         name=name,
         parameters="".join(f", {each}" for each in names),
         arguments="".join(f"{each}, " for each in names),
     )
-    namespace: dict[str, Any] = {"_shape": shape}
+    namespace: dict[str, Any] = {"_marshal": marshal}
     exec(
         compile(source, f"<simx_client.connection.calls {name}>", "exec"), namespace
     )  # the text comes from the table, not from input
     function = namespace[name]
-    function.__doc__ = shape.command.doc
+    function.__doc__ = marshal.command.doc
     function.__module__, function.__qualname__ = __name__, f"Calls.{name}"
     return function
 
 
 for _command in TABLE:
     if is_batched(_command):
-        _shape = Shape(_command)
+        _marshal = Marshal(_command)
         for _name in _command.names:
-            setattr(Calls, _name, _compile(_name, _shape))
+            setattr(Calls, _name, _compile(_name, _marshal))

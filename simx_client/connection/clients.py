@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol import constants as c
 from simx_client.protocol.kinds import to_int32
@@ -150,9 +150,9 @@ if hasattr(os, "register_at_fork"):  # Windows cannot fork
     os.register_at_fork(after_in_child=CLIENTS.forget_parent)
 
 
-def invoke(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
+def invoke(marshal: Marshal, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
     """Execute a generated function."""
     connection = CLIENTS.get(client_id)
     if connection is None:
-        return shape.failure(c.simx_return_initialize_error_flag)
-    return connection.invoke(shape, arguments, mode)
+        return marshal.failure(c.simx_return_initialize_error_flag)
+    return connection.invoke(marshal, arguments, mode)

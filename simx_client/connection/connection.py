@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.calls.operation_modes import MODE_MASK, Modes
 from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.protocol import constants as c
@@ -45,7 +45,7 @@ logger = logging.getLogger(__name__)
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
-_ECHO = Shape(replace(BY_NAME["simxGetPingTime"], gives={}), Operation.CANCEL)
+_ECHO = Marshal(replace(BY_NAME["simxGetPingTime"], gives={}), Operation.CANCEL)
 """Requests an answer without any other effect: it ends no stream."""
 
 _NO_STREAM = 0
@@ -229,22 +229,22 @@ class Connection:
 
     # --- calls -----------------------------------------------------------------------------------
 
-    def invoke(self, shape: Shape, arguments: tuple[Any, ...], mode: int) -> Any:
+    def invoke(self, marshal: Marshal, arguments: tuple[Any, ...], mode: int) -> Any:
         """Make one legacy call in one operation mode; return the result of the legacy function."""
-        values = shape.coerce(arguments)
+        values = marshal.coerce(arguments)
         if mode.__class__ is not int:
-            mode = shape.mode(mode)
+            mode = marshal.mode(mode)
         if mode & MODE_MASK == c.simx_opmode_blocking:
-            if shape.command.never_blocking and mode == c.simx_opmode_blocking:
-                return shape.failure(c.simx_return_illegal_opmode_flag)
-            return self.blocking(shape, values, pace=self._pace)
+            if marshal.command.never_blocking and mode == c.simx_opmode_blocking:
+                return marshal.failure(c.simx_return_illegal_opmode_flag)
+            return self.blocking(marshal, values, pace=self._pace)
         with self._lock:
             if not self._check_link() or self._pauses:
-                return self._modes.call(shape, values, mode)
-            if self._batching.is_on and mode == c.simx_opmode_oneshot and shape.is_set:
-                return self._batching.call(shape, values, mode)
+                return self._modes.call(marshal, values, mode)
+            if self._batching.is_on and mode == c.simx_opmode_oneshot and marshal.is_set:
+                return self._batching.call(marshal, values, mode)
             self._drain()
-            result = self._modes.call(shape, values, mode)
+            result = self._modes.call(marshal, values, mode)
             if mode != c.simx_opmode_buffer:  # buffer mode adds no call, and batched calls may wait
                 self._flush()
             return result
@@ -260,14 +260,14 @@ class Connection:
                 self._flush()
 
     def blocking(
-        self, shape: Shape, values: list[Any], timeout: float | None = None, pace: Pace = Pace.FREE
+        self, marshal: Marshal, values: list[Any], timeout: float | None = None, pace: Pace = Pace.FREE
     ) -> Any:
         """Send and wait for the reply. Within the time-out, also wait for a connection in the making."""
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
         while True:
             # A call of another thread may hold the lock for its whole time-out.
             if not self._lock.acquire(timeout=max(0.0, deadline - time.monotonic())):
-                return shape.failure(c.simx_return_timeout_flag | c.simx_return_novalue_flag)
+                return marshal.failure(c.simx_return_timeout_flag | c.simx_return_novalue_flag)
             try:
                 if (
                     self._check_link(deadline)
@@ -275,7 +275,7 @@ class Connection:
                     or not self._may_connect
                     or time.monotonic() >= deadline
                 ):
-                    return self._ask(shape, values, deadline, pace)
+                    return self._ask(marshal, values, deadline, pace)
             finally:
                 self._lock.release()
             # Release the lock: the background thread may need it to make the first connection.
@@ -289,23 +289,23 @@ class Connection:
         """Ping at the pace of blocking calls."""
         return self.blocking(_ECHO, [_NO_STREAM], pace=self._pace)
 
-    def _ask(self, shape: Shape, values: list[Any], deadline: float, pace: Pace) -> Any:
+    def _ask(self, marshal: Marshal, values: list[Any], deadline: float, pace: Pace) -> Any:
         is_held = self._pauses > 0 or self._connection_id == -1
-        calls = self._modes.ask(shape, values, pace, is_held=is_held)
+        calls = self._modes.ask(marshal, values, pace, is_held=is_held)
         if self._pauses:
             logger.warning(
                 "%s was called in blocking mode while communication is paused, so no reply can come; "
                 "resume first with simxPauseCommunication(clientID, False)",
-                shape.command.name,
+                marshal.command.name,
             )
         elif not is_held:
             self._send(calls, deadline)
-            shape.prepare()
-            is_soon = shape.command.answers_soon and pace is not Pace.EVERY
+            marshal.prepare()
+            is_soon = marshal.command.answers_soon and pace is not Pace.EVERY
             self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
-            if shape.command is _STEPPED_MODE and self._modes.is_answered:
+            if marshal.command is _STEPPED_MODE and self._modes.is_answered:
                 self._batching.switch(bool(values[0]))
-        return self._modes.answer(shape)
+        return self._modes.answer(marshal)
 
     def _receive_until(
         self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool = False
@@ -396,7 +396,7 @@ class Connection:
 
     # --- past the operation modes: many calls, one message -----------------------------------------
 
-    def send_together(self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]) -> list[int]:
+    def send_together(self, calls: Iterable[tuple[Marshal, list[Any], Callable[[Reply], None]]]) -> list[int]:
         """Send calls as one message; pass each reply to the call's last item, whenever it is received.
 
         Returns:
@@ -407,10 +407,10 @@ class Connection:
                 return []
             self._drain()
             sent: list[Call] = []
-            for shape, values, take in calls:
+            for marshal, values, take in calls:
                 call_id = self._modes.new_call_id()
                 self._takers[call_id] = take
-                sent.append(Call(call_id, Operation.EXECUTE, 0, shape.command.name, values))
+                sent.append(Call(call_id, Operation.EXECUTE, 0, marshal.command.name, values))
             self._send([*self._modes.take_outbox(), *sent])  # the script made the batched calls before these
             return [call.call_id for call in sent]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import Delivery, Pace, Reply
 from simx_client.transport.direct import DirectFunction, DirectTransport
@@ -36,7 +36,7 @@ class EmbeddedConnection(Connection):
     ) -> None:
         """Prepare a connection; ``connect`` makes it. The arguments are those of `Connection`."""
         self._direct: DirectTransport | None = None
-        self._calls: dict[Shape, DirectFunction] = {}
+        self._calls: dict[Marshal, DirectFunction] = {}
 
         def opened() -> DirectTransport:
             self._direct = transport = open_transport()
@@ -44,32 +44,34 @@ class EmbeddedConnection(Connection):
 
         super().__init__(opened, where=where, timeout=timeout, may_reconnect=False, pace=pace)
 
-    def invoke(self, shape: Shape, arguments: tuple[Any, ...], mode: int) -> Any:
+    def invoke(self, marshal: Marshal, arguments: tuple[Any, ...], mode: int) -> Any:
         """Make one legacy call in one operation mode; return the result of the legacy function."""
         direct = self._direct
         if direct is None or mode.__class__ is not int:
-            return super().invoke(shape, arguments, mode)
-        values = shape.coerce(arguments)
+            return super().invoke(marshal, arguments, mode)
+        values = marshal.coerce(arguments)
         with self._lock:
             if self._closed or self._pauses or not direct.is_direct:
                 pass
             elif mode != _BLOCKING and mode != _ONESHOT:
                 self._drain()
-                result = self._modes.call(shape, values, mode)
+                result = self._modes.call(marshal, values, mode)
                 if self._modes.unsent:
                     self._flush()
                 return result
-            elif slot := self._modes.free_slot(shape, values, mode):
+            elif slot := self._modes.free_slot(marshal, values, mode):
                 if mode == _ONESHOT:
-                    return self._modes.sent_directly(shape, slot, self._execute(direct, shape, values))
+                    return self._modes.sent_directly(marshal, slot, self._execute(direct, marshal, values))
                 if self._pace is Pace.FREE or not direct.is_running_freely:
-                    return self._modes.answered_directly(shape, slot, self._execute(direct, shape, values))
-        return super().invoke(shape, arguments, mode)
+                    return self._modes.answered_directly(
+                        marshal, slot, self._execute(direct, marshal, values)
+                    )
+        return super().invoke(marshal, arguments, mode)
 
-    def _execute(self, direct: DirectTransport, shape: Shape, values: list[Any]) -> Reply | None:
-        call = self._calls.get(shape)
+    def _execute(self, direct: DirectTransport, marshal: Marshal, values: list[Any]) -> Reply | None:
+        call = self._calls.get(marshal)
         if call is None:
-            call = self._calls[shape] = direct.prepare(shape.command)
+            call = self._calls[marshal] = direct.prepare(marshal.command)
         self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
         self._header = None
         reply = call(values, self.timeout)
@@ -77,7 +79,7 @@ class EmbeddedConnection(Connection):
             self._log_once(str(reply[3][0]))
         return reply
 
-    def send_together(self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]) -> list[int]:
+    def send_together(self, calls: Iterable[tuple[Marshal, list[Any], Callable[[Reply], None]]]) -> list[int]:
         """Execute calls; see `Connection.send_together`. After a time-out, the rest of them is not executed."""
         with self._lock:
             direct = self._direct
@@ -87,7 +89,7 @@ class EmbeddedConnection(Connection):
             self._flush()  # the script made the batched calls before these
             calls = list(calls)
             replies = direct.execute_together(
-                [(shape.command, values) for shape, values, _ in calls], self.timeout
+                [(marshal.command, values) for marshal, values, _ in calls], self.timeout
             )
             if replies is None:
                 return super().send_together(calls)

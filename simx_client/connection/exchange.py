@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from simx_client.calls.answers import Answer
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.errors import Failure
 from simx_client.protocol.messages import Reply
 
@@ -27,7 +27,7 @@ class Party(Protocol):
     @property
     def why_gone(self) -> str: ...
     def send_together(
-        self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]
+        self, calls: Iterable[tuple[Marshal, list[Any], Callable[[Reply], None]]]
     ) -> Sequence[int]: ...
     def receive_until(self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool) -> None: ...
     def forget(self, call_ids: Iterable[int]) -> None: ...
@@ -62,7 +62,7 @@ class Exchange:
             answer.reply = None
         self._sent_on = self.connection.connection_id
         self._ids = self.connection.send_together(
-            [(answer.shape, answer.arguments, answer.take) for answer in self._answers]
+            [(answer.marshal, answer.arguments, answer.take) for answer in self._answers]
         )
 
     def finish(self, deadline: float, timeout: float) -> None:
@@ -73,7 +73,7 @@ class Exchange:
             timeout: the time-out in seconds, for the message.
         """
         if self._ids:
-            is_soon = all(answer.shape.command.answers_soon for answer in self._answers)
+            is_soon = all(answer.marshal.command.answers_soon for answer in self._answers)
             self.connection.receive_until(self._is_answered, deadline, is_soon=is_soon)
         if not self._is_answered():
             now_on = self.connection.connection_id

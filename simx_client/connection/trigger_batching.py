@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.calls.operation_modes import Modes
 from simx_client.transport.time_limit import Alarm
 
@@ -38,13 +38,13 @@ class TriggerBatching:
             self._alarm = Alarm(self._send_late)
         self.is_on = is_on
 
-    def call(self, shape: Shape, values: list[Any], mode: int) -> Any:
+    def call(self, marshal: Marshal, values: list[Any], mode: int) -> Any:
         """Make a set that waits for the trigger. Later sets do not extend the wait; a full outbox is sent at
         once."""
         assert self._alarm is not None
         if not self._modes.unsent:
             self._alarm.set(time.monotonic() + BATCHING_TIME)
-        result = self._modes.call(shape, values, mode)
+        result = self._modes.call(marshal, values, mode)
         if self._modes.unsent >= MAX_BATCHED:
             self._send()
         return result

@@ -11,7 +11,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.calls.operation_modes import MODE_MASK
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
@@ -33,8 +33,8 @@ _SENDING = (
     c.simx_opmode_streaming_split,
 )
 
-_TRANSFER = Shape(BY_NAME["simxTransferFile"])
-_STORE, _LEND = (Shape(command) for command in CARRIED)
+_TRANSFER = Marshal(BY_NAME["simxTransferFile"])
+_STORE, _LEND = (Marshal(command) for command in CARRIED)
 
 
 def simxTransferFile(
@@ -66,20 +66,20 @@ def simxTransferFile(
     return connection.invoke(_STORE, (name, data), mode)
 
 
-def invoke_loading(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
+def invoke_loading(marshal: Marshal, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
     """Execute a generated function that loads a file; its arguments are path and options."""
     connection = CLIENTS.get(client_id)
     if connection is None:
-        return shape.failure(c.simx_return_initialize_error_flag)
+        return marshal.failure(c.simx_return_initialize_error_flag)
     path, options = to_text(arguments[0]), to_int32(arguments[1])
     is_default = (
-        not path and shape.command.name == "simxLoadScene"
+        not path and marshal.command.name == "simxLoadScene"
     )  # V-REP's default scene, which has no file
-    if not is_default and options & FILE_IS_HERE and shape.mode(mode) & MODE_MASK in _SENDING:
-        code = _lend(connection, shape.command.name, path)
+    if not is_default and options & FILE_IS_HERE and marshal.mode(mode) & MODE_MASK in _SENDING:
+        code = _lend(connection, marshal.command.name, path)
         if code:
-            return shape.failure(code)
-    return connection.invoke(shape, arguments, mode)
+            return marshal.failure(code)
+    return connection.invoke(marshal, arguments, mode)
 
 
 def _lend(connection: Connection, name: str, path: str) -> int:

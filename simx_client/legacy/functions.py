@@ -9,7 +9,7 @@ from __future__ import annotations
 from types import FunctionType
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.connection.clients import invoke
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import TABLE, Command, Place
@@ -17,10 +17,10 @@ from simx_client.protocol.commands import TABLE, Command, Place
 from . import local
 from .files import invoke_loading
 
-_TEMPLATE = "def {name}({parameters}):\n    return _invoke(_shape, clientID, ({arguments}), {mode})\n"
+_TEMPLATE = "def {name}({parameters}):\n    return _invoke(_marshal, clientID, ({arguments}), {mode})\n"
 
 
-def _compile(name: str, command: Command, shape: Shape) -> FunctionType:
+def _compile(name: str, command: Command, marshal: Marshal) -> FunctionType:
     source = _TEMPLATE.format(
         name=name,
         parameters=", ".join(command.parameters),
@@ -29,7 +29,7 @@ def _compile(name: str, command: Command, shape: Shape) -> FunctionType:
     )
     namespace: dict[str, Any] = {
         "_invoke": invoke_loading if command.loads_file else invoke,
-        "_shape": shape,
+        "_marshal": marshal,
     }
     exec(
         compile(source, f"<simx_client {name}>", "exec"), namespace
@@ -57,7 +57,7 @@ def functions() -> dict[str, FunctionType]:
             for name in command.names:
                 made[name] = getattr(local, name)
         else:
-            shape = Shape(command)
+            marshal = Marshal(command)
             for name in command.names:
-                made[name] = _compile(name, command, shape)
+                made[name] = _compile(name, command, marshal)
     return made

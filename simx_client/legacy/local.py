@@ -13,7 +13,7 @@ import struct
 import time
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.embedding import chosen_scene, embedded_in_process
@@ -239,7 +239,7 @@ def simxQuery(
         time.sleep(0.001)
 
 
-_START = Shape(BY_NAME["simxStart"])
-_CLEAR_STRING = Shape(BY_NAME["simxClearStringSignal"])
-_TAKE_STRING = Shape(BY_NAME["simxGetAndClearStringSignal"])
-_SET_STRING = Shape(BY_NAME["simxSetStringSignal"])
+_START = Marshal(BY_NAME["simxStart"])
+_CLEAR_STRING = Marshal(BY_NAME["simxClearStringSignal"])
+_TAKE_STRING = Marshal(BY_NAME["simxGetAndClearStringSignal"])
+_SET_STRING = Marshal(BY_NAME["simxSetStringSignal"])

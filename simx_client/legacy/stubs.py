@@ -49,7 +49,7 @@ from typing import Any, SupportsFloat, SupportsIndex
 
 from simx_client.calls.answers import Answer
 from simx_client.calls.images import DepthBuffer, VisionImage
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.protocol.commands import Command
 
 def is_batched(command: Command) -> bool: ...
@@ -57,7 +57,7 @@ def is_batched(command: Command) -> bool: ...
 class Calls:
     noted: list[Answer[Any]]
     def __init__(self, server: int, where: str) -> None: ...
-    def note(self, shape: Shape, arguments: tuple[Any, ...]) -> Answer[Any]: ...
+    def note(self, marshal: Marshal, arguments: tuple[Any, ...]) -> Answer[Any]: ...
 '''
 
 

@@ -15,6 +15,7 @@ from .moments import Moment, take
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
+    from simx_server.service.calls.executor import Executor
     from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
@@ -30,8 +31,11 @@ class WatchedLoop(Protocol):
 
     world: World
     simulation: Simulation
-    log_of_calls: LogOfCalls | None
+
     is_going_back: bool
+
+    @property
+    def executor(self) -> Executor: ...
 
     @property
     def sessions(self) -> Mapping[str, object]: ...
@@ -88,7 +92,7 @@ class History(Part):
 
     def _watch(self) -> None:
         """Have the server loop note calls, or not."""
-        self._loop.log_of_calls = self._log if self.is_kept else None
+        self._loop.executor.log_of_calls = self._log if self.is_kept else None
 
     def _forget_those_who_left(self) -> None:
         if self._wanted_by and not self._wanted_by <= self._loop.sessions.keys():
@@ -188,7 +192,7 @@ class History(Part):
     def step_finished(self) -> None:
         if self._wanted_by:
             self._forget_those_who_left()
-        if self._loop.log_of_calls is not None:
+        if self._loop.executor.log_of_calls is not None:
             self._keep(self._log.take())
 
     def scene_changed(self) -> None:

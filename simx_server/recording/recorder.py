@@ -109,7 +109,7 @@ class Recorder(Part):
         self._loop = loop
         loop.recorder = self
         for session in loop.sessions.values():  # a gateway's own client is there before clients can come
-            self.joined(session.client, session.name, session.port, is_zmq=session.serve is not None)
+            self.joined(session.client, session.name, session.port, is_zmq=session.calls_sim)
         points = self._world.simulation.interruptions
         points.script_point = points.physics_point = self._count_point
 

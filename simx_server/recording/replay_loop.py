@@ -16,7 +16,9 @@ from simx_client.protocol.commands import TABLE
 from simx_server.history.journal import Block
 from simx_server.history.succession import resume
 from simx_server.history.writing import First
+from simx_server.service.answers.link import Link
 from simx_server.service.calls.registry import Handler
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clock import Pacer
 from simx_server.service.queue.box import Arrival
 from simx_server.service.server_loop import ServerLoop
@@ -99,7 +101,7 @@ class ReplayLoop(ServerLoop):
         match record:
             case [Kind.JOINED, _, number, client, name, port]:
                 self._clients[number] = client
-                self._handle(lambda: self.join(client, name, port, NoLink()))
+                self._handle(lambda: self.join(client, name, port, Link()))
             case [Kind.JOINED_ZMQ | Kind.CONTINUED, *_]:
                 self._do_of_zmq(record)
             case [Kind.LEFT | Kind.STEPPING_LOST as kind, _, number]:
@@ -107,7 +109,8 @@ class ReplayLoop(ServerLoop):
                 end = partial(self.end_stepping, client, "it was silent")
                 self._handle(partial(self.leave, client) if kind == Kind.LEFT else end)
             case [Kind.BATCH, _, number, payload]:
-                self._handle(Arrival(self._client(number), payload))
+                client = self._client(number)
+                self._handle(Arrival(client, self._zmq.recorded(client, payload) or BatchWork(payload)))
             case [Kind.WENT_ON, number]:
                 session = self.sessions.get(self._client(number))
                 if session is None or session.interrupted is None:
@@ -172,18 +175,6 @@ class ReplayLoop(ServerLoop):
             self.do(record)
         finally:
             self._is_serving = before
-
-
-class NoLink:
-    """The link of a client that is not connected."""
-
-    def deliver(self, payload: bytes) -> None: ...
-
-    def publish(self, payload: bytes) -> None: ...
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None: ...
-
-    def close(self) -> None: ...
 
 
 def _without_image(handler: Handler) -> Handler:

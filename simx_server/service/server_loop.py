@@ -17,26 +17,25 @@ from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
-from simx_client.protocol.commands import Command
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.errors import CommandError
 from simx_server.processes.heap import Unused, give_back
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
+from .answers.link import Link
 from .answers.outbox import LINGER, Outbox
 from .answers.publishing import Publisher
 from .answers.replies import Messages
 from .calls.batches import Batches
 from .calls.busy import BusyDesk, Doing
-from .calls.demands import Demands, demands_of_batch, interfere
-from .calls.direct import DirectCall
 from .calls.dispatch import Dispatch
 from .calls.executor import Executor
 from .calls.registry import Handler
+from .calls.work import Work, interfere
 from .clients.admission.places import Entrance, Places
 from .clients.admission.unfinished import Unfinished
-from .clients.sessions import MAX_DEPARTED, ClientSession, Departed, Link
+from .clients.sessions import MAX_DEPARTED, ClientSession, Departed
 from .clock import Pacer
 from .monitoring.metrics import Metrics
 from .queue.box import Arrival, Event
@@ -44,7 +43,7 @@ from .queue.inbox import Inbox
 from .queue.sockets import Sockets
 
 if TYPE_CHECKING:
-    from simx_server.history import History, LogOfCalls
+    from simx_server.history import History
     from simx_server.history.returning import Returning
     from simx_server.recording import Recorder
     from simx_server.world.world import World
@@ -116,7 +115,10 @@ class ServerLoop(Part):
         self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(world, handlers)
-        executor, messages = Executor(self._dispatch, self.metrics), Messages(simulation, pacer)
+        self.executor = executor = Executor(self._dispatch, self.metrics)
+        """Runs all calls, and knows what is being executed."""
+
+        messages = Messages(simulation, pacer)
         self._messages = messages
         self._publisher = Publisher(executor, messages)
         self._pacer = pacer
@@ -124,8 +126,9 @@ class ServerLoop(Part):
         self.more_starting_ports: Container[int] = ()
         """Further ports of this kind, which the scene's scripts name."""
         self._inbox = Inbox(lambda: self.simulation.limits)
-        self._outbox = Outbox(messages.pack)
-        self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
+        self._outbox = Outbox(messages)
+        self._batches = Batches(self, executor, self._publisher, self._outbox)
+        self._waiting = self._batches.waiting
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
@@ -162,9 +165,6 @@ class ServerLoop(Part):
         self.recorder: Recorder | None = None
         """Records everything that is done for clients, in order."""
 
-        self.log_of_calls: LogOfCalls | None = None
-        """Notes the calls of clients; None while no history is kept."""
-
         self.history: History | None = None
         """Keeps past steps of a run; None: nothing can ask for one."""
 
@@ -192,12 +192,12 @@ class ServerLoop(Part):
         """Queue a query from outside; return how many of its kind wait, 0 if they are too many."""
         return self._inbox.ask(kind, question)
 
-    def submit(self, client: str, payload: bytes) -> bool:
-        """Queue a batch of calls; return whether the client may continue at this rate, see `Inbox.put`."""
-        return self._inbox.put(client, payload, len(payload))
+    def submit(self, client: str, work: Work) -> bool:
+        """Queue a message; return whether the client may continue at this rate, see `Inbox.put`."""
+        return self._inbox.put(client, work, work.size, _unchanged)
 
-    def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
-        """Queue a batch as ``submit`` does, but convert it to bytes only if there is space for it."""
+    def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], Work]) -> bool:
+        """Queue a message as ``submit`` does, but make work of it only if there is space for it."""
         return self._inbox.put(client, payload, size, read)
 
     def depart(self, client: str) -> None:
@@ -227,9 +227,9 @@ class ServerLoop(Part):
         """Return whether a client has so much waiting that nothing more should be read from it. Any thread."""
         return self._inbox.has_much(client)
 
-    def hand_over(self, client: str, payload: bytes) -> bool:
-        """Execute a batch next that the physics thread has read while it waited; False: ``submit`` it."""
-        return self._inbox.hand_over(client, payload)
+    def hand_over(self, client: str, work: Work) -> bool:
+        """Execute a message next that the physics thread has read while it waited; False: ``submit`` it."""
+        return self._inbox.hand_over(client, work)
 
     def post_behind(
         self,
@@ -254,22 +254,30 @@ class ServerLoop(Part):
             self._inbox.sockets = Sockets()
         return self._inbox.sockets
 
+    def others_wait_for(self, client: str) -> bool:
+        """Return whether others wait for the end of a client's call: their messages, or the simulation that they use.
+
+        Those who only look on do not count, nor does the simulation of a client that steps it. Physics thread.
+        """
+        if self._inbox.has_something_of_others(client):
+            return True
+        session = self.sessions.get(client)
+        if self.simulation.state is not SimulationState.RUNNING or (session and session.is_stepping):
+            return False
+        return any(each is not session and not each.is_onlooker for each in self.sessions.values())
+
     @property
     def executing(self) -> str:
         """Return the client whose call is being executed; empty if there is none."""
-        return self._batches.executing
+        return self.executor.client
 
-    def begin_work(self, client: str, command: str) -> tuple[str, str]:
-        """Mark a call of another protocol as the one that is executed; pass the result to `end_work`."""
-        return self._batches.begin_work(client, command)
+    def hold(self, event: Event) -> None:
+        """Do something as soon as no script runs."""
+        self._inbox.hold(event)
 
-    def end_work(self, outer: tuple[str, str]) -> None:
-        """Mark the call before as the one that is executed."""
-        self._batches.end_work(outer)
-
-    def failed(self, session: ClientSession, name: str, error: Exception) -> str:
-        """Count and log the failure of a call of another protocol; return the text for its client. Physics thread."""
-        return self._batches.failed(session, name, error)
+    def must_give_way(self) -> bool:
+        """Return whether other clients wait, and may be served inside a batch."""
+        return self._inbox.others_have_come() and self.may_cut_batches
 
     def end(self) -> None:
         """Make ``run`` return."""
@@ -280,7 +288,7 @@ class ServerLoop(Part):
 
     def end_when_left(self) -> None:
         """Make ``run`` return on request of the client that is being served, after the others have left."""
-        self._end_asked_by = self._batches.executing or None
+        self._end_asked_by = self.executor.client or None
         if self._end_asked_by is None:  # a script of the operator
             self.end()
         elif others := self._end_if_left():
@@ -291,7 +299,7 @@ class ServerLoop(Part):
 
     def look_on(self) -> None:
         """Mark the client that is being served as one that only shows the simulation: an end does not wait for it."""
-        if session := self.sessions.get(self._batches.executing):
+        if session := self.sessions.get(self.executor.client):
             session.is_onlooker = True
 
     def _end_if_left(self) -> list[str]:
@@ -319,15 +327,11 @@ class ServerLoop(Part):
 
     # --- for a client in this process: its thread is the physics thread during the call ------------
 
-    def execute(self, client: str, payload: bytes) -> None:
-        """Execute a batch of calls at once."""
-        self._handle(Arrival(client, payload))
+    def execute(self, client: str, work: Work) -> None:
+        """Execute a message at once."""
+        self._handle(Arrival(client, work))
         self._settle()
         self._outbox.send()
-
-    def direct_call(self, session: ClientSession, command: Command) -> DirectCall:
-        """Prepare a command of a client in this process."""
-        return self._batches.direct_call(session, command)
 
     @property
     def messages(self) -> Messages:
@@ -404,8 +408,8 @@ class ServerLoop(Part):
         Before a simulation step, everything that has arrived is executed: commands act on the coming step.
         """
         self._tell_dropped()
-        if self._batches.are_waiting_for_step and not self.is_running_freely:
-            self._batches.end_waiting_for_step()
+        if self._waiting.is_for_step and not self.is_running_freely:
+            self._waiting.end_for_step()
         wait = min(max_wait, self._seconds_until_round())
         if wait > 0:
             event = self._inbox.wait(min(wait, LINGER) if self._outbox.is_keeping else wait)
@@ -424,7 +428,7 @@ class ServerLoop(Part):
             self._settle()  # after each, however many came together
         self._outbox.send()
         self._settle()
-        if self._seconds_until_round() <= 0 and not self._batches.hold_steps:
+        if self._seconds_until_round() <= 0 and not self._waiting.hold_steps:
             outer = self._busy.begin()
             try:
                 self._round()
@@ -447,7 +451,7 @@ class ServerLoop(Part):
         self._is_serving = True
         try:
             self._outbox.send()
-            executing, waits = self._batches.executing, self._brings_on_what_interferes
+            executing, waits = self.executor.client, self._brings_on_what_interferes
             for event in self._inbox.meanwhile(executing, waits, SERVING_DURING_SCRIPT):
                 self._handle(event)
             self._tell_dropped()
@@ -475,7 +479,7 @@ class ServerLoop(Part):
                 session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
 
     def _doing(self) -> Doing:
-        return Doing(self._batches.executing, self._batches.command)
+        return Doing(self.executor.client, self.executor.command)
 
     def _handle(self, event: Event | Arrival) -> None:
         self._has_handled = True
@@ -483,7 +487,7 @@ class ServerLoop(Part):
         began = time.perf_counter()
         try:
             if isinstance(event, Arrival):
-                self._batches.execute(event.client, event.payload)
+                self._batches.execute(event.client, event.work)
             else:
                 self._outbox.send()
                 event()
@@ -589,7 +593,7 @@ class ServerLoop(Part):
                 # Values read after a trigger are of the new state, including streamed images.
                 session.release_triggers(after=session.streams.images_on_the_way())
                 session.paced.step_made()
-            self._batches.end_waiting_for_step()
+            self._waiting.end_for_step()
         else:
             if self._idle_is_wanted():
                 self._handle(self.world.idle)
@@ -598,7 +602,7 @@ class ServerLoop(Part):
             self._publisher.publish(self.sessions.values(), after_step=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
-        self._batches.count_round()
+        self._waiting.count_round()
         self._next_idle_round = time.monotonic() + IDLE_INTERVAL
 
     def script_stopped(self, problem: str) -> None:
@@ -618,7 +622,7 @@ class ServerLoop(Part):
         if failure := self.simulation.failure:
             for session in self.sessions.values():
                 session.fail_triggers(failure)
-            self._batches.fail_waiting_for_step(failure)
+            self._waiting.fail_for_step(failure)
         for session in self.sessions.values():
             session.set_stepping(False)
 
@@ -640,32 +644,33 @@ class ServerLoop(Part):
         name: str,
         port: int,
         link: Link,
-        serve: Callable[[bytes], object] | None = None,
-        demands: Callable[[bytes], Demands] = demands_of_batch,
+        *,
+        calls_sim: bool = False,
         entrance: Entrance | None = None,
     ) -> ClientSession:
         """Add a client that says hello. A second hello (after a loss) starts a new session.
 
         Args:
-            serve: executes its messages, when they hold other calls than the table's.
-            demands: reads what these messages demand of a script that runs.
+            calls_sim: its messages hold calls of the namespaces of scripts, and not of the table.
             entrance: where it has come in; `places` has checked it.
         """
         self._end_session(client)
-        self._inbox.open(client, demands)
+        self._inbox.open(client)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
-        session = ClientSession(client, name, port, link, serve=serve, entrance=entrance or Entrance())
+        session = ClientSession(
+            client, name, port, link, calls_sim=calls_sim, entrance=entrance or Entrance()
+        )
         self.sessions[client] = session
         if self.recorder is not None:
-            self.recorder.joined(client, name, port, is_zmq=serve is not None)
+            self.recorder.joined(client, name, port, is_zmq=calls_sim)
         logger.info("client %s joined by port %d", name, port)
         has_returned = self.returning is not None and self.returning.welcome(session)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         is_starting = port == self._starting_port or port in self.more_starting_ports
         if is_starting and is_stopped and not session.may_only_read and not has_returned:
             if self._is_serving:
-                self._inbox.hold(partial(self._start_for, port))
+                self.hold(partial(self._start_for, port))
             else:
                 self._start_for(port)
         return session
@@ -709,3 +714,7 @@ class ServerLoop(Part):
             dict(session.called),
             self.metrics.age,
         )
+
+
+def _unchanged(work: Work) -> Work:
+    return work

@@ -4,7 +4,7 @@ import pytest
 from mode_world import GET, SET, cid, world
 
 import simx_client as v
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.calls.operation_modes import Modes
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.commands import BY_NAME
@@ -51,11 +51,15 @@ class Sets:
     """Oneshot sets of so many joints, without any server; the first has the id 1."""
 
     def __init__(self, count):
-        self.modes, self._shape, self._joints = Modes(), Shape(BY_NAME["simxSetJointPosition"]), range(count)
+        self.modes, self._marshal, self._joints = (
+            Modes(),
+            Marshal(BY_NAME["simxSetJointPosition"]),
+            range(count),
+        )
         self._call(v.simx_opmode_oneshot)
 
     def _call(self, mode):
-        return [self.modes.call(self._shape, [joint, 0.0], mode) for joint in self._joints]
+        return [self.modes.call(self._marshal, [joint, 0.0], mode) for joint in self._joints]
 
     def codes_after(self, *replies):
         self.modes.absorb_replies(list(replies))
@@ -79,11 +83,11 @@ def test_a_server_that_answers_each_set_by_itself_is_understood():
 @pytest.mark.parametrize(
     "follow",
     [
-        lambda modes: modes.call(Shape(BY_NAME["simxGetJointPosition"]), [1], v.simx_opmode_oneshot),
+        lambda modes: modes.call(Marshal(BY_NAME["simxGetJointPosition"]), [1], v.simx_opmode_oneshot),
         lambda modes: modes.call(
-            Shape(BY_NAME["simxSetJointTargetPosition"]), [1, 0.0], v.simx_opmode_streaming
+            Marshal(BY_NAME["simxSetJointTargetPosition"]), [1, 0.0], v.simx_opmode_streaming
         ),
-        lambda modes: modes.ask(Shape(BY_NAME["simxStartSimulation"]), []),
+        lambda modes: modes.ask(Marshal(BY_NAME["simxStartSimulation"]), []),
     ],
     ids=("a read", "a stream", "a call that is waited for"),
 )

@@ -92,7 +92,7 @@ def test_values_of_a_stream_from_before_do_not_put_the_message_header_back(world
     of_before = world.transports[cid]._stream[-1]
     v.simxStartSimulation(cid, v.simx_opmode_blocking)
     world.transports[cid]._turns = False  # nothing newer comes
-    world.transports[cid].publish(of_before)
+    world.transports[cid].put_values(of_before)
     assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 1
 
 

@@ -17,8 +17,11 @@ import simx_client as v
 from simx_client.cli.shims import write_shims
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
-from simx_server.service.calls.batches import MOST_ROUNDS
 from simx_server.service.calls.pacing import MOST_REMEMBERED, PacedCalls
+from simx_server.service.calls.waiting import MOST_ROUNDS
+from simx_server.service.calls.work import BatchWork
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
 GRIPPER = 3
@@ -234,7 +237,8 @@ def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
     client, other = started(world, Pace.EVERY), world.client()
     session = next(iter(world.loop.sessions.values()))
     world.loop.submit(
-        session.client, encode(Batch(0, 0, [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]))
+        session.client,
+        BatchWork(encode(Batch(0, 0, [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]))),
     )
     while session.interrupted is None:
         world.settle()
@@ -254,7 +258,7 @@ def test_a_client_that_leaves_while_its_call_waits_hurts_nobody(world: Gripper) 
     client, other = started(world, Pace.EVERY), world.client()
     session = next(iter(world.loop.sessions.values()))
     calls = [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]
-    world.loop.submit(session.client, encode(Batch(0, 0, calls)))
+    world.loop.submit(session.client, BatchWork(encode(Batch(0, 0, calls))))
     while session.interrupted is None:
         world.settle()
     world.transports[client].lose()
@@ -287,7 +291,7 @@ def test_calls_of_a_message_keep_their_order_around_one_that_waits(world: Grippe
         Call(903, 0, Pace.EVERY, "simxSetJointPosition", [7, 3.0]),
         Call(904, 0, 0, "simxSetJointPosition", [7, 4.0]),
     ]
-    world.loop.submit(session.client, encode(Batch(0, 0, calls)))
+    world.loop.submit(session.client, BatchWork(encode(Batch(0, 0, calls))))
     while len(world.set_in()) < 4:
         world.settle()
     first = world.set_in()[0]
@@ -311,7 +315,7 @@ def test_a_paced_call_of_any_form_is_answered_and_hurts_nobody(world: Gripper, c
     other = world.client()
     session = next(iter(world.loop.sessions.values()))
     for _ in range(2):
-        world.loop.submit(session.client, encode(Batch(0, 0, [call])))
+        world.loop.submit(session.client, BatchWork(encode(Batch(0, 0, [call]))))
     for _ in range(3 * READS_A_STEP):
         world.settle()
     assert session.interrupted is None

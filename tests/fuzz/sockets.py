@@ -17,6 +17,7 @@ from simx_client.protocol.lane.frames import MESSAGE, Frames, frame, memory_fram
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.service.answers.link import PackingLink
 
 from .scene import SCENE
 
@@ -26,19 +27,15 @@ WAIT = 5.0
 LENGTHS = (0, 1, 4, 5, 60, 70_000, 1 << 28, (1 << 32) - 1)
 
 
-class _Zenoh:
+class _Zenoh(PackingLink):
     """The link that a client had before."""
 
-    def deliver(self, payload: bytes) -> None:
+    def put_replies(self, payload: bytes) -> None:
         """Do nothing."""
 
-    def publish(self, payload: bytes) -> None:
-        """Do nothing."""
+    put_values = put_replies
 
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
-        """Do nothing."""
-
-    def close(self) -> None:
+    def put_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing."""
 
 

@@ -25,6 +25,7 @@ from simx_server.handlers import HANDLERS
 from simx_server.recording import Recorder
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.clock import Pacer
 from simx_server.service.server_loop import ServerLoop
@@ -106,7 +107,7 @@ def impatient(place: RealWorld) -> int:
 def send_in_one(place: RealWorld, session: ClientSession, *calls: tuple[Any, ...]) -> None:
     """A message with several calls, whose answers nobody waits for."""
     batch = Batch(0, 0, [Call(0, 0, 0, name, list(arguments)) for name, *arguments in calls])
-    place.loop.submit(session.client, encode(batch))
+    place.loop.submit(session.client, BatchWork(encode(batch)))
 
 
 def record_steps(plain: Path, recording: Path, passes: int = 30) -> None:

@@ -14,7 +14,7 @@ from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection as Pipe
 from typing import Any
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.client.opening import open_embedded
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
@@ -30,7 +30,7 @@ class _Executor:
 
     def __init__(self, connections: Sequence[Connection], timeout: float) -> None:
         self._connections, self._timeout = connections, timeout
-        self._shapes: dict[str, Shape] = {}
+        self._marshals: dict[str, Marshal] = {}
 
     def execute(self, request: Request) -> tuple[int, list[tuple[Any, ...]]]:
         """Execute the calls for one world; return the world and the fields of the replies."""
@@ -38,7 +38,7 @@ class _Executor:
         connection = self._connections[place]
         replies: list[Reply] = []
         call_ids = connection.send_together(
-            [(self._shape(name), values, replies.append) for name, values in calls]
+            [(self._marshal(name), values, replies.append) for name, values in calls]
         )
         if len(replies) < len(calls):  # recorded calls are messages, also within a process
             deadline = time.monotonic() + self._timeout
@@ -46,11 +46,11 @@ class _Executor:
             connection.forget(call_ids)
         return place, [tuple(reply) for reply in replies]
 
-    def _shape(self, name: str) -> Shape:
-        shape = self._shapes.get(name)
-        if shape is None:
-            shape = self._shapes[name] = Shape(BY_NAME[name])
-        return shape
+    def _marshal(self, name: str) -> Marshal:
+        marshal = self._marshals.get(name)
+        if marshal is None:
+            marshal = self._marshals[name] = Marshal(BY_NAME[name])
+        return marshal
 
 
 def serve(pipe: Pipe) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from multiprocessing.connection import Connection as Pipe
 from typing import Any, NamedTuple
 
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.messages import Reply, of_fields
 
@@ -83,10 +83,10 @@ class Worker:
         if self.problem or answer is not None:
             raise ConnectionFailed(str(answer) if answer is not None else self.problem)
 
-    def add(self, place: int, calls: list[tuple[Shape, list[Any], Taker]]) -> None:
+    def add(self, place: int, calls: list[tuple[Marshal, list[Any], Taker]]) -> None:
         """Add the calls for one world to the next message."""
         self._takers[place] = [take for _, _, take in calls]
-        self._requests.append((place, [(shape.command.name, values) for shape, values, _ in calls]))
+        self._requests.append((place, [(marshal.command.name, values) for marshal, values, _ in calls]))
 
     def post(self) -> None:
         """Send the calls for all worlds."""
@@ -172,7 +172,7 @@ class WorldConnection:
         """Return the reason for calls without an answer when its process does not answer any more."""
         return self.worker.problem
 
-    def send_together(self, calls: Iterable[tuple[Shape, list[Any], Taker]]) -> Sequence[int]:
+    def send_together(self, calls: Iterable[tuple[Marshal, list[Any], Taker]]) -> Sequence[int]:
         """Prepare calls; `Worker.post` sends them. Return an id for each, none if the process has ended."""
         calls = list(calls)
         self.worker.add(self._place, calls)

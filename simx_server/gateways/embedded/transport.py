@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from threading import get_ident
 from typing import cast
@@ -18,12 +18,14 @@ from typing import cast
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
-from simx_client.protocol.precision import Values, through_message
+from simx_client.protocol.precision import Values
 from simx_client.transport.direct import DirectFunction
 from simx_server.service.answers.answers import Answer
+from simx_server.service.answers.link import PackingLink
 from simx_server.service.answers.replies import Instant
-from simx_server.service.answers.streams import Stream
+from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.direct import DirectCall
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.server_loop import ServerLoop
 
@@ -33,7 +35,7 @@ _MOST_WAITED = 0.05
 """Seconds after which a thread that waits for an answer checks again whether it has to make a step itself."""
 
 
-class EmbeddedTransport:
+class EmbeddedTransport(PackingLink):
     """A ``simx_client.transport.direct.DirectTransport`` to a server loop in this process."""
 
     def __init__(self, loop: ServerLoop, turns: Turns, client: str, name: str, port: int) -> None:
@@ -60,9 +62,7 @@ class EmbeddedTransport:
         self._replied: Instant | None = None
         """When the client took the newest values, or got its newest direct reply."""
 
-        self._stream: deque[bytes] = deque(maxlen=1)
         self._pictures: dict[int, bytes] = {}
-        self._received: dict[str, Callable[[Values], Values]] = {}
         self._prepared: dict[str, DirectCall] = {}
 
     # --- the client's side: messages -------------------------------------------------------------
@@ -82,7 +82,6 @@ class EmbeddedTransport:
             raise ConnectionFailed("the embedded simulation does not answer: another thread keeps it busy")
         try:
             self._session = self._loop.join(self.client, self._name, self._port, self)
-            self._session.direct = self
             self.is_direct = self._loop.recorder is None
             self._turns.note_change()
         finally:
@@ -91,10 +90,10 @@ class EmbeddedTransport:
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         if not self._turns.begin():  # within a step of this very thread
-            self._loop.submit(self.client, payload)
+            self._loop.submit(self.client, BatchWork(payload))
             return
         try:
-            self._loop.execute(self.client, payload)
+            self._loop.execute(self.client, BatchWork(payload))
             self._turns.note_change()
         finally:
             self._turns.end()
@@ -127,7 +126,8 @@ class EmbeddedTransport:
             self._turns.end()
 
     def newest(self) -> bytes | None:
-        return self._stream.pop() if self._stream else None
+        """Return None: values come by `take_values`."""
+        return None
 
     def images(self) -> list[bytes]:
         if not self._pictures:
@@ -158,9 +158,8 @@ class EmbeddedTransport:
         """Return a function that executes a command directly, for many calls."""
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        loop, turns, messages = self._loop, self._turns, self._loop.messages
-        lock, direct = turns.lock, loop.direct_call(self._session, command)
-        execute, received, may_change_pace = direct.execute, direct.received, direct.may_change_pace
+        turns, messages, direct = self._turns, self._loop.messages, self._direct(self._session, command)
+        lock, execute, received = turns.lock, direct.execute, direct.received
 
         def call(arguments: Values, timeout: float) -> Reply | None:
             if not lock.acquire(False) and not turns.wait(time.monotonic() + timeout):
@@ -170,18 +169,14 @@ class EmbeddedTransport:
                 answer = execute(arguments)
                 time_ms = messages.time_ms()
                 self._replied = messages.instant()
-                if may_change_pace:
-                    if isinstance(answer, Future) and not answer.done():
-                        loop.turn()  # the step that this call has triggered
-                    turns.note_change()
+                if direct.may_change_pace:
+                    self._note_change(answer)
             finally:
                 turns.owner = 0
                 lock.release()
-            if answer.__class__ is not tuple:
-                assert isinstance(answer, Future)
-                if (outcome := self._await(answer, time.monotonic() + timeout)) is None:
-                    return None
-                answer = outcome
+            is_here = answer.__class__ is tuple
+            if not is_here and (answer := self._await(answer, time.monotonic() + timeout)) is None:
+                return None
             status, values = cast(Answer, answer)
             return of_fields(Reply, (0, status, time_ms, values if status else received(values)))
 
@@ -190,49 +185,59 @@ class EmbeddedTransport:
     def execute_together(self, calls: Sequence[tuple[Command, Values]], timeout: float) -> list[Reply] | None:
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        turns, messages, deadline = self._turns, self._loop.messages, time.monotonic() + timeout
-        replies: list[Reply] = []
-        if turns.owner == get_ident():
+        if self._turns.owner == get_ident():
             return None
-        if not turns.begin(deadline):
-            return replies
-        has_turn = True
-        try:
-            for command, arguments in calls:
-                call = self._prepared.get(command.name)
-                if call is None:
-                    call = self._prepared[command.name] = self._loop.direct_call(self._session, command)
-                answer = call.execute(arguments)
-                if call.may_change_pace:
-                    if isinstance(answer, Future) and not answer.done():
-                        self._loop.turn()  # the step that this call has triggered
-                    turns.note_change()
-                if answer.__class__ is not tuple:
-                    assert isinstance(answer, Future)
-                    turns.end()
-                    has_turn = False
-                    outcome = self._await(answer, deadline)
-                    if outcome is None or not turns.begin(deadline):
-                        return replies
-                    answer, has_turn = outcome, True
-                status, values = cast(Answer, answer)
-                values = values if status else call.received(values)
-                replies.append(of_fields(Reply, (0, status, messages.time_ms(), values)))
-            self._replied = messages.instant()
-        finally:
-            if has_turn:
-                turns.end()
+        replies: list[Reply] = []
+        left, deadline = deque(calls), time.monotonic() + timeout
+        while left and self._turns.begin(deadline):
+            try:
+                later = self._execute_until_wait(self._session, left, replies)
+            finally:
+                self._turns.end()
+            if later is not None:
+                direct, awaited = later
+                if (answer := self._await(awaited, deadline)) is None:
+                    break
+                replies.append(self._reply(direct, answer))
         return replies
 
-    def _conversion(self, command: Command) -> Callable[[Values], Values]:
-        found = self._received.get(command.name)
+    def _execute_until_wait(
+        self, session: ClientSession, calls: deque[tuple[Command, Values]], replies: list[Reply]
+    ) -> tuple[DirectCall, Future[Answer]] | None:
+        """Execute calls and add their replies, until one is answered later; return that one. Within a turn."""
+        while calls:
+            command, arguments = calls.popleft()
+            direct = self._direct(session, command)
+            answer = direct.execute(arguments)
+            if direct.may_change_pace:
+                self._note_change(answer)
+            if isinstance(answer, Future):
+                return direct, answer
+            replies.append(self._reply(direct, answer))
+        return None
+
+    def _direct(self, session: ClientSession, command: Command) -> DirectCall:
+        found = self._prepared.get(command.name)
         if found is None:
-            found = through_message([result.kind for result in command.results])
-            self._received[command.name] = found
+            found = self._prepared[command.name] = DirectCall(self._loop.executor, session, command)
         return found
 
-    def _await(self, answer: Future[Answer], deadline: float) -> Answer | None:
+    def _reply(self, direct: DirectCall, answer: Answer) -> Reply:
+        """Return the newest direct reply."""
+        messages, (status, values) = self._loop.messages, answer
+        self._replied = messages.instant()
+        values = values if status else direct.received(values)
+        return of_fields(Reply, (0, status, messages.time_ms(), values))
+
+    def _note_change(self, answer: Answer | Future[Answer]) -> None:
+        """Go on after a call that may have started, stopped or stepped the simulation. Within a turn."""
+        if isinstance(answer, Future) and not answer.done():
+            self._loop.turn()  # the step that this call has triggered
+        self._turns.note_change()
+
+    def _await(self, answer: Answer | Future[Answer], deadline: float) -> Answer | None:
         """Wait for an image, or for the step that other clients delay; make due steps meanwhile."""
+        assert isinstance(answer, Future)
         while not answer.done():
             left = deadline - time.monotonic()
             if left <= 0.0 or self.was_lost:
@@ -258,28 +263,25 @@ class EmbeddedTransport:
         at = self._replied
         return None if at is None else self._loop.messages.header(at, message_id, client_time)
 
-    # --- the server's side: sessions.Link and sessions.DirectLink --------------------------------
+    # --- the server's side: the link -------------------------------------------------------------
 
-    def deliver(self, payload: bytes) -> None:
+    def put_replies(self, payload: bytes) -> None:
         self._deliveries.append(payload)
         self._came.set()
 
-    def publish(self, payload: bytes) -> None:
-        self._stream.append(payload)
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
+    def put_image(self, stream_id: int, payload: bytes) -> None:
         self._pictures[stream_id] = payload
         self._came.set()
 
-    def publish_values(self, streams: Collection[Stream]) -> None:
+    def publish(self, values: NewestValues) -> None:
         """Take the newest values of the streams, as messages would bring them."""
+        session = self._session
+        if session is None:
+            return
         newest: list[Reply] = []
-        for stream in streams:
-            share = stream.shared
-            if share is None:
-                continue
-            status, values = share.answer
+        for stream_id, value in values.of_streams():
+            status, results = value.answer
             if status == STATUS_OK:
-                values = self._conversion(share.command)(values)
-            newest.append(of_fields(Reply, (stream.stream_id, status, share.time_ms, values)))
+                results = self._direct(session, value.command).received(results)
+            newest.append(of_fields(Reply, (stream_id, status, value.time_ms, results)))
         self._values, self._computed = newest, self._loop.messages.instant()

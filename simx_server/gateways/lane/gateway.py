@@ -22,12 +22,13 @@ from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.lane.frames import MESSAGE, BadFrame, Frames
 from simx_client.protocol.lane.offer import Offer, is_same_user, made_folder, new_name, new_token, path_of
 from simx_server.gateways.outsider_log import OutsiderLog
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.admission.unfinished import Unfinished
 
 from .link import LocalLink
 
 if TYPE_CHECKING:
-    from simx_server.service.clients.sessions import Link
+    from simx_server.service.answers.link import PackingLink
     from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
@@ -64,7 +65,7 @@ class LocalGateway:
         self._name = new_name()
         self.path = path_of(folder, self._name)
         self._listener = _listen(folder, self.path)
-        self._offers: dict[str, tuple[str, Link]] = {}
+        self._offers: dict[str, tuple[str, PackingLink]] = {}
         """Client and its link over Zenoh, by token."""
 
         self._tokens: dict[str, str] = {}
@@ -83,7 +84,7 @@ class LocalGateway:
 
     # --- greetings, see gateways/zenoh.py ----------------------------------------------------------
 
-    def offer(self, client: str, link: Link) -> None:
+    def offer(self, client: str, link: PackingLink) -> None:
         """Make an offer for a client that joins.
 
         Args:
@@ -163,7 +164,7 @@ class LocalGateway:
             peer.receive()
             if peer.is_used and peer.frames.whole:
                 kind, payload = peer.frames.whole[0]
-                if kind == MESSAGE and self._loop.hand_over(peer.client, payload):
+                if kind == MESSAGE and self._loop.hand_over(peer.client, BatchWork(payload)):
                     peer.frames.whole.popleft()
                 self._queue(peer)
         if peer.frames.whole and not peer.is_used:
@@ -189,7 +190,7 @@ class LocalGateway:
             if kind != MESSAGE:
                 peer.problem = "it sends memory"
                 return
-            self._loop.submit(peer.client, payload)
+            self._loop.submit(peer.client, BatchWork(payload))
 
     def _settle(self, peer: _Peer) -> None:
         """Close a connection that has ended; let one rest whose client has much waiting."""

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.lane.frames import frame, memory_frame, send_with_file
 from simx_client.protocol.lane.memory import MemoryWriter
 from simx_server.gateways.zenoh.posting import MUCH_UNSENT
+from simx_server.service.answers.link import PackingLink
 from simx_server.service.queue.sockets import LOOK
 
 if TYPE_CHECKING:
-    from simx_server.service.clients.sessions import Link
     from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
@@ -39,7 +39,7 @@ MOST_PLACES = 64
 """Places of one client. The images of further streams travel over Zenoh."""
 
 
-class LocalLink:
+class LocalLink(PackingLink):
     """The link to one client. Any thread, except `close`."""
 
     def __init__(
@@ -47,7 +47,7 @@ class LocalLink:
         loop: ServerLoop,
         client: str,
         connected: socket.socket,
-        zenoh: Link,
+        zenoh: PackingLink,
         closed: Callable[[], object],
     ) -> None:
         """Make a link, and send the client the memory of its values.
@@ -83,7 +83,7 @@ class LocalLink:
             self._memories[VALUES].close()
             raise
 
-    def deliver(self, payload: bytes) -> None:
+    def put_replies(self, payload: bytes) -> None:
         with self._lock:
             self._send(frame(payload))
         now = time.perf_counter()
@@ -91,7 +91,7 @@ class LocalLink:
             self._loop.sockets.expect()
         self._answered = now
 
-    def publish(self, payload: bytes) -> None:
+    def put_values(self, payload: bytes) -> None:
         with self._lock:
             if self.is_closed:
                 return
@@ -100,11 +100,11 @@ class LocalLink:
                     self._renew(VALUES, len(payload))
                 except OSError as problem:
                     logger.debug("values for client %s travel over Zenoh: %s", self._client, problem)
-                    self._zenoh.publish(payload)
+                    self._zenoh.put_values(payload)
                     return
             self._memories[VALUES].write(payload)
 
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
+    def put_image(self, stream_id: int, payload: bytes) -> None:
         with self._lock:
             if self.is_closed:
                 return
@@ -117,7 +117,7 @@ class LocalLink:
                     return
             except OSError as problem:
                 logger.debug("an image for client %s travels over Zenoh: %s", self._client, problem)
-        self._zenoh.publish_image(stream_id, payload)
+        self._zenoh.put_image(stream_id, payload)
 
     def close(self) -> None:
         """Close the socket, also for a thread that sends. Idempotent. Physics thread."""

@@ -14,10 +14,12 @@ from collections import deque
 
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
+from simx_server.service.answers.link import PackingLink
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.server_loop import ServerLoop
 
 
-class LoopbackTransport:
+class LoopbackTransport(PackingLink):
     """A ``simx_client.transport.zenoh.Transport`` to a server loop in this process."""
 
     def __init__(
@@ -67,7 +69,7 @@ class LoopbackTransport:
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        self._loop.submit(self.client, payload)
+        self._loop.submit(self.client, BatchWork(payload))
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         deadline = time.monotonic() + timeout
@@ -102,15 +104,15 @@ class LoopbackTransport:
         if self._turns:
             self._loop.turn()
 
-    # --- the server's side: sessions.Link --------------------------------------------------------
+    # --- the server's side: the link -------------------------------------------------------------
 
-    def deliver(self, payload: bytes) -> None:
+    def put_replies(self, payload: bytes) -> None:
         self._deliveries.put(payload)
 
-    def publish(self, payload: bytes) -> None:
+    def put_values(self, payload: bytes) -> None:
         self._stream.append(payload)
 
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
+    def put_image(self, stream_id: int, payload: bytes) -> None:
         self._pictures[stream_id] = payload
 
     def close(self) -> None:

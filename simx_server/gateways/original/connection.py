@@ -17,10 +17,13 @@ from collections import deque
 from functools import partial
 from logging import INFO, WARNING
 
-from simx_client.protocol.codec import decode_delivery, encode
-from simx_client.protocol.messages import Pace
+from simx_client.protocol.messages import Delivery, Pace, Reply
 from simx_server.gateways.outsider_log import OutsiderLog
 from simx_server.limits import LimitReached
+from simx_server.service.answers.answers import size_of
+from simx_server.service.answers.link import Link
+from simx_server.service.answers.streams import NewestValues
+from simx_server.service.calls.work import CallsWork
 from simx_server.service.clients.admission.places import Entrance
 from simx_server.service.clients.sessions import FROZEN
 from simx_server.service.server_loop import ServerLoop
@@ -67,8 +70,8 @@ class Gone(Exception):
     """The connection has ended; the text says why, and is empty if the client has left in good order."""
 
 
-class Connection:
-    """One connected client; it is the `Link` of its session."""
+class Connection(Link):
+    """One connected client, and the link of its session."""
 
     def __init__(
         self,
@@ -121,12 +124,12 @@ class Connection:
         self._lock = threading.Lock()
         """Lock of the deliveries."""
 
-        self._deliveries: deque[bytes] = deque()
+        self._deliveries: deque[Delivery] = deque()
         self._unread = 0
-        """Their bytes."""
+        """Their bytes, about."""
 
-        self._stream: bytes | None = None
-        self._pictures: dict[int, bytes] = {}
+        self._stream: Delivery | None = None
+        self._images: dict[int, Delivery] = {}
 
     # --- the thread of the connection ------------------------------------------------------------
 
@@ -249,7 +252,7 @@ class Connection:
         """Hand waiting commands to the server loop; return whether it asks for fewer."""
         is_slow = False
         while (batch := self._containers.take_batch()) is not None:
-            is_slow = not self._loop.submit(self.client, encode(batch))
+            is_slow = not self._loop.submit(self.client, CallsWork(batch))
         return is_slow
 
     def _wait_for_results(self) -> None:
@@ -272,14 +275,14 @@ class Connection:
         with self._lock:
             deliveries, self._deliveries = self._deliveries, deque()
             stream, self._stream = self._stream, None
-            pictures, self._pictures = self._pictures, {}
+            images, self._images = self._images, {}
             self._unread = 0
         if stream is not None:
-            self._containers.absorb(decode_delivery(stream), is_reliable=False)
+            self._containers.absorb_values(stream)
         for each in deliveries:
-            self._containers.absorb(decode_delivery(each))
-        for each in pictures.values():
-            self._containers.absorb(decode_delivery(each), is_reliable=False)
+            self._containers.absorb(each)
+        for each in images.values():
+            self._containers.absorb(each, is_reliable=False)
 
     def _send(self, message: bytes) -> None:
         self._set_timeout(STALL)
@@ -306,28 +309,34 @@ class Connection:
         if pause > 0:
             time.sleep(pause)
 
-    # --- any thread: sessions.Link ---------------------------------------------------------------
+    # --- any thread: the link --------------------------------------------------------------------
 
-    def deliver(self, payload: bytes) -> None:
+    def deliver(self, delivery: Delivery) -> None:
         """Keep replies for the client's next message."""
+        size = sum(size_of(value) for reply in delivery.replies for value in reply.values)
         with self._lock:
-            self._deliveries.append(payload)
-            self._unread += len(payload)
+            self._deliveries.append(delivery)
+            self._unread += size
             is_too_much = self._unread > MOST_UNREAD and len(self._deliveries) > 1
         if is_too_much:
             self._log.say(WARNING, "%s is dropped: it does not take its answers", self.name)
             self.close()
         self._news.set()
 
-    def publish(self, payload: bytes) -> None:
+    def publish(self, values: NewestValues) -> None:
         """Keep the newest values of the small streams."""
+        replies = [
+            Reply(each, value.answer[0], value.time_ms, value.answer[1])
+            for each, value in values.of_streams()
+        ]
+        stream = values.head._replace(replies=replies)
         with self._lock:
-            self._stream = payload
+            self._stream = stream
 
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, delivery: Delivery) -> None:
         """Keep the newest image of a stream."""
         with self._lock:
-            self._pictures[stream_id] = payload
+            self._images[stream_id] = delivery
 
     def break_off(self, problem: str) -> None:
         """End the connection for a reason."""

@@ -9,6 +9,7 @@ id of a reply is below those of the messages whose blocking calls are not answer
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ from simx_client.protocol.messages import (
 )
 from simx_client.protocol.table.original_wire import Wire
 from simx_server.limits import Limits
+from simx_server.service.answers.streams import REPEAT
 
 from . import messages as m
 from .messages import Head, Key, Message, Request
@@ -96,6 +98,8 @@ class Containers:
         self._head = Head()
         self._replies: list[bytes] = []
         self._values: dict[Key, _Value] = {}
+        self._newest_values: list[Reply] = []
+        self._next_repeat = 0.0
 
     # --- what comes from the client --------------------------------------------------------------
 
@@ -223,6 +227,13 @@ class Containers:
                     self._absorb_one(call_id, asked, reply)
         if is_reliable:
             self._end_dropped(delivery.message_id)
+
+    def absorb_values(self, delivery: Delivery) -> None:
+        """Store the newest values of the streams, unless they are what the client got a moment ago."""
+        now = time.monotonic()
+        if delivery.replies != self._newest_values or now >= self._next_repeat:
+            self._newest_values, self._next_repeat = delivery.replies, now + REPEAT
+            self.absorb(delivery, is_reliable=False)
 
     def _answered_by(self, reply: Reply) -> Iterable[int]:
         """Return the calls that a reply answers: several, where a command without results was called often."""

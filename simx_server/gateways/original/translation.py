@@ -8,10 +8,12 @@ never lies in the workspace.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 from simx_client.protocol.commands import ANSWERED, CARRIED, TABLE, Command, Effect
+from simx_client.protocol.precision import Values, through_message
 from simx_client.protocol.table.original_wire import Wire, wires
 
 from . import forms
@@ -47,6 +49,13 @@ WIRES: Mapping[tuple[int, int | None], Wire] = _by_id()
 
 UNKNOWN = Wire(id=-1, command="", ident=(), request=(), reply=())
 """Stands for a number that the protocol does not have."""
+
+
+@cache
+def _as_sent(command: str) -> Callable[[Values], Values]:
+    """Return the function that gives the results of a command the form of this project's own messages."""
+    return through_message([result.kind for result in ANSWERED[command].results])
+
 
 _UNKNOWN_COMMAND = Command(name="", doc="There is no such command.", effect=Effect.READS)
 
@@ -110,6 +119,6 @@ def payload(wire: Wire, values: list[Any]) -> bytes:
         ValueError: a result does not fit the protocol.
     """
     try:
-        return forms.write(wire.reply, values)
+        return forms.write(wire.reply, _as_sent(wire.command)(values))
     except (struct.error, TypeError, OverflowError) as error:
         raise ValueError(f"the result of {wire.command} does not fit the protocol: {error}") from None

@@ -10,13 +10,12 @@ import uuid
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-import msgpack
-
-from simx_client.protocol.codec import decode_delivery
-from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Operation, Reply
+from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Delivery, Operation, Reply
 from simx_client.protocol.messages import Call as TableCall
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
+from simx_server.service.answers.link import Link
+from simx_server.service.calls.work import CallsWork
 from simx_server.service.clients.admission.places import Entrance
 
 from .endpoints import Call
@@ -30,7 +29,7 @@ _MOST_IDS = 1 << 30
 """Ids of calls start again after this number."""
 
 
-class Ros2Client:
+class Ros2Client(Link):
     """The session of ROS 2. Physics thread, except where a method says otherwise."""
 
     def __init__(self, loop: ServerLoop, name: str, port: int) -> None:
@@ -53,7 +52,6 @@ class Ros2Client:
         """Id of this call, 0 for none. Replies to others come at any time: a long batch is executed in slices."""
 
         self._batches, self._next_call = 0, 1
-        self._pack: Callable[[Batch], bytes] = msgpack.Packer().pack  # ROS 2's numbers keep their 64 bits
         self.session = loop.join(self.key, name, port, self)
         self.session.is_onlooker = True  # the server may end while ROS 2 listens
 
@@ -87,7 +85,7 @@ class Ros2Client:
     def _execute(self, calls: list[TableCall]) -> None:
         if calls:
             self._batches += 1
-            self._loop.execute(self.key, self._pack(Batch(self._batches, 0, calls)))
+            self._loop.execute(self.key, CallsWork(Batch(self._batches, 0, calls)))
 
     def post(self, event: Callable[[], object], stops: Callable[[], bool] | None = None) -> None:
         """Have the physics thread do something in the turn of this client, when no script runs. Any thread.
@@ -105,25 +103,15 @@ class Ros2Client:
         """
         if isinstance(problem, CommandError) and not problem.silent:  # its text may have names of others
             problem = CommandError(as_log_line(str(problem)))
-        self._loop.failed(self.session, name, problem)
+        self._loop.executor.failed(self.session, name, problem)
 
     def leave(self) -> None:
         """Leave the server loop. No thread runs it meanwhile."""
         self._loop.leave(self.key)
 
-    # --- sessions.Link ---------------------------------------------------------------------------
+    # --- the link --------------------------------------------------------------------------------
 
-    def deliver(self, payload: bytes) -> None:
+    def deliver(self, delivery: Delivery) -> None:
         """Keep replies for `ask`."""
         if self._awaited:
-            replies = decode_delivery(payload).replies
-            self._replies += [reply for reply in replies if reply.call_id == self._awaited]
-
-    def publish(self, payload: bytes) -> None:
-        """Do nothing: streams of the remote API are not used."""
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
-        """Do nothing: streams of the remote API are not used."""
-
-    def close(self) -> None:
-        """Do nothing: ROS 2's session with Zenoh is the gateway's."""
+            self._replies += [reply for reply in delivery.replies if reply.call_id == self._awaited]

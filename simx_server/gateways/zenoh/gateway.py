@@ -30,6 +30,8 @@ from simx_server.gateways.exposure import exposure
 from simx_server.gateways.lane.gateway import LocalGateway
 from simx_server.limits import LimitReached
 from simx_server.parts.status_bar import as_log_line
+from simx_server.service.answers.link import PackingLink
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.admission.places import Entrance
 from simx_server.service.monitoring import report
 from simx_server.service.monitoring.load import LoadMeter
@@ -186,7 +188,10 @@ class ZenohGateway(Part):
     def _take_in(self) -> Callable[[Any], None]:
         """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
         is_from, submit, slow_down = self._is_from, self._loop.submit_as, self._throttle.slow_down
-        begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
+        begin, to_bytes = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
+
+        def read(payload: Any) -> BatchWork:
+            return BatchWork(to_bytes(payload))
 
         def take_in(sample: Any) -> None:
             client, payload = str(sample.key_expr)[begin:], sample.payload
@@ -372,7 +377,7 @@ class ZenohGateway(Part):
             logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
 
 
-class ZenohLink:
+class ZenohLink(PackingLink):
     """The publishers that reach one client."""
 
     def __init__(
@@ -408,7 +413,7 @@ class ZenohLink:
             keys.stream(realm, client), congestion_control=self._drop, reliability=reliable
         )
 
-    def deliver(self, payload: bytes) -> None:
+    def put_replies(self, payload: bytes) -> None:
         self._postman.send(partial(self._reply, payload), len(payload))
 
     def _reply(self, payload: bytes) -> None:
@@ -425,10 +430,10 @@ class ZenohLink:
             if is_last:
                 self._replies.undeclare()
 
-    def publish(self, payload: bytes) -> None:
+    def put_values(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)
 
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
+    def put_image(self, stream_id: int, payload: bytes) -> None:
         key = keys.picture(self._realm, self._client, stream_id)
         self._put(self._session.put, key, payload, congestion_control=self._drop)
 

@@ -17,16 +17,17 @@ from typing import TYPE_CHECKING, Any
 from simx_server.limits import LimitReached
 from simx_server.scripting.interpreter import TIMEOUT
 from simx_server.scripting.script import Script, ScriptKind
+from simx_server.service.answers.link import Link
 from simx_server.service.clients.admission.places import Entrance
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.part import Part
 
-from .connection import Connection, too_long
-from .demands import demands_of_message
+from .connection import Connection
 from .functions import described
-from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
+from .peer import Peer, SocketPeer, with_number
 from .wire import language_of
+from .work import MessageWork
 
 if TYPE_CHECKING:
     from simx_server.service.server_loop import ServerLoop
@@ -39,6 +40,9 @@ FIRST_HANDLE = 3_000_003
 
 ONE_CALL = 5.0
 """Seconds after which a client that has made one call only gives its place to another one, if all are taken."""
+
+LEAST_REST = 0.05
+"""Seconds that functions of a client may hold others in one call without consequences: a simulation step."""
 
 Answer = Callable[[Peer, Any], None]
 
@@ -79,20 +83,11 @@ class Client:
             self.session.set_stepping(wanted)
 
 
-class _Link:
+class _Link(Link):
     """The link of a session: answers take another way, and the protocol has no streams."""
 
     def __init__(self, closed: Callable[[], object]) -> None:
         self._closed = closed
-
-    def deliver(self, payload: bytes) -> None:
-        """Do nothing: only batches of the server's own clients have such replies."""
-
-    def publish(self, payload: bytes) -> None:
-        """Do nothing: the protocol has no streams."""
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
-        """Do nothing: the protocol has no streams."""
 
     def close(self) -> None:
         self._closed()
@@ -126,6 +121,9 @@ class ZmqClients(Part):
         self._next_handle = first_handle
         self._waiting: dict[Connection, None] = {}
         """Connections whose call waits for a simulation step, in the order of their calls."""
+
+        self._resting: dict[str, float] = {}
+        """Clients that are not served, and until when."""
 
         loop.idlers.append(self)
         loop.metrics.more_commands = _Functions()
@@ -177,10 +175,9 @@ class ZmqClients(Part):
         """Add a client."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
-        serve = partial(self._serve, client)
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
-        client.session = self.loop.join(key, name, port, link, serve, demands_of_message, entrance=entrance)
+        client.session = self.loop.join(key, name, port, link, calls_sim=True, entrance=entrance)
         client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:
@@ -204,20 +201,24 @@ class ZmqClients(Part):
             self._waiting.pop(connection, None)
         if self._clients.get(client.key) is client:
             del self._clients[client.key]
+            self._resting.pop(client.key, None)
 
     # --- messages --------------------------------------------------------------------------------
 
-    def _serve(self, client: Client, numbered: bytes) -> None:
-        """Execute a message of a client; the number of its connection stands in front."""
-        number = number_of(numbered)
-        peer = self.peer(number)
-        if peer is None:
+    def work(self, number: int, payload: bytes) -> MessageWork:
+        """Return a message of a connection as work."""
+        return MessageWork(number, payload, self.serve)
+
+    def serve(self, key: str, number: int, payload: bytes) -> None:
+        """Execute a message of a client that came by a connection."""
+        client, peer = self._clients.get(key), self.peer(number)
+        if client is None or peer is None:
             return
         connection = client.connections.get(number)
         if connection is None:
             client.connections = {n: each for n, each in client.connections.items() if not each.peer.is_gone}
             connection = client.connections[number] = Connection(self, client, peer)
-        connection.receive(numbered[NUMBER_BYTES:])
+        connection.receive(payload)
 
     def note(self, connection: Connection, payload: bytes) -> None:
         """Record a message that is going to be executed."""
@@ -252,10 +253,27 @@ class ZmqClients(Part):
                 return queue.popleft() or f"the client has left within its function {name}"
             began = time.perf_counter()
             self.loop.sockets.poll(TIMEOUT)
-            connection.has_waited(time.perf_counter() - began)
+            seconds = time.perf_counter() - began
+            connection.has_waited(seconds, others_wait=self.loop.others_wait_for(connection.client.key))
             if not queue and not simulation.physics_calls.is_in_step:
                 simulation.interruptions.serve_others()
-        return "the server ends" if simulation.is_ending else too_long(name)
+        return "the server ends" if simulation.is_ending else connection.too_long(name)
+
+    def has_held_others(self, client: Client, seconds: float) -> None:
+        """Have a client rest for as long as others have waited for its functions in one call, or one step of it.
+
+        Else a client that calls again at once would leave them one simulation step a call.
+        """
+        if seconds > LEAST_REST and not client.session.is_stepping:
+            self._resting[client.key] = time.monotonic() + seconds
+            self.loop.suspend(client.key, True)
+
+    def look(self) -> None:
+        """Go on with the clients that have rested; now and then."""
+        now = time.monotonic()
+        for key in [key for key, until in self._resting.items() if until <= now]:
+            del self._resting[key]
+            self.loop.suspend(key, False)
 
     # --- calls that wait -------------------------------------------------------------------------
 

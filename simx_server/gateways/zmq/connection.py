@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 from simx_server import sim_api as api
 from simx_server.errors import CommandError, UnknownName
 from simx_server.scripting.interpreter import ScriptError, Waiting
+from simx_server.service.calls.lasting import LastingCall, Results
 from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
@@ -23,8 +24,6 @@ from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError, read_request
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
-
     from .clients import Client, ZmqClients
     from .peer import Peer
 
@@ -39,15 +38,21 @@ _STEPS = ("sim.step", "sim.setStepping")
 """Functions that come with every step of a client that steps."""
 
 SILENCE = 0.9
-"""Seconds that the client may take for the functions in one call, or in one simulation step of a call that waits: the
-others wait for these too.
-"""
+"""Seconds that the client may take for the functions in one call, or in one simulation step of a call that waits."""
 
-QUICK = 0.02
-"""Seconds more for each message: a call that needs thousands of quick answers gets them."""
 
-LONGEST = 10.0
-"""Seconds for all functions in one call or step, with the calls that they make."""
+class Patience(NamedTuple):
+    """More time that functions of a client have in one call or step."""
+
+    quick: float
+    """Seconds more for each message: a call that needs thousands of quick answers gets them."""
+
+    longest: float
+    """Seconds for all functions together, with the calls that they make."""
+
+
+ALONE, AMONG_OTHERS = Patience(0.02, 10.0), Patience(0.002, 3.0)
+"""While no other client waits for the server, and while others wait for the end of the call."""
 
 
 class ClientFunction:
@@ -72,30 +77,28 @@ class Connection:
         self.client, self.peer = client, peer
         self._clients = clients
         self._world = clients.world
-        self._function = ""
-        """The function that is being executed, or waits."""
-
-        self._waiting: Waiting | None = None
-        self._problem = ""
-        """Why the call that waits does so in vain."""
+        self._executor = clients.loop.executor
+        self._call: LastingCall | None = None
+        """The call that is being executed, or waits."""
 
         self._depth = 0
         """Functions of the client that are running."""
 
-        self._until = 0.0
-        """When the functions of the client have taken too long."""
+        self._began = 0.0
+        """The start of the present piece of the call."""
 
-        self._timeout = 0.0
+        self._left = 0.0
         """Seconds that are left for the client itself."""
+
+        self._patience = ALONE
+        self._held_others = 0.0
+        """Seconds for which others have waited for functions of the client in the present piece of the call."""
 
         self._is_broken = False
         """A function of the client was not waited for any longer, so the client does not wait for the present call."""
 
         self._next: tuple[str, Waiting] | None = None
         """The call with which the client has gone on, instead of ending its function."""
-
-        self._noted: Called | None = None
-        """The present call, where a history notes it."""
 
         self._lost = "no function of this client was asked for a result"
         """Why the result of a function is not taken."""
@@ -105,7 +108,7 @@ class Connection:
     @property
     def is_waiting(self) -> bool:
         """Return whether a call of this connection waits."""
-        return self._waiting is not None
+        return self._call is not None and self._call.is_waiting
 
     def receive(self, payload: bytes) -> None:
         """Answer a message that does not come from within a function of the client."""
@@ -122,58 +125,33 @@ class Connection:
             self.client.level = self.client.locks = 0
             self.client.set_stepping()
             self._send({})
-        elif self._waiting is not None:
-            self._refuse(request.function, CommandError(f"{self._function} is not answered yet"))
+        elif self._call is not None and self._call.is_waiting:
+            self._refuse(request.function, CommandError(f"{self._call.name} is not answered yet"))
         else:
             self._clients.note(self, payload)
             self._execute(request)
 
     def _execute(self, request: Request) -> None:
-        self._function = request.function
-        if (log := self._clients.loop.log_of_calls) is not None:
-            function = described(request.function)
-            name = function.full_name
-            self._noted = log.note(
-                self.client.session.name,
-                name,
-                [_as_text(each) for each in request.arguments],
-                None,
-                only_reads=name in _STEPS or function.only_reads,
-            )
-        self._clients.loop.metrics.called(self.client.key, 1)
-        self.client.session.called[request.function if described(request.function).is_known else UNKNOWN] += 1
-        try:
-            outcome = self._act(lambda: self._invoke(request))
-        except Exception as problem:
-            self._fail(problem)
-            return
-        if isinstance(outcome, Generator):
-            self._waiting = outcome
-            self.go_on()
-        else:
-            self._finish(outcome)
+        function, session = described(request.function), self.client.session
+        name = function.full_name
+        call = self._call = LastingCall(self._executor, session, request.function)
+        call.begin(
+            request.function if function.is_known else UNKNOWN,
+            name,
+            [_as_text(each) for each in request.arguments] if self._executor.log_of_calls else (),
+            only_reads=name in _STEPS or function.only_reads,
+        )
+        self._run(lambda: call.run(lambda: self._invoke(request)))
 
     def go_on(self) -> None:
         """Continue a call that waits, because a simulation step was made or none will come for a while."""
-        waiting = self._waiting
-        if waiting is None:
-            return
-        problem, self._problem = self._problem, ""
-        try:
-            self._act(lambda: waiting.throw(CommandError(problem)) if problem else next(waiting))
-        except StopIteration as end:
-            self._waiting = None
-            self._finish(end.value)
-        except Exception as problem:
-            self._waiting = None
-            self._fail(problem)
-        else:
-            self._clients.wait(self)
+        if self._call is not None and self._call.is_waiting:
+            self._run(self._call.go_on)
 
     def fail(self, problem: str) -> None:
         """End a call that waits, when it is continued: no simulation step comes."""
-        if self._waiting is not None:
-            self._problem = problem
+        if self._call is not None:
+            self._call.fail(CommandError(problem))
 
     def _invoke(self, request: Request) -> tuple[Any, ...] | Waiting:
         arguments = with_functions(request.arguments, self._function_of_client)
@@ -187,79 +165,83 @@ class Connection:
             )
         return ClientFunction(self.client, name)
 
-    def _act(self, action: Callable[[], _Result]) -> _Result:
-        """Run a piece of the present call: this connection acts, and its time counts."""
-        client, loop, name = self.client, self._clients.loop, self._function
-        outer, client.acting = client.acting, self
-        outer_work = loop.begin_work(client.key, name)
-        began = time.perf_counter()
-        self._until, self._timeout = began + LONGEST, SILENCE
+    def _run(self, piece: Callable[[], Results | None]) -> None:
+        """Run a piece of the present call, and answer it, unless it waits."""
+        results, problem = None, None
         try:
-            return action()
+            results = self._act(piece)
+        except Exception as error:
+            problem = error
+        if results is None and problem is None:
+            self._clients.wait(self)
+        elif self._is_broken:
+            self._turn_to_next()
+        else:
+            self._answer(results, problem)
+
+    def _act(self, piece: Callable[[], _Result]) -> _Result:
+        """Run a piece of the present call: this connection acts."""
+        client = self.client
+        outer, client.acting = client.acting, self
+        self._began = time.perf_counter()
+        self._left, self._held_others, self._patience = SILENCE, 0.0, ALONE
+        try:
+            return piece()
         finally:
-            loop.metrics.executed(name, time.perf_counter() - began)
-            loop.end_work(outer_work)
             client.acting = outer
+            self._clients.has_held_others(client, self._held_others)
 
     # --- answers ---------------------------------------------------------------------------------
 
-    def _finish(self, results: tuple[Any, ...]) -> None:
-        """Send the results of a call, after what it has left for later: a start, a stop, another scene."""
-        if self._has_gone_on():
-            return
-        simulation, is_within_script = self._world.simulation, self._clients.loop.is_serving
-        if not simulation.is_settled and not is_within_script and (problems := simulation.settle()):
-            self._refuse(self._function, problems[0])
-            return
-        self._send_results(self._function, results)
+    def _answer(self, results: Results | None, problem: Exception | None) -> None:
+        """Answer the present call, after what it has left for later; within a script, that comes after the script."""
+        call = self._call
+        assert call is not None
+        if problem is None and not self._clients.loop.is_serving:
+            problem = call.settled()
+        if problem is None and results is not None:
+            call.answered(STATUS_OK, results)
+            problem = self._send_results(call.name, results)
+        if problem is not None:
+            call.answered(STATUS_REMOTE_ERROR, [self._refuse(call.name, problem)])
 
-    def _fail(self, problem: Exception) -> None:
-        if not self._has_gone_on():
-            self._refuse(self._function, problem)
-
-    def _has_gone_on(self) -> bool:
-        """Return whether the client does not wait for this call any more; if so, turn to the one it waits for."""
-        if not self._is_broken:
-            return False
+    def _turn_to_next(self) -> None:
+        """Turn to the call for which the client waits now, as it does not wait for the present one any more."""
         self._is_broken = False
         if self._next is not None:
-            (self._function, self._waiting), self._next = self._next, None
+            (name, rest), self._next = self._next, None
+            self._call = LastingCall(self._executor, self.client.session, name)
+            self._call.wait_for(rest)
             if not self._clients.loop.is_serving:  # not within a script
                 self._world.simulation.settle()  # what the client has asked for before
             self.go_on()
-        return True
 
-    def _send_results(self, function: str, results: tuple[Any, ...]) -> None:
-        self._note_answer(STATUS_OK, results)
+    def _send_results(self, function: str, results: Results) -> Exception | None:
+        """Send the results of a function; return why they cannot travel, if they cannot."""
         try:
             self._send({"ret": to_client(function, results)})
-        except (TypeError, ValueError) as problem:  # a result that cannot travel
-            self._refuse(function, CommandError(f"the result cannot be sent: {problem}"))
+        except (TypeError, ValueError) as problem:
+            return CommandError(f"the result cannot be sent: {problem}")
+        return None
 
-    def _refuse(self, function: str, problem: Exception) -> None:
+    def _refuse(self, function: str, problem: Exception) -> str:
+        """Send the reason of a failure, and return it."""
         if isinstance(problem, UnknownName):
             problem = CommandError(f"object does not exist: {problem}")  # words that programs look for
-        text = self._clients.loop.failed(self.client.session, function, problem)
+        text = self._executor.failed(self.client.session, function, problem)
         if isinstance(problem, NoSuchFunction):
             text = str(problem)
         elif described(function).space in _SPACES:
             text = f"in {text}"  # the start of CoppeliaSim's texts
-        self._note_answer(STATUS_REMOTE_ERROR, [text])
         self._send({"err": text.encode("utf-8", "backslashreplace").decode()})  # a name may be no text
-
-    def _note_answer(self, status: int, values: Sequence[Any]) -> None:
-        if (
-            self._noted is not None and not self._depth
-        ):  # otherwise it answers a call within a function of the client
-            self._noted.finish(status, values)
-            self._noted = None
+        return text
 
     def _send(self, message: dict[str, Any]) -> None:
         self._clients.answer(self.peer, message)
 
     def end(self) -> None:
         """Abandon a call that waits: its client has left, or says good-bye."""
-        waiting, self._waiting, self._problem = self._waiting, None, ""
+        waiting = self._call.abandon() if self._call is not None else None
         if waiting is not None and self.client.acting is not self:
             waiting.close()
 
@@ -302,15 +284,28 @@ class Connection:
 
     def is_late(self) -> bool:
         """Return whether the functions of the client have taken too long."""
-        return self._timeout <= 0 or time.perf_counter() > self._until
+        return self._left <= 0 or time.perf_counter() > self._began + self._patience.longest
 
-    def has_waited(self, seconds: float) -> None:
-        """Count time for which the server has waited for the client."""
-        self._timeout -= seconds
+    def has_waited(self, seconds: float, *, others_wait: bool) -> None:
+        """Count time for which the server has waited for the client, and perhaps others with it."""
+        self._left -= seconds
+        self._patience = AMONG_OTHERS if others_wait else ALONE
+        if others_wait:
+            self._held_others += seconds
 
     def has_answered(self) -> None:
         """Count a message of the client."""
-        self._timeout = min(SILENCE, self._timeout + QUICK)
+        self._left = min(SILENCE, self._left + self._patience.quick)
+
+    def too_long(self, name: str) -> str:
+        """Return why a function of the client is not waited for any longer."""
+        quick, longest = self._patience
+        others = ", while other clients wait" if self._patience is AMONG_OTHERS else ""
+        return (
+            f"the function {name} took too long: all functions in one call may take {SILENCE:g} s, and {quick * 1e3:g} "
+            f"ms more for each message, at most {longest:g} s{others}; make calls with fewer objects, or keep the time "
+            "between two answers short"
+        )
 
     def broken(self, reason: str) -> ScriptError:
         """Return the error that ends the present call; its answer is not sent."""
@@ -327,20 +322,13 @@ class Connection:
             self._refuse(request.function, problem)
             return
         if not isinstance(outcome, Generator):
-            self._send_results(request.function, outcome)
+            if problem := self._send_results(request.function, outcome):
+                self._refuse(request.function, problem)
             return
         self._next = request.function, outcome
         raise self.broken(
             f"{request.function} waits for a simulation step, so it cannot be called within {name}"
         )
-
-
-def too_long(name: str) -> str:
-    """Return why a function of a client is not waited for any longer."""
-    return (
-        f"the function {name} took too long: all functions in one call may take {SILENCE:g} s, and {QUICK:g} s more "
-        f"for each message, at most {LONGEST:g} s; other clients wait meanwhile"
-    )
 
 
 def _as_text(argument: Any) -> Any:

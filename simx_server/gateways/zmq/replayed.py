@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from typing import TYPE_CHECKING
 
-from .clients import FIRST_HANDLE, Client, ZmqClients
+from .clients import FIRST_HANDLE, ZmqClients
 from .connection import Connection
-from .peer import Peer, number_of
+from .peer import NUMBER_BYTES, Peer, number_of
+from .work import MessageWork
 
 if TYPE_CHECKING:
     from simx_server.service.server_loop import ServerLoop
@@ -31,11 +32,18 @@ class ReplayedClients(ZmqClients):
         """Return a connection, which is never closed."""
         return Peer(number)
 
-    def _serve(self, client: Client, numbered: bytes) -> None:
-        connection = client.connections.get(number_of(numbered))
-        if connection is not None:
-            connection.end()  # its call waited for the wall clock, and was answered before the client went on
-        super()._serve(client, numbered)
+    def recorded(self, client: str, payload: bytes) -> MessageWork | None:
+        """Return a recorded message of a client as work; None if it speaks another protocol."""
+        if client not in self._clients:
+            return None
+        return self.work(number_of(payload), payload[NUMBER_BYTES:])
+
+    def serve(self, key: str, number: int, payload: bytes) -> None:
+        client = self._clients.get(key)
+        if client is not None and number in client.connections:
+            # Its call waited for the wall clock, and was answered before the client went on.
+            client.connections[number].end()
+        super().serve(key, number, payload)
 
     def go_on(self, key: str, number: int) -> None:
         """Continue a call that waits, as it was continued when it was recorded."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,16 +13,24 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError
 from simx_server.scene.cameras.image import NO_CODE, CameraImage, CameraView, fovy_from_perspective_angle
 from simx_server.scene.collection import ALL
-from simx_server.scene.objects import ObjectKind
+from simx_server.scene.objects import ObjectKind, SceneObject
 
 from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.objects import Scene
     from simx_server.simulation.simulation import Simulation
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+
+
+class Sensor(NamedTuple):
+    """A vision sensor or camera, found once for a whole request."""
+
+    item: SceneObject
+    settings: VisionSettings
 
 
 class SensorSettings:
@@ -42,13 +50,18 @@ class SensorSettings:
         Raises:
             UnknownHandle, WrongKind: the handle is not a vision sensor's.
         """
-        item = self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
-        if handle not in self._settings:
+        return self._found(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA).settings
+
+    def _found(self, handle: int, *kinds: ObjectKind) -> Sensor:
+        """Return a sensor with its settings. Raises UnknownHandle, WrongKind."""
+        item = self._sim.scene.get_kind(handle, *kinds)
+        settings = self._settings.get(handle)
+        if settings is None:
             settings = self._settings[handle] = settings_from_model(item, self._sim.model)
             settings.entity = self._collections.named(
                 str(item.annotations.get("vision", {}).get("entity", "all"))
             )
-        return self._settings[handle]
+        return Sensor(item, settings)
 
     def change(self, handle: int, **values: float | int) -> None:
         """Change settings by field name.
@@ -84,7 +97,10 @@ class SensorSettings:
         Raises:
             UnknownHandle, WrongKind: the handle is not a sensor's.
         """
-        entity = self.settings(handle).entity
+        return self._entity_of(self.settings(handle))
+
+    def _entity_of(self, settings: VisionSettings) -> int:
+        entity = settings.entity
         # The entity may be removed; then the sensor sees everything, as in V-REP.
         gone = entity not in self._sim.scene.objects and entity not in self._collections
         return ALL if gone else entity
@@ -99,8 +115,8 @@ class SensorSettings:
             self._collections.entity(entity)
         self.change(handle, entity=entity)
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy settings of sensors to their copies; `copies` maps the handle of the original to that of the copy."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        """Copy the settings of sensors to their copies, without images."""
         for handle, copy in copies.items():
             if handle in self._settings:
                 self._settings[copy] = replace(
@@ -111,6 +127,16 @@ class SensorSettings:
                     processed=None,
                     work=None,
                 )
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        """Scale what a sensor sees: its distances, and the size of an orthographic view."""
+        if self._sim.scene.get(handle).kind != ObjectKind.VISION_SENSOR:
+            return
+        settings = self.settings(handle)
+        changes = {"near": settings.near * factor, "far": settings.far * factor}
+        if settings.orthographic_size is not None:
+            changes["orthographic_size"] = settings.orthographic_size * factor
+        self.change(handle, **changes)
 
     def views(self) -> list[CameraView]:
         """Return the view of each vision sensor with its present settings."""
@@ -149,11 +175,16 @@ class SensorSettings:
 
     def view(self, handle: int, size: tuple[int, int] | None = None, entity: int | None = None) -> CameraView:
         """Return the view of a sensor or camera, in its own size or another one. Raises CommandError."""
-        settings = self.settings(handle)
+        return self._view_of(self._found(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA), size, entity)
+
+    def _view_of(
+        self, sensor: Sensor, size: tuple[int, int] | None = None, entity: int | None = None
+    ) -> CameraView:
+        item, settings = sensor
         width, height = size or (settings.width, settings.height)
         try:
             return CameraView(
-                camera_id=self._sim.scene.get(handle).id,
+                camera_id=item.id,
                 width=width,
                 height=height,
                 fovy_deg=fovy_from_perspective_angle(settings.angle, width, height),
@@ -162,8 +193,8 @@ class SensorSettings:
                 background=self._background_of(settings),
                 orthographic_size=settings.orthographic_size,
                 codes=self._codes() if settings.shows_handles else None,
-                is_users=self._sim.scene.get(handle).kind == ObjectKind.CAMERA,
-                only=self._only(self.entity(handle) if entity is None else entity),
+                is_users=item.kind == ObjectKind.CAMERA,
+                only=self._only(self._entity_of(settings) if entity is None else entity),
             )
         except ValueError as problem:
             raise CommandError(str(problem)) from None

@@ -26,7 +26,7 @@ from simx_server.simulation.part import Part
 from .filters.chain import Chain, Processed
 from .futures import done, then
 from .judging import judged, shown
-from .sensor_settings import BLACK, SensorSettings
+from .sensor_settings import BLACK, Sensor, SensorSettings
 from .vision_settings import Verdict, VisionSettings
 
 if TYPE_CHECKING:
@@ -71,17 +71,18 @@ class VisionSensors(SensorSettings, Part):
 
         `asker`, here and below: the caller; the render thread serves all callers in turn.
         """
-        settings = self._sensor(handle)
+        sensor = self._sensor(handle)
+        settings = sensor.settings
         size = [settings.width, settings.height]
-        if settings.filtered is None and (processed := self._processed(handle, asker)) is not None:
+        if settings.filtered is None and (processed := self._processed(sensor, asker)) is not None:
             return then(processed, lambda made: (size, (grey(made.rgb) if as_grey else made.rgb).tobytes()))
         given = settings.drawn if settings.filtered is None else settings.filtered
         if given is not None:
             return done((size, (grey(given) if as_grey else given).tobytes()))
         if settings.shows_depth:
-            picture = self._picture(handle, depth=True, asker=asker)
+            picture = self._picture(sensor, depth=True, asker=asker)
         else:
-            picture = self._picture(handle, rgb=True, asker=asker)
+            picture = self._picture(sensor, rgb=True, asker=asker)
         shows_depth = settings.shows_depth
 
         def convert(made: CameraImage) -> tuple[list[int], bytes]:
@@ -92,7 +93,8 @@ class VisionSensors(SensorSettings, Part):
 
     def depth(self, handle: int, *, asker: str = "") -> Future[tuple[list[int], bytes]]:
         """Return [width, height] and float32 values 0..1, rows bottom first."""
-        settings = self._sensor(handle)
+        sensor = self._sensor(handle)
+        settings = sensor.settings
         size = [settings.width, settings.height]
 
         def convert(made: CameraImage | Processed) -> tuple[list[int], bytes]:
@@ -100,10 +102,10 @@ class VisionSensors(SensorSettings, Part):
             return size, made.depth.astype("<f4", copy=False).tobytes()
 
         if settings.chain is not None and settings.chain.sets_depth:
-            processed = self._processed(handle, asker)
+            processed = self._processed(sensor, asker)
             if processed is not None:
                 return then(processed, convert)
-        return then(self._picture(handle, depth=True, asker=asker), convert)
+        return then(self._picture(sensor, depth=True, asker=asker), convert)
 
     def read(self, handle: int, *, asker: str = "") -> Future[tuple[bool, list[list[float]]]]:
         """Return whether the sensor detects, and [15 numbers].
@@ -118,22 +120,23 @@ class VisionSensors(SensorSettings, Part):
             CommandError: no simulation step was made yet, handling is switched off, or the sensor is handled
                 explicitly or takes external images and got none.
         """
-        settings = self._sensor(handle)
+        sensor = self._sensor(handle)
+        settings = sensor.settings
         drawn = settings.drawn
         by_itself = self._is_automatic(settings)
         handled = settings.picture is not None or (by_itself and self._are_sensed)
         if drawn is None and not handled:
-            name = self._sim.scene.get(handle).name
             raise NotHandledYet(
-                f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
+                f"vision sensor '{sensor.item.name}' has not been handled yet; "
+                "it is in each pass of a running simulation, "
                 "(unless that is switched off), or by its script when it is handled explicitly",
                 is_coming=by_itself and self._sim.is_before_first_step,
             )
         verdict = settings.verdict
-        if (processed := self._processed(handle, asker)) is not None:
+        if (processed := self._processed(sensor, asker)) is not None:
             return then(processed, lambda made: judged(settings, made.picture, False, verdict, made))
         shows_depth = settings.shows_depth and drawn is None
-        picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
+        picture = self._picture(sensor, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
 
         def convert(made: CameraImage) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else CameraImage(drawn, made.depth)
@@ -148,8 +151,9 @@ class VisionSensors(SensorSettings, Part):
             UnknownHandle, WrongKind: the handle is not a vision sensor's.
             CommandError: the entity does not exist.
         """
-        settings = self._sensor(handle)
-        picture = self.image_of(handle, entity)
+        sensor = self._sensor(handle)
+        settings = sensor.settings
+        picture = self._request(sensor, rgb=True, depth=True, entity=entity)
         if settings.chain is None:
             return then(picture, lambda made: judged(settings, made, settings.shows_depth))
         process = self._process(settings, keeps_work=False)
@@ -162,21 +166,21 @@ class VisionSensors(SensorSettings, Part):
             UnknownHandle, WrongKind: the handle is not a vision sensor's.
             CommandError: the entity does not exist.
         """
-        self._sensor(handle)
-        return self._request(handle, rgb=True, depth=True, entity=entity)
+        return self._request(self._sensor(handle), rgb=True, depth=True, entity=entity)
 
     def handle(self, handle: int) -> None:
         """Render a sensor now and keep its image, as `sim.handleVisionSensor` does.
 
         While handling is switched off, no image is kept.
         """
-        settings = self._sensor(handle)
+        sensor = self._sensor(handle)
+        settings = sensor.settings
         if settings.external:
             return
         if not self.enabled:
             settings.picture = None
             return
-        self._take(settings, handle, self._sim.step_count)
+        self._take(sensor, self._sim.step_count)
         self.on_image(handle)
 
     def sense(self, handle: int) -> bool:
@@ -186,11 +190,12 @@ class VisionSensors(SensorSettings, Part):
             False for a sensor that is not handled automatically: explicit handling, external input, all switched
                 off.
         """
-        settings = self._sensor(handle)
+        sensor = self._sensor(handle)
+        settings = sensor.settings
         if not self._is_automatic(settings):
             return False
         if settings.picture is None or settings.image_step <= self._sim.step_count:
-            self._take(settings, handle, self._sim.step_count + 1)
+            self._take(sensor, self._sim.step_count + 1)
         return True
 
     def sense_all(self) -> None:
@@ -203,13 +208,13 @@ class VisionSensors(SensorSettings, Part):
 
     def filter_image(self, handle: int, pixels: NDArray[np.uint8]) -> None:
         """Show another image, (height, width, 3), until the present image is replaced."""
-        settings = self._sensor(handle)
+        settings = self._sensor(handle).settings
         settings.filtered = pixels
         settings.image_step = max(settings.image_step, self._sim.step_count)
 
     def judge(self, handle: int, verdict: Verdict) -> None:
         """Store a script's findings in the present image."""
-        self._sensor(handle).verdict = verdict
+        self._sensor(handle).settings.verdict = verdict
 
     def set_image(self, handle: int, image: bytes, *, as_grey: bool) -> None:
         """Replace the image by bytes, rows bottom first; the depth does not change.
@@ -218,7 +223,7 @@ class VisionSensors(SensorSettings, Part):
             CommandError: the number of bytes does not match the resolution.
             LimitReached: sensors keep too many images already.
         """
-        settings = self._sensor(handle)
+        settings = self._sensor(handle).settings
         width, height = settings.width, settings.height
         channels = 1 if as_grey else 3
         if len(image) != width * height * channels:
@@ -246,10 +251,11 @@ class VisionSensors(SensorSettings, Part):
             "images", kept + taker.most_bytes, "let other sensors' images go, or make them smaller"
         )
 
-    def _take(self, settings: VisionSettings, handle: int, until: int) -> None:
+    def _take(self, sensor: Sensor, until: int) -> None:
+        settings = sensor.settings
         settings.forget()
         self._check_room(settings)
-        settings.picture = self._request(handle, rgb=True, depth=True)
+        settings.picture = self._request(sensor, rgb=True, depth=True)
         settings.image_step = until
         if settings.chain is not None:
             settings.processed = then(settings.picture, self._process(settings))
@@ -267,9 +273,9 @@ class VisionSensors(SensorSettings, Part):
             return lambda made: chain.process(made, view, work)
         return lambda made: chain.process(made, view, Chain.new_work(*size))
 
-    def _processed(self, handle: int, asker: str) -> Future[Processed] | None:
+    def _processed(self, sensor: Sensor, asker: str) -> Future[Processed] | None:
         """Return the present image after its chain; None for a sensor without one, or one that shows handles."""
-        settings = self.settings(handle)
+        settings = sensor.settings
         if settings.chain is None or settings.shows_handles:
             return None
         if settings.processed is not None:
@@ -280,7 +286,7 @@ class VisionSensors(SensorSettings, Part):
             assert blank.rgb is not None
             assert blank.depth is not None
             return done(Processed(blank, blank.rgb, blank.depth))
-        picture = self._picture(handle, rgb=True, depth=True, asker=asker)
+        picture = self._picture(sensor, rgb=True, depth=True, asker=asker)
         return then(picture, self._process(settings, keeps_work=False))
 
     def _is_automatic(self, settings: VisionSettings) -> bool:
@@ -299,9 +305,9 @@ class VisionSensors(SensorSettings, Part):
             CommandError: the handle is not a sensor's or camera's, or the size is impossible.
         """
         self._show_changes()
-        settings = self.settings(handle)
-        shows_depth = settings.shows_depth
-        view = self.view(handle, size)
+        sensor = self._found(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
+        shows_depth = sensor.settings.shows_depth
+        view = self._view_of(sensor, size)
         if background is not None:
             view = replace(view, background=background)
         return then(
@@ -312,35 +318,36 @@ class VisionSensors(SensorSettings, Part):
         """Return the same as `look` for a view that does not belong to an object."""
         return then(self._ask(view, rgb=True, depth=False), lambda made: shown(made, shows_depth=False))
 
-    def _sensor(self, handle: int) -> VisionSettings:
-        self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
-        settings = self.settings(handle)
+    def _sensor(self, handle: int) -> Sensor:
+        """Return a vision sensor, without an image that is not its present one any more."""
+        sensor = self._found(handle, ObjectKind.VISION_SENSOR)
+        settings = sensor.settings
         if not settings.explicit and settings.image_step < self._sim.step_count:
             settings.picture = None
             if not settings.external:
                 settings.forget()
-        return settings
+        return sensor
 
     def _picture(
-        self, handle: int, *, rgb: bool = False, depth: bool = False, asker: str = ""
+        self, sensor: Sensor, *, rgb: bool = False, depth: bool = False, asker: str = ""
     ) -> Future[CameraImage]:
-        settings = self.settings(handle)
+        settings = sensor.settings
         if settings.picture is not None:
             return settings.picture
         if not self._is_automatic(settings):
             return done(self._background(settings))
-        return self._request(handle, rgb=rgb, depth=depth, asker=asker)
+        return self._request(sensor, rgb=rgb, depth=depth, asker=asker)
 
     def _request(
-        self, handle: int, *, rgb: bool, depth: bool, asker: str = "", entity: int | None = None
+        self, sensor: Sensor, *, rgb: bool, depth: bool, asker: str = "", entity: int | None = None
     ) -> Future[CameraImage]:
         self._show_changes()
-        settings = self.settings(handle)
+        settings = sensor.settings
         shape = settings.height, settings.width
         with_rgb, with_depth = rgb and settings.has_rgb, depth and settings.has_depth
         if not with_rgb and not with_depth:
             return done(CameraImage(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32)))
-        made = self._ask(self.view(handle, entity=entity), rgb=with_rgb, depth=with_depth, asker=asker)
+        made = self._ask(self._view_of(sensor, entity=entity), rgb=with_rgb, depth=with_depth, asker=asker)
         if (with_rgb, with_depth) == (rgb, depth):
             return made
         return then(

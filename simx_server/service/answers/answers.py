@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK
 
 Answer = tuple[int, list[Any]]
 """A status and wire values. A plain tuple, because each call and each stream makes one in every step."""
+
+_NUMBER = 9
+"""Most bytes of a number in a message."""
 
 DONE: Answer = STATUS_OK, []
 """The answer of a handler that returns nothing."""
@@ -18,3 +21,15 @@ def answer_of(command: Command, result: Any) -> Answer:
     """Return the result of a handler as an answer: no value, one, or those of a tuple."""
     count = len(command.results)
     return STATUS_OK, [result] if count == 1 else list(result) if count else []
+
+
+def size_of(value: Any) -> int:
+    """Return about how many bytes a wire value takes in a message."""
+    if isinstance(value, (str, bytes)):
+        return len(value)
+    if not isinstance(value, (list, tuple)):
+        return _NUMBER
+    items = cast(list[Any], value)
+    if items and not isinstance(items[0], (int, float)):
+        return sum(map(size_of, items))
+    return _NUMBER * len(items)

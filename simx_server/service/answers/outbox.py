@@ -7,11 +7,13 @@ something. So answers that no client waits for, such as those to sets, are kept 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Call, Reply
 from simx_server.service.clients.sessions import ClientSession
+
+from .replies import Messages
 
 logger = logging.getLogger(__name__)
 
@@ -27,13 +29,9 @@ MOST_KEPT = 100
 class Outbox:
     """Replies to one client at a time. Physics thread only."""
 
-    def __init__(self, pack: Callable[[ClientSession, list[Reply]], bytes]) -> None:
-        """Make an empty outbox.
-
-        Args:
-            pack: puts replies into a message.
-        """
-        self._pack = pack
+    def __init__(self, messages: Messages) -> None:
+        """Make an empty outbox."""
+        self.messages = messages
         self._session: ClientSession | None = None
         self._replies: list[Reply] = []
         self._is_awaited = False
@@ -80,7 +78,7 @@ class Outbox:
         replies, self._replies = self._replies, []
         self._is_awaited, self._batches = False, 0
         try:
-            session.link.deliver(self._pack(session, replies))
+            session.link.deliver(self.messages.delivery(session, replies))
         except Exception:
             logger.exception("%d answers to client %s cannot be sent", len(replies), session.name)
 

@@ -24,12 +24,9 @@ from simx_server.service.clients.sessions import ClientSession
 
 from .answers import Answer
 from .replies import Messages
-from .streams import Question, Shared, StepAnswers, Stream
+from .streams import NewestValues, Question, Shared, StepAnswers, Stream, Value
 
 logger = logging.getLogger(__name__)
-
-REPEAT = 0.25
-"""Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
 
 LONGEST = 0.05
 """Most seconds that the streams of one client take after a step. Values beyond that are repeated from before, and come
@@ -103,7 +100,7 @@ class Publisher:
             if answer[0] != STATUS_OK:
                 session.paced.step_comes()
             time_ms = self._messages.time_ms()
-            stream.last = self._packed(session, command, answer, time_ms)
+            stream.last = Value(command, answer, time_ms)
             question = stream.question()
             if question is not None and not stream.delay:
                 stream.shared = self._shared.get(question)
@@ -111,7 +108,9 @@ class Publisher:
                     work = None
                     if command.only_reads and not handler.with_client:
                         work = partial(handler.bound(self._world, None), *arguments)
-                    stream.shared = Shared(question, command, arguments, work, answer, time_ms, stream.last)
+                    stream.shared = Shared(
+                        command, answer, time_ms, question=question, arguments=arguments, work=work
+                    )
                     self._shared[question] = stream.shared
         session.streams.arm(stream)
 
@@ -153,25 +152,24 @@ class Publisher:
         now, time_ms = time.monotonic(), self._messages.time_ms()
         streams = session.streams
         self._compute_shared(session, answers, time_ms, limit)
-        newest = self._shared_parts(session, time_ms)
         if streams.single:
-            self._compute_single(session, answers, newest, limit.end, time_ms, now, every_image=every_image)
-        if newest and ((parts := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
-            streams.last_sent, streams.next_repeat = parts, now + REPEAT
-            session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
+            self._compute_single(session, answers, limit.end, time_ms, now, every_image=every_image)
+        if streams.shared or any(stream.value is not None for stream in streams.single.values()):
+            pack = partial(self._packed, session, answer_packer(STATUS_OK, time_ms), time_ms)
+            head = self._messages.delivery(session, [])
+            session.link.publish(NewestValues(head, streams, pack, now))
 
     def _compute_single(
         self,
         session: ClientSession,
         answers: StepAnswers,
-        newest: list[bytes],
         until: float,
         time_ms: int,
         now: float,
         *,
         every_image: bool,
     ) -> None:
-        """Compute the streams that are not shared and due; add their answers to `newest`, or send them at once."""
+        """Compute the streams that are not shared and due; send at once what must not be lost."""
         streams = session.streams
         tally = self._executor.tally()
         taken: list[Reply] = []
@@ -201,12 +199,10 @@ class Publisher:
                     streams.cancel(stream.stream_id)
                     taken.append(Reply(stream.stream_id, status, time_ms, values))
                     continue
-                stream.last = self._packed(session, command, answer, time_ms)
-            if stream.last is not None and not command.takes_what_it_reads:
-                newest += (stream.head, stream.last)
+                stream.last = Value(command, answer, time_ms)
         tally.end()
         if taken:
-            session.link.deliver(self._messages.pack(session, taken))
+            session.link.deliver(self._messages.delivery(session, taken))
 
     def _compute_shared(
         self, session: ClientSession, answers: StepAnswers, time_ms: int, limit: _Limit
@@ -241,47 +237,26 @@ class Publisher:
         for share in late:
             streams.separate(share)
 
-    def _shared_parts(self, session: ClientSession, time_ms: int) -> list[bytes]:
-        """Return heads and newest shared answers, alternating; none for a client in this process, which gets values."""
-        streams = session.streams
-        if session.direct is None:
-            pack = answer_packer(STATUS_OK, time_ms)
-            return streams.parts(partial(self._packed_share, session, pack, time_ms))
-        if streams.shared:
-            session.direct.publish_values(streams.shared.values())
-        return []
-
-    def _packed_share(
-        self, session: ClientSession, pack: Callable[[list[Any]], bytes], time_ms: int, share: Shared
+    def _packed(
+        self, session: ClientSession, pack: Callable[[list[Any]], bytes], time_ms: int, value: Value
     ) -> bytes:
-        """Return the newest shared answer as bytes, packed once for all its clients.
+        """Pack an answer, once for all its clients. One that cannot be packed is an error of its stream alone.
 
         Args:
             pack: packs an answer of success with the time `time_ms`.
         """
-        status, values = share.answer
+        status, values = value.answer
         try:
-            is_plain = status == STATUS_OK and share.time_ms == time_ms
-            share.packed = pack(values) if is_plain else pack_answer(status, share.time_ms, values)
+            is_plain = status == STATUS_OK and value.time_ms == time_ms
+            value.packed = pack(values) if is_plain else pack_answer(status, value.time_ms, values)
         except Exception as error:
-            share.packed = self._failed(session, share.command, error, time_ms)
-        return share.packed
-
-    def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
-        """Return an answer as bytes. A value that cannot be packed is an error of its stream alone."""
-        status, values = answer
-        try:
-            return pack_answer(status, time_ms, values)
-        except Exception as error:
-            return self._failed(session, command, error, time_ms)
-
-    def _failed(self, session: ClientSession, command: Command, error: Exception, time_ms: int) -> bytes:
-        status, values = self._executor.failure(session, command.name, error)
-        return pack_answer(status, time_ms, values)
+            status, values = self._executor.failure(session, value.command.name, error)
+            value.packed = pack_answer(status, time_ms, values)
+        return value.packed
 
     def _publish_image(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
         status, values = done.result()
-        message = self._messages.pack(session, [Reply(stream_id, status, time_ms, values)])
-        session.link.publish_image(stream_id, message)
+        reply = Reply(stream_id, status, time_ms, values)
+        session.link.publish_image(stream_id, self._messages.delivery(session, [reply]))

@@ -1,6 +1,6 @@
-"""Collect the replies to the calls of a batch, and pack them into messages.
+"""Collect the replies to the calls of a batch, and put them into deliveries.
 
-Replies to sets that no client waits for are combined into one. Each message carries the state of the simulation in its
+Replies to sets that no client waits for are combined into one. Each delivery carries the state of the simulation in its
 header.
 """
 
@@ -10,7 +10,6 @@ import math
 import time
 from typing import Any, NamedTuple
 
-from simx_client.protocol.codec import encode, encode_delivery
 from simx_client.protocol.messages import STATUS_OK, Delivery, Reply, of_fields
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.clock import Pacer
@@ -74,7 +73,7 @@ class Instant(NamedTuple):
 
 
 class Messages:
-    """Packs replies into messages. Any thread."""
+    """Puts replies into deliveries. Any thread."""
 
     def __init__(self, simulation: Simulation, pacer: Pacer) -> None:
         self._simulation = simulation
@@ -84,24 +83,17 @@ class Messages:
         """Return the simulated time that replies carry, in milliseconds."""
         return int(self._simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
 
-    def pack(self, session: ClientSession, replies: list[Reply]) -> bytes:
-        """Return a message with these replies."""
-        return encode(self._delivery(session, replies))
-
-    def pack_parts(self, session: ClientSession, parts: bytes, count: int) -> bytes:
-        """Return a message with `count` replies that are packed already."""
-        return encode_delivery(self._delivery(session, []), parts, count)
-
     def instant(self) -> Instant:
         """Return what a header says of now."""
         simulation = self._simulation
         return of_fields(Instant, (time.monotonic(), simulation.state, simulation.scene_id))
 
     def header(self, at: Instant, message_id: int, client_time: int) -> Delivery:
-        """Return a message without replies that was sent at an instant."""
+        """Return a delivery without replies that was sent at an instant."""
         return self._delivery_at(at, message_id, client_time, [])
 
-    def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
+    def delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
+        """Return a delivery with these replies, sent now."""
         return self._delivery_at(self.instant(), session.message_id, session.client_time, replies)
 
     def _delivery_at(self, at: Instant, message_id: int, client_time: int, replies: list[Reply]) -> Delivery:

@@ -9,37 +9,45 @@ rendered.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
 
+from simx_client.protocol.codec import encode_delivery
 from simx_client.protocol.commands import Command
+from simx_client.protocol.messages import Delivery
 
 from .answers import Answer
+
+REPEAT = 0.25
+"""Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
 
 Question = tuple[Any, ...]
 """Command and arguments."""
 
 
-@dataclass(slots=True, weakref_slot=True, eq=False)
-class Shared:
-    """A question that any number of streams ask after each simulation step, and its answer."""
+@dataclass(slots=True, eq=False)
+class Value:
+    """The newest answer of a stream."""
 
-    question: Question
     command: Command
-    arguments: list[Any]
-    work: Callable[[], Any] | None
-    """The handler with its arguments, if it only reads and needs no client."""
-
     answer: Answer
-    """The newest answer."""
-
     time_ms: int
     """Its simulated time in milliseconds."""
 
     packed: bytes | None = None
-    """The newest answer as bytes; None before a client of another process needs it."""
+    """The answer as bytes; None before a client of this project's own protocol needs it."""
+
+
+@dataclass(slots=True, weakref_slot=True, eq=False, kw_only=True)
+class Shared(Value):
+    """A question that any number of streams ask after each simulation step, and its newest answer."""
+
+    question: Question
+    arguments: list[Any]
+    work: Callable[[], Any] | None
+    """The handler with its arguments, if it only reads and needs no client."""
 
     round: int = -1
     """The round of the last answer."""
@@ -62,11 +70,18 @@ class Stream:
     """Set if the stream is due each time and small, and others may ask the same."""
 
     next_due: float = 0.0
-    last: bytes | None = None
-    """The newest answer, packed."""
+    last: Value | None = None
+    """The newest answer of a stream that is not shared."""
 
     pending: Future[Any] | None = None
     """An image that is being rendered: until it is done, no other is requested."""
+
+    @property
+    def value(self) -> Value | None:
+        """Return the newest answer; None before it comes, and if it travels alone."""
+        if self.shared is not None:
+            return self.shared
+        return None if self.command.takes_what_it_reads else self.last
 
     def question(self) -> Question | None:
         """Return the key that equal streams share; None when the answer belongs to one client only."""
@@ -120,14 +135,18 @@ class Streams:
             self._parts = [part for head, _ in both for part in (head, b"")]
         return self._shares
 
-    def parts(self, pack: Callable[[Shared], bytes]) -> list[bytes]:
-        """Return the newest shared answers as they travel, each behind its stream's head.
+    def parts(self, pack: Callable[[Value], bytes]) -> list[bytes]:
+        """Return the newest answers as they travel, each behind its stream's head.
 
         Args:
             pack: packs an answer that is not packed yet.
         """
         self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in self.shares()]
-        return self._parts.copy()
+        parts = self._parts.copy()
+        for stream in self.single.values():
+            if (value := stream.value) is not None:
+                parts += (stream.head, pack(value) if value.packed is None else value.packed)
+        return parts
 
     def arm(self, stream: Stream) -> None:
         """Add a stream; it was executed once already, as part of the call."""
@@ -170,6 +189,38 @@ class Streams:
         for streams in (self.by_id, self.shared, self.single):
             streams.clear()
         self._shares = None
+
+
+class NewestValues:
+    """The newest values of the small streams of one client. Physics thread, until the next simulation step."""
+
+    __slots__ = ("_now", "_pack", "_streams", "head")
+
+    def __init__(self, head: Delivery, streams: Streams, pack: Callable[[Value], bytes], now: float) -> None:
+        """Make them.
+
+        Args:
+            head: the delivery without replies.
+            streams: those of the client.
+            pack: packs an answer that is not packed yet.
+            now: the time on the monotonic clock.
+        """
+        self.head, self._streams, self._pack, self._now = head, streams, pack, now
+
+    def of_streams(self) -> Iterator[tuple[int, Value]]:
+        """Yield the id of each stream that has a value, and this value."""
+        for stream in self._streams.by_id.values():
+            if (value := stream.value) is not None:
+                yield stream.stream_id, value
+
+    def packed(self) -> bytes:
+        """Return them as a message, each packed once for all clients; empty if the same was sent a moment ago."""
+        streams, parts = self._streams, self._streams.parts(self._pack)
+        replies = b"".join(parts)
+        if replies == streams.last_sent and self._now < streams.next_repeat:
+            return b""
+        streams.last_sent, streams.next_repeat = replies, self._now + REPEAT
+        return encode_delivery(self.head, replies, len(parts) // 2)
 
 
 class StepAnswers:

@@ -11,7 +11,7 @@ it yields the work to do beside the physics thread, and continues there when the
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -138,3 +138,12 @@ def all_steps(
             task.give_up()
             steps.close()
             raise
+
+
+def after_all(futures: Sequence[Future[Any]], work: Callable[[], object]) -> None:
+    """Run `work` when all futures are done, on the thread that finishes the last one."""
+    if futures:
+        first, *rest = futures  # a future that refers to itself by its callback would keep its image
+        first.add_done_callback(lambda _: after_all(rest, work))
+    else:
+        work()

@@ -16,12 +16,12 @@ from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from simx_client.protocol.codec import decode_batch
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
 from simx_server.service.answers.replies import Messages
 from simx_server.service.clients.sessions import ClientSession
-from simx_server.service.queue.box import Arrival
 from simx_server.service.queue.inbox import Inbox
+
+from .work import CallsWork
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +43,7 @@ _ERRORS = "simxGetLastErrors"
 """Answered even so: it returns the reason why the others are not."""
 
 
-class Work:
+class Piece:
     """One piece of the physics thread's work."""
 
     __slots__ = ("since",)
@@ -73,7 +73,7 @@ class BusyDesk:
         """Make a desk that is closed; `open` it.
 
         Args:
-            messages: packs replies.
+            messages: puts replies into deliveries.
             doing: returns what is being executed.
             readers: each reads what the physics thread would read; called on the desk's thread.
         """
@@ -82,8 +82,8 @@ class BusyDesk:
         self._sessions = sessions
         self._messages = messages
         self._doing = doing
-        self._work: Work | None = None
-        self._told: Work | None = None
+        self._piece: Piece | None = None
+        self._told: Piece | None = None
         self._is_closing = threading.Event()
 
     @contextmanager
@@ -98,19 +98,19 @@ class BusyDesk:
             self._is_closing.set()
             thread.join()
 
-    def begin(self) -> Work | None:
+    def begin(self) -> Piece | None:
         """Record that the physics thread starts a piece of work; pass the result to `go_back_to` after it."""
-        outer, self._work = self._work, Work()
+        outer, self._piece = self._piece, Piece()
         return outer
 
-    def go_back_to(self, outer: Work | None) -> None:
+    def go_back_to(self, outer: Piece | None) -> None:
         """Record that the present piece of work is over."""
-        self._work = outer
+        self._piece = outer
 
     def describe(self) -> str:
         """Describe the work that keeps the server busy for longer than a call waits, and its client; empty for none."""
-        work, doing = self._work, self._doing()
-        if work is None or (busy := time.monotonic() - work.since) < TIMEOUT:
+        piece, doing = self._piece, self._doing()
+        if piece is None or (busy := time.monotonic() - piece.since) < TIMEOUT:
             return ""
         return f"{self._named(doing)} takes {busy:.1f} s so far; blocking calls of others are refused"
 
@@ -129,33 +129,33 @@ class BusyDesk:
 
     def look(self) -> None:
         """Refuse the calls that have waited for too long, if there are any."""
-        work, doing = self._work, self._doing()
-        if work is None:
+        piece, doing = self._piece, self._doing()
+        if piece is None:
             return
         timeout = TIMEOUT if doing.client or len(self._sessions) > 1 else STEP_TIMEOUT
-        busy = time.monotonic() - work.since
+        busy = time.monotonic() - piece.since
         if busy >= _LOOK:
             for read in self._readers:  # now, as calls wait from the moment at which they are read
                 read()
         if busy < LONG:
             return
         # The client that keeps the server busy waits for the result; its other calls come after that.
-        for arrival in self._inbox.take_overdue(timeout, doing.client, lambda: self._work is work):
-            session = self._sessions.get(arrival.client)
+        for client, overdue in self._inbox.take_overdue(timeout, doing.client, lambda: self._piece is piece):
+            session = self._sessions.get(client)
             if session is not None:
-                self._tell(work)
-                self._refuse(session, arrival, doing, busy)
+                self._tell(piece)
+                self._refuse(session, overdue, doing, busy)
 
-    def _tell(self, work: Work) -> None:
-        if self._told is not work and (what := self.describe()):
-            self._told = work
+    def _tell(self, piece: Piece) -> None:
+        if self._told is not piece and (what := self.describe()):
+            self._told = piece
             logger.warning("%s", what)
 
-    def _refuse(self, session: ClientSession, arrival: Arrival, doing: Doing, busy: float) -> None:
+    def _refuse(self, session: ClientSession, work: CallsWork, doing: Doing, busy: float) -> None:
         what = f"{doing.command} of another client" if doing.client else "a simulation step"
         time_ms = self._messages.time_ms()
         replies: list[Reply] = []
-        for call in decode_batch(arrival.payload).calls:
+        for call in work.batch.calls:
             if call.command == _ERRORS:
                 replies.append(Reply(call.call_id, STATUS_OK, time_ms, [_taken(session.errors)]))
                 continue
@@ -167,7 +167,7 @@ class BusyDesk:
                 text
             )  # in every error mode: it is the only sign that the call was not executed
             replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [text]))
-        session.link.deliver(self._messages.pack(session, replies))
+        session.link.deliver(self._messages.delivery(session, replies))
 
 
 def _taken(errors: deque[str]) -> list[str]:

@@ -9,7 +9,7 @@ import time
 from concurrent.futures import Future
 from functools import partial
 from types import GeneratorType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.kinds import INT
@@ -20,13 +20,8 @@ from simx_server.service.answers.answers import Answer, answer_of
 from simx_server.service.clients.sessions import ClientSession
 
 from .background import Unfinished
-from .dispatch import Dispatch, check
+from .dispatch import check
 from .executor import Executor
-
-if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
-
-    from .batches import Batches
 
 TIMED = 16
 """One call of this many of a command is timed: two clock readings and a count cost as much as reading a value."""
@@ -36,26 +31,17 @@ class DirectCall:
     """One command of one client, to be called within a turn."""
 
     __slots__ = (
-        "_batches", "_check", "_command", "_count", "_executor", "_gives_one", "_loop", "_run", "_sent", "_session",
-        "_simulation", "may_change_pace", "received",
+        "_check", "_command", "_count", "_executor", "_gives_one", "_run", "_sent", "_session", "_simulation",
+        "may_change_pace", "received",
     )  # fmt: skip
 
-    def __init__(
-        self,
-        batches: Batches,
-        dispatch: Dispatch,
-        executor: Executor,
-        session: ClientSession,
-        command: Command,
-        loop: ServerLoop,
-    ) -> None:
+    def __init__(self, executor: Executor, session: ClientSession, command: Command) -> None:
         """Prepare a command. If the client may not call it, each call is answered with the reason."""
         kinds = [argument.kind for argument in command.arguments]
-        self._batches, self._executor, self._loop = batches, executor, loop
-        self._simulation = executor.world.simulation
+        self._executor, self._simulation = executor, executor.world.simulation
         self._session, self._command = session, command
         try:
-            self._run = dispatch.handler(session, command).bound(dispatch.world, session)
+            self._run = executor.dispatch.handler(session, command).bound(executor.world, session)
         except CommandError as error:
             self._run = partial(_refuse, error)
         # The client's marshalling has made 32-bit integers already.
@@ -80,15 +66,15 @@ class DirectCall:
             self._record(time.perf_counter() - began)
         else:
             answer = self._execute(arguments)
-        if (log := self._loop.log_of_calls) is not None:
+        if self._executor.log_of_calls is not None:
             command = self._command
-            log.note(self._session.name, command.name, arguments, answer, only_reads=command.only_reads)
+            self._executor.note(self._session, command.name, arguments, answer, only_reads=command.only_reads)
         return answer
 
     def _execute(self, arguments: Values) -> Answer | Future[Answer]:
-        batches, command = self._batches, self._command
-        outer = batches.executing, batches.command
-        batches.executing, batches.command = self._session.client, command.name
+        executor, command = self._executor, self._command
+        outer = executor.client, executor.command
+        executor.client, executor.command = self._session.client, command.name
         try:
             if self._check is not None:
                 arguments = self._check(self._sent(arguments))
@@ -97,9 +83,9 @@ class DirectCall:
                 return self._later(result)
             return (STATUS_OK, [result]) if self._gives_one else answer_of(command, result)
         except Exception as error:
-            return self._executor.failure(self._session, command.name, error)
+            return executor.failure(self._session, command.name, error)
         finally:
-            batches.executing, batches.command = outer
+            executor.client, executor.command = outer
             if not self._simulation.is_settled:
                 self._simulation.settle()
 

@@ -15,7 +15,7 @@ from simx_server.world.world import World
 
 from .registry import Handler
 
-Work = Callable[..., Any]
+Handling = Callable[..., Any]
 """A handler with everything bound but the arguments of a call."""
 
 
@@ -26,7 +26,7 @@ class Dispatch:
         self.world = world
         self._handlers = handlers
 
-    def find(self, client: ClientSession, name: str) -> tuple[Command, Work] | tuple[None, None]:
+    def find(self, client: ClientSession, name: str) -> tuple[Command, Handling] | tuple[None, None]:
         """Find the command with this name and the function that checks arguments and runs the handler.
 
         Returns:
@@ -41,7 +41,7 @@ class Dispatch:
             return command, partial(_raise, error)
         return command, lambda *arguments: run(*check(command, arguments))
 
-    def bind(self, client: ClientSession, command: Command, checked: list[Any]) -> Work:
+    def bind(self, client: ClientSession, command: Command, checked: list[Any]) -> Handling:
         """Return the function that executes a stream's command with arguments from `check`. Raises CommandError."""
         return partial(self.handler(client, command).bound(self.world, client), *checked)
 

@@ -1,15 +1,17 @@
-"""Run handlers: those of calls, of the steps of a call, and of streams. No other module runs them.
+"""Run calls: handlers of the table, their steps and streams, and functions of the namespaces of scripts.
 
-Each run is timed and counted, and the handler's result or exception becomes an answer.
+Each run is timed and counted, and the result or exception becomes an answer. What is being executed, the notes for the
+history and the texts of failures are kept here for all of them.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
+from contextlib import contextmanager
 from types import GeneratorType
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import mujoco
 
@@ -22,7 +24,10 @@ from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.monitoring.metrics import Metrics, Tally
 
 from .background import Unfinished, refuse_steps
-from .dispatch import Dispatch, Work
+from .dispatch import Dispatch, Handling
+
+if TYPE_CHECKING:
+    from simx_server.history.calls import Called, LogOfCalls
 
 logger = logging.getLogger(__name__)
 
@@ -37,10 +42,59 @@ class Executor:
         self.dispatch = dispatch
         self.world = dispatch.world
         self.metrics = metrics
+        self.client = ""
+        """The client whose call is being executed; empty if there is none."""
+
+        self.command = ""
+        """The function that is being executed for it."""
+
+        self.log_of_calls: LogOfCalls | None = None
+        """Notes the calls of clients; None while no history is kept."""
+
+    # --- what is being executed ------------------------------------------------------------------
+
+    def begin(self, client: str, command: str) -> tuple[str, str]:
+        """Mark a call as the one that is being executed; pass the result to `end` after it."""
+        outer = self.client, self.command
+        self.client, self.command = client, command
+        return outer
+
+    def end(self, outer: tuple[str, str]) -> None:
+        """Mark the call before as the one that is being executed."""
+        self.client, self.command = outer
+
+    @contextmanager
+    def doing(self, client: str, command: str) -> Generator[None]:
+        """Mark a call as the one that is being executed within the block."""
+        outer = self.begin(client, command)
+        try:
+            yield
+        finally:
+            self.end(outer)
+
+    def note(
+        self,
+        client: ClientSession,
+        function: str,
+        arguments: Sequence[Any],
+        answer: Answer | Future[Answer] | None,
+        *,
+        only_reads: bool,
+    ) -> Called | None:
+        """Note a call for the history; None if there is none, or it is not noted.
+
+        Args:
+            answer: None if it comes later.
+        """
+        if self.log_of_calls is None:
+            return None
+        return self.log_of_calls.note(client.name, function, arguments, answer, only_reads=only_reads)
+
+    # --- handlers of the table -------------------------------------------------------------------
 
     @overload
     def execute(
-        self, client: ClientSession, tally: Tally, command: Command, work: Work
+        self, client: ClientSession, tally: Tally, command: Command, work: Handling
     ) -> Answer | Future[Answer]: ...
 
     @overload
@@ -49,7 +103,7 @@ class Executor:
         client: ClientSession,
         tally: Tally,
         command: Command,
-        work: Work,
+        work: Handling,
         arguments: Sequence[Any],
         at_step: Callable[[Unfinished], Any],
     ) -> Answer | Future[Answer] | Unfinished: ...
@@ -59,7 +113,7 @@ class Executor:
         client: ClientSession,
         tally: Tally,
         command: Command,
-        work: Work,
+        work: Handling,
         arguments: Sequence[Any] = (),
         at_step: Callable[[Unfinished], Any] = refuse_steps,
     ) -> Answer | Future[Answer] | Unfinished:
@@ -133,6 +187,8 @@ class Executor:
         result.add_done_callback(finish)
         return answer
 
+    # --- failures --------------------------------------------------------------------------------
+
     def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         """Return the answer to a failed call; add the reason to the log, the counters and the client's errors."""
         if isinstance(error, mujoco.FatalError):  # a readable text, and not an error of this program
@@ -155,3 +211,8 @@ class Executor:
         if mode & c.sim_api_errormessage_output:
             self.world.status_bar.add(text)
         return STATUS_REMOTE_ERROR, [text]
+
+    def failed(self, client: ClientSession, name: str, error: Exception) -> str:
+        """Return the text of `failure`, for an API whose answers are not the table's. Physics thread."""
+        _, values = self.failure(client, name, error)
+        return str(values[0]) if values else f"{name}: {error}"

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict, deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from simx_client.protocol.messages import Call, Reply
+from simx_client.protocol.messages import Reply
 from simx_client.protocol.zenoh.keys import VIEWER
 from simx_client.protocol.zenoh.link import LEASE_MS
 from simx_server.errors import CommandError
-from simx_server.service.answers.streams import Stream, Streams
-from simx_server.service.calls.background import Unfinished
+from simx_server.service.answers.link import Link
+from simx_server.service.answers.streams import Streams
+from simx_server.service.calls.background import after_all
 from simx_server.service.calls.pacing import PacedCalls
 
 from .admission.places import Entrance
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
+    from simx_server.service.calls.waiting import Interrupted
 
 logger = logging.getLogger(__name__)
 
@@ -33,32 +34,6 @@ FROZEN = LEASE_MS / 1000
 
 MAX_LOGGED = 1000
 """Failures of one client that reach the log; later ones are available from simxGetLastErrors only."""
-
-
-class Link(Protocol):
-    """The link back to one client. May be used from any thread; never blocks for long."""
-
-    def deliver(self, payload: bytes) -> None:
-        """Send replies; every one arrives, in order."""
-        ...
-
-    def publish(self, payload: bytes) -> None:
-        """Send the newest values of all small streams; a slow client may miss some."""
-        ...
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None:
-        """Send the newest image of one stream; a slow client may miss some."""
-        ...
-
-    def close(self) -> None: ...
-
-
-class DirectLink(Protocol):
-    """The part of a link to a client in this process, which needs no bytes."""
-
-    def publish_values(self, streams: Collection[Stream]) -> None:
-        """Take the newest answers of the streams that share theirs; valid until the next simulation step."""
-        ...
 
 
 MAX_DEPARTED = 20
@@ -79,34 +54,6 @@ class Departed:
     """Age of the server at that time, in seconds."""
 
 
-@dataclass(eq=False)
-class Interrupted:
-    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and later ones."""
-
-    replies: list[Reply]
-    """Replies to the calls before."""
-
-    rest: list[Call]
-    waits_for_trigger: bool = True
-    """If False, it waits for any simulation step: the first call of the rest is paced."""
-
-    is_slice: bool = False
-    """It does not wait for a simulation step, but until others were served."""
-
-    noted: Called | None = None
-    """That call, where a history notes it."""
-
-    problem: str = ""
-    """Why the first call of the rest waits in vain for a simulation step."""
-
-    call: Unfinished | None = None
-    """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
-
-    rounds_left: int = 0
-    """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
-    passes of the server loop."""
-
-
 @dataclass
 class ClientSession:
     """State of one client. Belongs to the physics thread."""
@@ -119,13 +66,10 @@ class ClientSession:
     link: Link
     errors: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_ERRORS))
     streams: Streams = field(default_factory=Streams)
-    serve: Callable[[bytes], object] | None = None
-    """Executes a message of a client that speaks another protocol; None: a message is a batch of the table's calls."""
+    calls_sim: bool = False
+    """Its messages hold calls of the namespaces of scripts, and not of the table."""
 
     entrance: Entrance = field(default_factory=Entrance)
-    direct: DirectLink | None = None
-    """Takes values instead of bytes, for a client in this process."""
-
     is_stepping: bool = False
     allows_steps: bool = False
     """A call of this client waits for simulation steps, and allows the next one without a trigger."""
@@ -219,15 +163,6 @@ class ClientSession:
         triggers, self._triggers = self._triggers, []
         for future in triggers:
             future.set_exception(CommandError(problem))
-
-
-def after_all(futures: Sequence[Future[Any]], work: Callable[[], object]) -> None:
-    """Run `work` when all futures are done, on the thread that finishes the last one."""
-    if futures:
-        first, *rest = futures  # a future that refers to itself by its callback would keep its image
-        first.add_done_callback(lambda _: after_all(rest, work))
-    else:
-        work()
 
 
 def _answer(triggers: list[Future[None]]) -> None:

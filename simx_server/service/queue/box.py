@@ -7,16 +7,16 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from simx_server.service.calls.demands import Demands, demands_of_batch
+from simx_server.service.calls.work import Work
 
 Event = Callable[[], object]
 
 
 class Arrival(NamedTuple):
-    """A batch of calls as it came."""
+    """A message of a client."""
 
     client: str
-    payload: bytes
+    work: Work
 
 
 class Item(NamedTuple):
@@ -41,15 +41,12 @@ class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
     __slots__ = (
-        "aftermath", "client", "demands", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving",
+        "aftermath", "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving",
         "is_parked", "is_suspended", "items", "lock", "recent", "size_put", "size_taken", "stop", "tick", "waits",
     )  # fmt: skip
 
-    def __init__(self, client: str = "", demands: Callable[[bytes], Demands] = demands_of_batch) -> None:
+    def __init__(self, client: str = "") -> None:
         self.client = client
-        self.demands = demands
-        """Reads what a message would do to a script that runs."""
-
         self.items: deque[Item] = deque()
         self.lock = threading.RLock()
         """Lock of the threads that put something in; a signal handler may do so while its own thread does. The physics

@@ -25,7 +25,7 @@ from typing import Any
 from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.zenoh.keys import VIEWER
 from simx_server.limits import Limits
-from simx_server.service.calls.demands import STOP_MARK, Demands, demands_of_batch, divide
+from simx_server.service.calls.work import BatchWork, CallsWork, Work
 
 from .box import Arrival, Box, Event, Item
 from .sockets import Sockets
@@ -135,15 +135,11 @@ class Inbox:
 
     # --- any thread ------------------------------------------------------------------------------
 
-    def open(self, client: str, demands: Callable[[bytes], Demands] = demands_of_batch) -> None:
-        """Accept messages of a client from now on; those of unknown clients are thrown away.
-
-        Args:
-            demands: reads what a message demands of a script that runs.
-        """
+    def open(self, client: str) -> None:
+        """Accept messages of a client from now on; those of unknown clients are thrown away."""
         with self._lock:
             if client not in self._boxes:
-                self._boxes[client] = Box(client, demands)
+                self._boxes[client] = Box(client)
 
     def close(self, client: str) -> None:
         """Accept no more messages of a client, and throw away those that wait."""
@@ -152,13 +148,13 @@ class Inbox:
                 box.is_leaving = True
                 box.items.clear()
 
-    def put(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes] = bytes) -> bool:
-        """Queue a batch, if its client is known and has not too much waiting.
+    def put(self, client: str, payload: Any, size: int, read: Callable[[Any], Work] = BatchWork) -> bool:
+        """Queue a message, if its client is known and has not too much waiting.
 
         Args:
-            payload: the batch as it arrived.
+            payload: the message as it arrived.
             size: its bytes.
-            read: converts it to bytes; called only if there is space for it.
+            read: makes work of it; called only if there is space for it.
 
         Returns:
             Whether the client may continue at this rate. If not, slow it down; the message may be accepted even so.
@@ -299,7 +295,7 @@ class Inbox:
     def _forget(self, box: Box, item: Item) -> None:
         """Subtract the bytes of an item that was removed from a queue, under its lock."""
         if isinstance(item.what, Arrival):
-            box.size_put -= len(item.what.payload)
+            box.size_put -= item.what.work.size
 
     def is_leaving(self, client: str) -> bool:
         """Return whether a client is about to leave."""
@@ -345,7 +341,7 @@ class Inbox:
         older_than: float,
         except_client: str | None = None,
         is_still_busy: Callable[[], bool] = lambda: True,
-    ) -> Iterator[Arrival]:
+    ) -> Iterator[tuple[str, CallsWork]]:
         """Take the blocking calls of batches that have waited for long, one by one; they will not be executed.
 
         The other calls of these batches stay in their place. For another thread, while the physics thread is busy.
@@ -368,16 +364,16 @@ class Inbox:
                     return
                 batch = item.what
                 if isinstance(batch, Arrival):
-                    left_to_read -= len(batch.payload) + _COST
-                    awaited, rest = divide(batch.payload)
+                    left_to_read -= batch.work.size + _COST
+                    awaited, rest = batch.work.divide()
                     with self._taking, box.lock:
                         if not is_still_busy():
                             return
                         is_taken = self._replace(box, item, batch, rest)
                     if is_taken and awaited is not None:
-                        yield Arrival(client, awaited)
+                        yield client, awaited
 
-    def _replace(self, box: Box, item: Item, batch: Arrival, rest: bytes | None) -> bool:
+    def _replace(self, box: Box, item: Item, batch: Arrival, rest: Work | None) -> bool:
         """Replace a batch by the calls that no client waits for, which are not checked again.
 
         Returns False if the batch is not there any more.
@@ -390,7 +386,7 @@ class Inbox:
                 box.items[box.items.index(item)] = kept
         except (ValueError, IndexError):
             return False
-        box.size_put -= len(batch.payload) - len(rest or b"")
+        box.size_put -= batch.work.size - (rest.size if rest is not None else 0)
         return True
 
     def take_dropped(self) -> Counter[tuple[str, str]]:
@@ -410,18 +406,18 @@ class Inbox:
         """Keep an event until no script runs."""
         self._held.append(event)
 
-    def hand_over(self, client: str, payload: bytes) -> bool:
-        """Give the waiting physics thread a batch that it has just read itself, without a queue.
+    def hand_over(self, client: str, work: Work) -> bool:
+        """Give the waiting physics thread a message that it has just read itself, without a queue.
 
         Returns:
             False if that is not possible: something else waits, or nothing of the client may be executed now.
         """
-        if not self._is_waiting or self.has_work() or len(payload) > LARGE:
+        if not self._is_waiting or self.has_work() or work.size > LARGE:
             return False
         box = self._boxes.get(client)
         if box is None or box.items or box.is_waiting or box.is_leaving:
             return False
-        self._held.append(Arrival(client, payload))
+        self._held.append(Arrival(client, work))
         return True
 
     def served(self, seconds: float) -> None:
@@ -446,6 +442,11 @@ class Inbox:
     def others_wait(self) -> bool:
         """Return whether anything waits apart from the last item taken."""
         return bool(self._turns) or self._ready.qsize() > 0
+
+    def has_something_of_others(self, client: str) -> bool:
+        """Return whether a message of another client waits to be executed."""
+        boxes = self._boxes.copy().items()
+        return any(box.items and not box.is_waiting for key, box in boxes if key != client)
 
     def others_have_come(self) -> bool:
         """Return whether anything waits apart from the last item taken, at a socket too."""
@@ -601,7 +602,7 @@ class Inbox:
             self._line_up(box)
             return None
         if isinstance(item.what, Arrival):
-            box.size_taken += len(item.what.payload)
+            box.size_taken += item.what.work.size
         start = self._start(box, item)
         box.finish = max(box.finish, start)
         self._virtual = max(self._virtual, start)
@@ -622,7 +623,7 @@ class Inbox:
             return item.waits_for_scripts
         if box.waits is None or box.waits[0] != item.number:
             assert isinstance(item.what, Arrival)
-            box.waits = item.number, box.demands(item.what.payload).waits
+            box.waits = item.number, item.what.work.waits_for_scripts()
         return box.waits[1]
 
     def _has_stop(self, box: Box) -> bool:
@@ -634,7 +635,7 @@ class Inbox:
         for item in reversed(items):
             if item.number <= examined:
                 break
-            if _stops(box, item):
+            if _stops(item):
                 stop = max(stop, item.number)
         box.stop = max(examined, items[-1].number), stop
         return any(item.number == stop for item in items)
@@ -650,8 +651,8 @@ def _first_of(box: Box) -> Item | None:
         return None
 
 
-def _stops(box: Box, item: Item) -> bool:
+def _stops(item: Item) -> bool:
     """Return whether an item stops the simulation."""
     if isinstance(item.what, Arrival):
-        return STOP_MARK in item.what.payload and box.demands(item.what.payload).stops
+        return item.what.work.stops()
     return item.stops is not None and item.stops()

@@ -24,6 +24,8 @@ from simx_server.recording import state
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY
 
+pytestmark = pytest.mark.slow
+
 Open = Callable[[str], Lab]
 
 
@@ -62,13 +64,13 @@ def test_calls_belong_to_the_step_that_follows_them(open_lab: Open) -> None:
 def test_nothing_is_kept_until_somebody_wants_it_and_nothing_after(open_lab: Open) -> None:
     lab = open_lab(MACHINE)
     lab.sim.detach(lab.history)
-    lab.loop.log_of_calls = None
+    lab.loop.executor.log_of_calls = None
     lab.loop.history = history = History(lab.loop)
     lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop, "lab", ())
     lab.start()
     lab.steps(3)
     assert history.steps is None
-    assert lab.loop.log_of_calls is None
+    assert lab.loop.executor.log_of_calls is None
     viewer = lab.world.client()
     ask(viewer, KEEP, 1)
     lab.steps(2)
@@ -81,7 +83,7 @@ def test_nothing_is_kept_until_somebody_wants_it_and_nothing_after(open_lab: Ope
     v.simxFinish(viewer)
     lab.steps(2)
     assert history.steps == (4, 5), "the client that wanted it has left"
-    assert lab.loop.log_of_calls is None
+    assert lab.loop.executor.log_of_calls is None
 
 
 def test_with_zero_seconds_nothing_is_ever_kept(open_lab: Open) -> None:
@@ -278,7 +280,7 @@ def test_keeping_the_past_does_not_change_a_run(open_lab: Open) -> None:
         lab = open_lab(MACHINE)
         if not is_kept:
             lab.sim.detach(lab.history)
-            lab.loop.log_of_calls = None
+            lab.loop.executor.log_of_calls = None
         lab.start()
         lab.steps(10)
         v.simxSetJointTargetPosition(lab.client, lab.handle("shoulder"), -0.4, BLOCKING)

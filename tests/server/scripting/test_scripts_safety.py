@@ -21,6 +21,9 @@ from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scripting import script
+from simx_server.service.calls.work import BatchWork
+
+pytestmark = pytest.mark.slow
 
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
@@ -149,7 +152,7 @@ class Asking:
         world.simulation.interruptions.serve_others = self._serve
 
     def _serve(self) -> None:
-        self._loop.submit(self._link.client, self._question)
+        self._loop.submit(self._link.client, BatchWork(self._question))
         self._loop.serve_others()
         while (answer := self._link.receive(0)) is not None:
             assert decode_delivery(answer).replies[0].status == 0

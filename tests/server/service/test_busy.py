@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
@@ -14,12 +15,12 @@ from real_world import RealWorld
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.protocol.codec import decode_batch, encode
+from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.editing import recompile
 from simx_server.service.calls import busy
-from simx_server.service.calls.demands import divide
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.monitoring import report
 from simx_server.service.queue.box import Arrival
 from simx_server.service.queue.inbox import Inbox
@@ -143,16 +144,16 @@ def batch(*calls: Call) -> bytes:
     return encode(Batch(1, 2, list(calls)))
 
 
-def ids(payload: bytes | None) -> list[int]:
-    return [] if payload is None else [each.call_id for each in decode_batch(payload).calls]
+def ids(work: Any) -> list[int]:
+    return [] if work is None else [each.call_id for each in work.read().calls]
 
 
 def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
-    awaited, left = divide(
-        batch(call(1, NOT_AWAITED_MS), call(2, 0), call(3, 0, Operation.STREAM), call(4, -1), call(5, 1))
-    )
+    calls = call(1, NOT_AWAITED_MS), call(2, 0), call(3, 0, Operation.STREAM), call(4, -1), call(5, 1)
+    awaited, left = BatchWork(batch(*calls)).divide()
     assert (ids(awaited), ids(left)) == ([2, 4], [1, 3, 5])
-    assert divide(b"no batch") == (None, b"no batch")
+    unreadable = BatchWork(b"no batch")
+    assert unreadable.divide() == (None, unreadable)
 
 
 def test_who_has_little_waiting_is_not_kept_waiting_by_reading_what_others_have() -> None:
@@ -164,7 +165,7 @@ def test_who_has_little_waiting_is_not_kept_waiting_by_reading_what_others_have(
         inbox.put("flooder", much, len(much))
     inbox.open("other")
     inbox.put("other", awaited, len(awaited))
-    assert [one.client for one in inbox.take_overdue(0.0)] == ["other"]
+    assert [client for client, _ in inbox.take_overdue(0.0)] == ["other"]
 
 
 def test_what_is_left_keeps_its_order() -> None:
@@ -174,10 +175,10 @@ def test_what_is_left_keeps_its_order() -> None:
         inbox.open(client)
         inbox.put(client, payload, len(payload))
     taken = list(inbox.take_overdue(0.0, "busy", lambda: True))
-    assert [(one.client, ids(one.payload)) for one in taken] == [("a", [2])]
+    assert [(client, ids(work)) for client, work in taken] == [("a", [2])]
     assert list(inbox.take_overdue(0.0, "busy", lambda: True)) == []
     left = [event for event in inbox.at_hand() if isinstance(event, Arrival)]
-    assert [(one.client, ids(one.payload)) for one in left] == [("a", [1]), ("busy", [9]), ("a", [3])]
+    assert [(one.client, ids(one.work)) for one in left] == [("a", [1]), ("busy", [9]), ("a", [3])]
     assert len(inbox) == 0
 
 
@@ -200,7 +201,11 @@ def test_calls_that_only_a_socket_holds_are_refused_too(
     monkeypatch.setattr(
         connection._transport, "send", lambda payload, deadline: held.append((client, payload))
     )
-    world.loop.readers_while_busy.append(lambda: [world.loop.submit(*held.pop()) for _ in held[:]])
+
+    def submit(client: str, payload: bytes) -> None:
+        world.loop.submit(client, BatchWork(payload))
+
+    world.loop.readers_while_busy.append(lambda: [submit(*held.pop()) for _ in held[:]])
     compiling = LongCompile(monkeypatch)
     thread = threading.Thread(target=vrep.simxCreateDummy, args=(one, 0.1, None, BLOCKING))
     thread.start()

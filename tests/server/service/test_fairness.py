@@ -12,12 +12,14 @@ from typing import Any
 import pytest
 from plain_world import World
 
-from simx_client.protocol.codec import decode_delivery, encode
-from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
+from simx_client.protocol.codec import decode_batch, encode
+from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Delivery, Operation
 from simx_server.gateways.zenoh.posting import MUCH_UNSENT, Care, Postman
 from simx_server.gateways.zenoh.throttle import KEPT_FREE, LONGEST, PAUSE, Throttle
 from simx_server.limits import Limits
-from simx_server.service.calls import batches
+from simx_server.service.answers.link import Link
+from simx_server.service.calls import batches, waiting
+from simx_server.service.calls.work import BatchWork, CallsWork
 from simx_server.service.monitoring import metrics
 from simx_server.service.queue import inbox
 from simx_server.service.queue.box import Arrival
@@ -86,8 +88,8 @@ def test_the_order_of_one_clients_messages_is_kept() -> None:
     found: dict[str, list[int]] = {"one": [], "two": []}
     while (arrival := box.wait(0)) is not None:
         assert isinstance(arrival, Arrival)
-        found[arrival.client].append(arrival.payload[0])
-        box.served(0.01 * (arrival.payload[0] % 7))
+        found[arrival.client].append(arrival.work.payload[0])
+        box.served(0.01 * (arrival.work.payload[0] % 7))
     assert found == {"one": list(range(0, 200, 2)), "two": list(range(1, 200, 2))}
 
 
@@ -117,7 +119,9 @@ def test_a_step_is_made_after_a_bounded_time_however_much_waits() -> None:
 def test_names_that_never_said_hello_get_nothing_queued() -> None:
     box, read = opened(), []
     for number in range(1000):
-        assert not box.put(f"stranger{number}", b"", 0, lambda payload: read.append(payload) or b"")
+        assert not box.put(
+            f"stranger{number}", b"", 0, lambda payload: read.append(payload) or BatchWork(b"")
+        )
     assert len(box) == 0
     assert not read
     assert not box._boxes
@@ -211,27 +215,23 @@ def test_what_has_waited_for_long_and_is_awaited_can_be_taken_out() -> None:
         for payload in (not_awaited, awaited, b"\xc1"):
             put(box, client, payload)
     assert list(box.take_overdue(TIMEOUT)) == []
-    assert list(box.take_overdue(0.0, "two")) == [Arrival("one", awaited), Arrival("three", awaited)]
+    overdue = CallsWork(decode_batch(awaited))
+    assert list(box.take_overdue(0.0, "two")) == [("one", overdue), ("three", overdue)]
     assert len(box) == 7
-    assert [arrival.payload for arrival in box.at_hand() if isinstance(arrival, Arrival)].count(awaited) == 1
+    arrivals = [each.work for each in box.at_hand() if isinstance(each, Arrival)]
+    assert arrivals.count(BatchWork(awaited)) == 1
     assert (len(box), box.size) == (0, 0)
 
 
 # --- the engine -------------------------------------------------------------------------------------
 
 
-class Link:
+class Listener(Link):
     def __init__(self) -> None:
         self.heard: list[int] = []
 
-    def deliver(self, payload: bytes) -> None:
-        self.heard += [reply.call_id for reply in decode_delivery(payload).replies]
-
-    def publish(self, payload: bytes) -> None: ...
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None: ...
-
-    def close(self) -> None: ...
+    def deliver(self, delivery: Delivery) -> None:
+        self.heard += [reply.call_id for reply in delivery.replies]
 
 
 @pytest.fixture
@@ -241,8 +241,8 @@ def world() -> Iterator[World]:
     world.close()
 
 
-def join(world: World, client: str) -> Link:
-    link = Link()
+def join(world: World, client: str) -> Listener:
+    link = Listener()
     world.loop.join(client, client, 0, link)
     return link
 
@@ -262,9 +262,9 @@ def test_others_are_served_in_the_middle_of_a_batch_that_takes_long(
     world.simulation.joints = SimpleNamespace(get=lambda *_: executed.append(1) or 0.0)  # type: ignore[assignment]
     executed: list[int] = []
     deliver = kind.deliver
-    kind.deliver = lambda payload: (served_after.append(len(executed)), deliver(payload))  # type: ignore[assignment, func-returns-value]
-    world.loop.submit("long", reads(*range(1, 101)))
-    world.loop.submit("kind", reads(7))
+    kind.deliver = lambda delivery: (served_after.append(len(executed)), deliver(delivery))  # type: ignore[assignment, func-returns-value]
+    world.loop.submit("long", BatchWork(reads(*range(1, 101))))
+    world.loop.submit("kind", BatchWork(reads(7)))
     for _ in range(300):
         world.loop.turn(max_wait=0.001)
     assert long.heard == list(range(1, 101))
@@ -276,15 +276,15 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
-    monkeypatch.setattr(batches, "LONGEST_TOGETHER", TIMEOUT)
+    monkeypatch.setattr(waiting, "LONGEST_TOGETHER", TIMEOUT)
     monkeypatch.setattr("simx_server.service.server_loop.SERVING", 0.0)
     join(world, "one")
     join(world, "other")
     world.simulation.start()
     sets = [Call(0, Operation.EXECUTE, 1, "simxSetJointPosition", [1, float(value)]) for value in range(30)]
-    world.loop.submit("one", encode(Batch(1, 0, sets)))
+    world.loop.submit("one", BatchWork(encode(Batch(1, 0, sets))))
     for _ in range(30):
-        world.loop.submit("other", reads(1))
+        world.loop.submit("other", BatchWork(reads(1)))
     for _ in range(100):
         world.settle()
     log = [entry[0] for entry in world.simulation.log]
@@ -296,14 +296,14 @@ def test_a_batch_without_end_does_not_stop_the_simulation(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
-    monkeypatch.setattr(batches, "LONGEST_TOGETHER", 0.0)
+    monkeypatch.setattr(waiting, "LONGEST_TOGETHER", 0.0)
     monkeypatch.setattr("simx_server.service.server_loop.SERVING", 0.0)
     join(world, "one")
     join(world, "other")
     world.simulation.start()
-    world.loop.submit("one", reads(*range(1, 1000)))
+    world.loop.submit("one", BatchWork(reads(*range(1, 1000))))
     for _ in range(20):
-        world.loop.submit("other", reads(1))
+        world.loop.submit("other", BatchWork(reads(1)))
         world.settle()
     assert world.simulation.passes > 5
 
@@ -312,7 +312,7 @@ def test_what_is_dropped_is_counted_and_told(world: World) -> None:
     world.simulation.limits = Limits(waiting=2)
     join(world, "one")
     for _ in range(5):
-        world.loop.submit("one", reads(1))
+        world.loop.submit("one", BatchWork(reads(1)))
     world.settle()
     assert world.loop.metrics.dropped == 3
     [text] = world.loop.sessions["one"].errors
@@ -321,16 +321,16 @@ def test_what_is_dropped_is_counted_and_told(world: World) -> None:
 
 def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World) -> None:
     link = join(world, "one")
-    world.loop.submit("one", reads(1, 2))
+    world.loop.submit("one", BatchWork(reads(1, 2)))
     world.loop.depart("one")
     assert world.loop.is_departing("one")
-    world.loop.submit("one", reads(3))
+    world.loop.submit("one", BatchWork(reads(3)))
     world.settle()
     assert link.heard == [1, 2]
     assert "one" not in world.loop.sessions
     assert not world.loop.is_departing("one")
     again = join(world, "one")
-    world.loop.submit("one", reads(4))
+    world.loop.submit("one", BatchWork(reads(4)))
     world.settle()
     assert again.heard == [4]
 
@@ -338,7 +338,7 @@ def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World)
 def test_unreadable_messages_are_logged_once_for_each_client(world: World, caplog: Any) -> None:
     join(world, "one")
     for _ in range(50):
-        world.loop.submit("one", b"\xc1")
+        world.loop.submit("one", BatchWork(b"\xc1"))
     world.settle()
     assert caplog.text.count("unreadable") == 1
 

@@ -11,11 +11,12 @@ import simx_client as v
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
 from simx_server.limits import Limits
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.queue.box import Arrival
 from simx_server.service.queue.inbox import AFTERMATH, Inbox
 from simx_server.simulation.simulation import SimulationState
 
-COME = [Arrival(client, b"\xc1") for client in ("one", "two", "one", "two")]
+COME = [Arrival(client, BatchWork(b"\xc1")) for client in ("one", "two", "one", "two")]
 
 
 def _open(*clients: str, **limits: int) -> Inbox:
@@ -26,7 +27,7 @@ def _open(*clients: str, **limits: int) -> Inbox:
 
 
 def _put(inbox: Inbox, arrival: Arrival) -> bool:
-    return inbox.put(arrival.client, arrival.payload, len(arrival.payload))
+    return inbox.put(arrival.client, arrival.work.payload, arrival.work.size)
 
 
 def _waited(inbox: Inbox) -> list[object]:
@@ -74,7 +75,7 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
 
     def send(message_id: int, *names: str) -> None:
         calls = [Call(1000, 0, 0, name, [1] if "Joint" in name else []) for name in names]
-        world.loop.submit(world.transports[client].client, encode(Batch(message_id, 0, calls)))
+        world.loop.submit(world.transports[client].client, BatchWork(encode(Batch(message_id, 0, calls))))
 
     def runs_long() -> None:
         send(12, "simxGetJointPosition")

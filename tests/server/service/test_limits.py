@@ -21,6 +21,7 @@ from simx_server.errors import CommandError
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.limits import LimitReached, Limits
+from simx_server.service.calls.work import BatchWork
 from simx_server.settings.settings import SettingError, Settings
 
 CUBE = '<mujoco><worldbody><body name="cube"><geom size=".1"/></body></worldbody></mujoco>'
@@ -209,7 +210,7 @@ def test_who_sends_faster_than_is_executed_loses_the_rest_and_is_told(world: Ope
     session = next(iter(opened.loop.sessions.values()))
     call = Call(0, Operation.EXECUTE, 0, "simxAddStatusbarMessage", ["flood"])
     for _ in range(100):
-        opened.loop.submit(session.client, encode(Batch(1, 1, [call])))
+        opened.loop.submit(session.client, BatchWork(encode(Batch(1, 1, [call]))))
     assert v.simxGetIntegerParameter(other, v.sim_intparam_program_version, BLOCKING)[0] == v.simx_return_ok
     while len(opened.loop._inbox):  # the other one did not have to wait for all of them
         opened.loop.turn()
@@ -233,8 +234,8 @@ def test_so_it_is_while_a_script_runs_and_others_are_answered_all_the_same(world
     opened.loop.recorder = SimpleNamespace(batch=lambda client, _: executed.append(client))  # type: ignore[assignment]
     for _ in range(10):
         for _ in range(15):
-            opened.loop.submit(flooding.client, starts)
-        opened.loop.submit(other.client, reads)
+            opened.loop.submit(flooding.client, BatchWork(starts))
+        opened.loop.submit(other.client, BatchWork(reads))
         opened.loop.serve_others()  # as a script does
     assert executed == [other.client] * 10
     assert len(opened.loop._inbox) == 20

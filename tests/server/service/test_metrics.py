@@ -24,6 +24,7 @@ from simx_client.protocol.reports import decode_health, decode_metrics, encode_r
 from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, RenderError
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clock import Pacer
 from simx_server.service.monitoring import report
 from simx_server.service.monitoring.metrics import (
@@ -96,7 +97,7 @@ def test_whatever_is_refused_is_counted_as_well_and_under_the_name_of_the_table(
         ("simxGetJointForce", [1]),
     ]
     batch = Batch(1, 0, [Call(number, 0, 0, *call) for number, call in enumerate(calls, 1)])
-    world.loop.submit(world.transports[client].client, encode(batch))
+    world.loop.submit(world.transports[client].client, BatchWork(encode(batch)))
     world.settle()
     metrics = told(world)
     counts = {name: (each["count"], each["failed"]) for name, each in metrics["commands"].items()}

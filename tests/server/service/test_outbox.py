@@ -8,25 +8,23 @@ from plain_world import World
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Delivery, Operation
 from simx_server.service.answers import outbox
+from simx_server.service.answers.link import Link, PackingLink
+from simx_server.service.answers.streams import NewestValues
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.queue import inbox
 
 
-class Listener:
+class Listener(Link):
     """A client's link that keeps what it is sent: the message id, and the ids of the calls that are answered."""
 
     def __init__(self) -> None:
         self.heard: list[tuple[int, list[int]]] = []
 
-    def deliver(self, payload: bytes) -> None:
-        delivery = decode_delivery(payload)
+    def deliver(self, delivery: Delivery) -> None:
         self.heard.append((delivery.message_id, answered(delivery)))
 
-    def publish(self, payload: bytes) -> None:
+    def publish(self, values: NewestValues) -> None:
         self.heard.append((-1, []))
-
-    def publish_image(self, stream_id: int, payload: bytes) -> None: ...
-
-    def close(self) -> None: ...
 
 
 def answered(delivery: Delivery) -> list[int]:
@@ -56,7 +54,7 @@ def _send(world: World, client: str, message_id: int, *calls: tuple[int, str, li
         Call(call_id, Operation.EXECUTE, NOT_AWAITED_MS if "Set" in name else 0, name, arguments)
         for call_id, name, arguments in calls
     ]
-    world.loop.submit(client, encode(Batch(message_id, 0, batch)))
+    world.loop.submit(client, BatchWork(encode(Batch(message_id, 0, batch))))
 
 
 def _read(call_id: int) -> tuple[int, str, list]:
@@ -103,7 +101,7 @@ def test_answers_that_nobody_waits_for_leave_though_nothing_else_comes(world):
 def test_an_answer_that_somebody_waits_for_leaves_at_once_with_all_before_it(world, awaited):
     link = _join(world, "one")
     first = Call(1, Operation.EXECUTE, NOT_AWAITED_MS, "simxSetJointTargetPosition", [1, 0.5])
-    world.loop.submit("one", encode(Batch(1, 0, [first, awaited])))
+    world.loop.submit("one", BatchWork(encode(Batch(1, 0, [first, awaited]))))
     world.loop.turn(max_wait=1.0)
     assert link.heard == [(1, [1, 2])]
 
@@ -172,8 +170,8 @@ def test_a_turn_deals_with_two_batches_at_most_however_many_clients_send(world):
 def _replies(world: World, *calls: Call) -> list[tuple[int, int, list]]:
     """Call id, status and values of each reply."""
     link, found = _join(world, "one"), []
-    link.deliver = lambda payload: found.extend(decode_delivery(payload).replies)
-    world.loop.submit("one", encode(Batch(1, 0, list(calls))))
+    link.deliver = lambda delivery: found.extend(delivery.replies)
+    world.loop.submit("one", BatchWork(encode(Batch(1, 0, list(calls)))))
     world.settle()
     return [(reply.call_id, reply.status, reply.values) for reply in found]
 
@@ -275,13 +273,13 @@ def test_answers_do_not_wait_for_scripts_pictures_and_passes(world, name, argume
 def test_what_is_unreadable_or_of_nobody_holds_no_answers_back(world):
     link = _join(world, "one")
     _send(world, "one", 1, _set(1))
-    world.loop.submit("one", b"\xc1")
+    world.loop.submit("one", BatchWork(b"\xc1"))
     _send(world, "one", 2, _set(2))
-    world.loop.submit("nobody", b"")
+    world.loop.submit("nobody", BatchWork(b""))
     world.settle()
     assert link.heard == [(2, [1, 2])]
     _send(world, "one", 3, _set(3))
-    world.loop.submit("one", b"\xc1")
+    world.loop.submit("one", BatchWork(b"\xc1"))
     world.settle()
     assert link.heard[1:] == [(3, [3])]
 
@@ -297,7 +295,9 @@ def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeyp
 
 def test_answers_leave_before_the_streams_of_the_next_pass(world):
     link = _join(world, "one")
-    world.loop.submit("one", encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])])))
+    world.loop.submit(
+        "one", BatchWork(encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])])))
+    )
     world.settle()
     link.heard.clear()
     world.simulation.start()
@@ -386,7 +386,7 @@ def test_a_client_that_sends_without_end_what_is_not_answered_gets_its_answers_a
     def send_one_more_and_execute(client, payload):
         if len(sent) < 50:
             sent.append(0)
-            world.loop.submit("one", b"\xc1")
+            world.loop.submit("one", BatchWork(b"\xc1"))
         execute(client, payload)
 
     monkeypatch.setattr(world.loop._batches, "execute", send_one_more_and_execute)
@@ -399,6 +399,12 @@ def test_a_client_that_sends_without_end_what_is_not_answered_gets_its_answers_a
 
 def test_an_answer_that_cannot_be_sent_is_logged_and_the_server_goes_on(world, caplog):
     link = _join(world, "one")
+
+    class Packing(PackingLink):
+        def put_replies(self, payload: bytes) -> None:
+            link.deliver(decode_delivery(payload))
+
+    world.loop.sessions["one"].link = Packing()
     world.simulation.joints[1] = object()
     _send(world, "one", 1, _read(1))
     world.settle()

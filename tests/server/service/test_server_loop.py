@@ -19,6 +19,7 @@ from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.service.answers import publishing
 from simx_server.service.calls.registry import Handler
+from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession, Link
 from simx_server.service.clock import Pacer
 from simx_server.simulation.simulation import SimulationState
@@ -325,7 +326,7 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(wo
     class ArmingAnother(dict):
         def get(self, handle, default):
             if handle == 1 and arming:
-                world.loop.submit("other", encode(Batch(1, 0, [arming.pop()])))
+                world.loop.submit("other", BatchWork(encode(Batch(1, 0, [arming.pop()]))))
                 for event in world.loop._inbox.at_hand():
                     world.loop._handle(event)
             return super().get(handle, default)
@@ -334,7 +335,7 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(wo
     world.simulation.start()
     world.settle()
     assert v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer) == (0, 1.5)
-    assert [(reply.call_id, reply.values) for reply in decode_delivery(told[0]).replies] == [(7, [2.5])]
+    assert [(each, value.answer[1]) for each, value in told[0].of_streams()] == [(7, [2.5])]
 
 
 def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_sent_at_once(
@@ -346,14 +347,15 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
     world.loop.join("reader", "reader", 0, link)
     world.loop.submit(
-        "reader", encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]))
+        "reader", BatchWork(encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])])))
     )
 
     def values_after(seconds):
         clock[0] += seconds
         told.clear()
         world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
-        return [reply.values for payload in told for reply in decode_delivery(payload).replies]
+        payloads = [payload for values in told if (payload := values.packed())]
+        return [reply.values for payload in payloads for reply in decode_delivery(payload).replies]
 
     world.settle()
     values_after(1.0)
@@ -493,7 +495,7 @@ def test_what_a_client_asks_for_twice_is_computed_once(world):
     """As others may than simx_client, which has one stream of a key."""
     cid = world.client()
     calls = [Call(1000 + number, Operation.STREAM, 0, "simxGetJointPosition", [1]) for number in range(3)]
-    world.loop.submit(world.transports[cid].client, encode(Batch(1, 0, calls)))
+    world.loop.submit(world.transports[cid].client, BatchWork(encode(Batch(1, 0, calls))))
     world.settle()
     asked = []
 
@@ -539,7 +541,7 @@ def test_a_pass_that_fails_stops_the_simulation_and_not_the_server(world, monkey
 
 
 def test_calls_of_a_client_that_never_said_hello_are_ignored(world):
-    world.loop.submit("stranger", encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])])))
+    world.loop.submit("stranger", BatchWork(encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])]))))
     world.settle()
     assert world.simulation.state is SimulationState.STOPPED
 
@@ -579,7 +581,7 @@ def test_what_was_on_its_way_when_the_server_was_lost_is_not_taken_for_news_of_t
     assert v.simxGetConnectionId(cid) == -1
     transport._connected = True
     assert v.simxGetConnectionId(cid) == 2
-    transport.deliver(of_before)
+    transport.put_replies(of_before)
     assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
     assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state) == (-1, 0)
 

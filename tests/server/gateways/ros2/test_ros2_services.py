@@ -15,6 +15,7 @@ from ros2_world import CLOCK, TRIGGER, Peer, Ros2World, attachment, ros2_world, 
 
 from simx_server.gateways.ros2.content.control import Control
 from simx_server.gateways.ros2.desk import Desk
+from simx_server.service.answers.link import Link
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.simulation.simulation import SimulationState
 
@@ -233,13 +234,7 @@ def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None
     peer.trigger("start")
     peer.trigger("pause")
 
-    class Nowhere:
-        def deliver(self, payload: bytes) -> None: ...
-        def publish(self, payload: bytes) -> None: ...
-        def publish_image(self, stream_id: int, payload: bytes) -> None: ...
-        def close(self) -> None: ...
-
-    other: ClientSession = server.on_server(lambda: server.loop.join("other", "other", 1, Nowhere()))
+    other: ClientSession = server.on_server(lambda: server.loop.join("other", "other", 1, Link()))
     server.on_server(lambda: other.set_stepping(True))
     asking = threading.Thread(target=lambda: peer.trigger("step"))
     before = server.simulation.step_count

@@ -11,11 +11,13 @@ from real_world import BLOCKING, RealWorld
 from scenes_for_tests import ARM
 
 import simx_client as v
-from simx_client.calls.marshalling import Shape
+from simx_client.calls.marshalling import Marshal
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.commands import ANSWERED
 from simx_server.errors import CommandError
 from simx_server.files import workspace
+
+pytestmark = pytest.mark.slow
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 CUBE = "<mujoco><worldbody><body name='cube'><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>"
@@ -123,7 +125,7 @@ COMMANDS: dict[str, tuple[str, str, list[Any]]] = {
 def send(client: int, command: str, arguments: list[Any]) -> tuple[int, str]:
     """The code, and the error's text. The arguments go as they are; the functions end a text at its NUL, as C did."""
     connection: Any = CLIENTS.get(client)
-    result = connection.blocking(Shape(ANSWERED[command]), arguments)
+    result = connection.blocking(Marshal(ANSWERED[command]), arguments)
     return result[0] if isinstance(result, tuple) else result, "\n".join(
         v.simxGetLastErrors(client, BLOCKING)[1]
     )

@@ -1,0 +1,53 @@
+"""The link back to one client: it takes values, and each gateway gives them the form of its protocol."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.codec import encode
+from simx_client.protocol.messages import Delivery
+
+if TYPE_CHECKING:
+    from .streams import NewestValues
+
+
+class Link:
+    """A link that sends nothing. Any thread, except `publish`; no method blocks for long, or changes what it gets."""
+
+    def deliver(self, delivery: Delivery) -> None:
+        """Send replies; every one arrives, in order."""
+
+    def publish(self, values: NewestValues) -> None:
+        """Send the newest values of all small streams; a slow client may miss some. Physics thread."""
+
+    def publish_image(self, stream_id: int, delivery: Delivery) -> None:
+        """Send the newest image of one stream; a slow client may miss some."""
+
+    def close(self) -> None:
+        """Send nothing any more."""
+
+
+class PackingLink(Link):
+    """A link that takes messages of this project's own protocol as bytes."""
+
+    def deliver(self, delivery: Delivery) -> None:
+        self.put_replies(encode(delivery))
+
+    def publish(self, values: NewestValues) -> None:
+        if payload := values.packed():
+            self.put_values(payload)
+
+    def publish_image(self, stream_id: int, delivery: Delivery) -> None:
+        self.put_image(stream_id, encode(delivery))
+
+    def put_replies(self, payload: bytes) -> None:
+        """Send a message of `deliver`."""
+        raise NotImplementedError
+
+    def put_values(self, payload: bytes) -> None:
+        """Send a message of `publish`."""
+        raise NotImplementedError
+
+    def put_image(self, stream_id: int, payload: bytes) -> None:
+        """Send a message of `publish_image`."""
+        raise NotImplementedError
