@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from fuzz import message_costs
-from fuzz.message_costs import DOORS, Door, check, check_bound
+from fuzz.costs import messages as message_costs
+from fuzz.costs.messages import DOORS, Door, check, check_bound
 
 F = b"\xfb\x3f\xf0" + bytes(6)
 LIST = b"\xa2\x64args\x9a"

@@ -17,9 +17,8 @@ from types import MappingProxyType
 
 from simx_server import sim_api as api
 from simx_server.scripting.signature import Parameter, Signature
-
-from .namespaces import constants, signatures
-from .properties import listing
+from simx_server.sim_api.namespaces import constants, signatures
+from simx_server.sim_api.properties import listing
 
 
 class Support(StrEnum):

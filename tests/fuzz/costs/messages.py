@@ -36,7 +36,7 @@ from simx_server.viewer.page.gate import MOST_HEAD, Refused, Rules
 from simx_server.viewer.page.websocket_size import BadFrame as BadWebFrame
 from simx_server.viewer.page.websocket_size import MessageSize
 
-from .costs import BUDGET, SLACK, least_seconds
+from .measuring import BUDGET, SLACK, least_seconds
 
 PER_BYTE = 20e-9
 """Seconds of processor time for a byte of a message."""
