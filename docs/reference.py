@@ -129,7 +129,7 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
             if each.name not in IN_ALL
         )
     )
-    facts = [line.modes]
+    facts = [] if command.place is Place.REMOTE and not command.takes_what_it_reads else [line.modes]
     if command.place is Place.REMOTE:
         facts.append(f"key: {', '.join(f'`{name}`' for name in command.key) or 'none'}")
     if command.aliases:
@@ -138,7 +138,8 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
         facts.append(f"in scripts `{command.twin}`")
     if twin := next((twins[name] for name in command.names if name in twins), ""):
         facts.append(f"modern: {twin}")
-    parts.append("; ".join(facts) + ".")
+    text = "; ".join(facts) + "."
+    parts.append(text[0].upper() + text[1:])
     if line.differences:
         numbers = ", ".join(map(str, line.differences))
         parts.append(f"[Differs](coverage.md#differences-from-the-original): {numbers}.")

@@ -86,8 +86,15 @@ def page(sampled: Path | None, stock: Path | None) -> str:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
-    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
+    """Return a table; a column with the same value in all rows becomes a line below it."""
+    columns = dict(zip(head, zip(*rows, strict=True), strict=True))
+    same = {name: values[0] for name, values in columns.items() if len(set(values)) == 1 < len(rows)}
+    shown = [number for number, name in enumerate(head) if name not in same]
+    lines = [f"| {' | '.join(line[number] for number in shown)} |" for line in (head, *rows)]
+    lines.insert(1, "|---|" + "---:|" * (len(shown) - 1))
+    if same:
+        lines += ["", f"In all rows: {', '.join(f'{name} {value}' for name, value in same.items())}."]
+    return "\n".join(lines) + "\n"
 
 
 def _wheels() -> list[str]:
