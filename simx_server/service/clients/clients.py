@@ -1,4 +1,4 @@
-"""Who is connected: every client joins and leaves here, by whichever gateway it comes."""
+"""The connected clients: every one joins and leaves here, by whichever gateway it comes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who looks on: the events of the clients, for a recording, the metrics and the like. Physics thread only."""
+"""The events of the clients, for a recording, the metrics and others that look on. Physics thread only."""
 
 from __future__ import annotations
 
