@@ -236,5 +236,7 @@ def _numbers(answer: Answer[Any]) -> Iterator[float]:
     for value in answer.reply.values if answer.reply is not None else ():
         for number in cast(list[Any], value) if isinstance(value, list) else (value,):
             if not isinstance(number, (int, float)):
-                raise ValueError(f"{answer.marshal.command.name} brings a {type(number).__name__}, not numbers")
+                raise ValueError(
+                    f"{answer.marshal.command.name} brings a {type(number).__name__}, not numbers"
+                )
             yield number

@@ -158,7 +158,7 @@ def _open_script_ports(
 ) -> None:
     """Open the ports at which the scene's scripts start the remote API; ``stack`` closes them."""
     if settings.auto_start:
-        loop.more_starting_ports = world.script_ports.named
+        loop.clients.start_by(world.script_ports.named)
     if settings.script_ports:
         pace = Pace[settings.legacy_pace.upper()] if settings.legacy_ports else None
         doors = ScriptDoors(loop, own, settings.config, legacy_pace=pace)

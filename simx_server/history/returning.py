@@ -10,6 +10,8 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from simx_server.service.clients.watcher import Watcher
+
 if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession
 
@@ -17,7 +19,7 @@ WAIT = 4.0
 """Seconds that the simulation waits for clients that stepped it: the time after which a silent peer counts as lost."""
 
 
-class Returning:
+class Returning(Watcher):
     """Those that have not come back yet. Physics thread only."""
 
     def __init__(self, clients: Mapping[str, tuple[str, bool]], text: str) -> None:
@@ -32,7 +34,7 @@ class Returning:
         self.text = text
         self._until = time.monotonic() + WAIT
 
-    def welcome(self, session: ClientSession) -> bool:
+    def welcomes(self, session: ClientSession) -> bool:
         """Tell a client that joins what happened, if it is one of those; let it step again if it did.
 
         A client may connect twice, when it finds the new server before it has noticed the end of the old one.

@@ -167,7 +167,7 @@ def resume(
         told = f"{what}; {_described(loop, recovered)}"
     except CommandError as problem:
         recovered, told = None, f"{what}; {problem}; the scene is as it was loaded"
-    loop.returning = Returning(clients_of(blocks), told)
+    loop.expect(Returning(clients_of(blocks), told))
     return recovered, told
 
 

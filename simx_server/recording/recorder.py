@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import mujoco
 
+from simx_server.service.clients.watcher import Watcher
 from simx_server.settings.conflicts import DECISIVE
 from simx_server.simulation.part import Part
 
@@ -49,14 +50,15 @@ _IDLE = bytes((0x91, Kind.IDLE))
 class RecordedLoop(Protocol):
     """The part of the server loop that a recorder needs; the loop calls the recorder."""
 
-    recorder: Any
     sessions: dict[str, ClientSession]
 
     @property
     def is_serving(self) -> bool: ...
 
+    def record(self, recorder: Recorder) -> None: ...
 
-class Recorder(Part):
+
+class Recorder(Part, Watcher):
     """Listens to a simulation and its server loop. Physics thread only."""
 
     def __init__(self, path: Path, settings: Settings, *, goes_on: bool = False) -> None:
@@ -107,9 +109,9 @@ class Recorder(Part):
     def begin(self, loop: RecordedLoop) -> None:
         """Record this server loop from now on."""
         self._loop = loop
-        loop.recorder = self
+        loop.record(self)
         for session in loop.sessions.values():  # a gateway's own client is there before clients can come
-            self.joined(session.client, session.name, session.port, is_zmq=session.calls_sim)
+            self.joined(session)
         points = self._world.simulation.interruptions
         points.script_point = points.physics_point = self._count_point
 
@@ -120,10 +122,10 @@ class Recorder(Part):
 
     # --- the server loop -------------------------------------------------------------------------
 
-    def joined(self, client: str, name: str, port: int, *, is_zmq: bool) -> None:
-        self._numbers[client] = number = len(self._numbers)
-        kind = Kind.JOINED_ZMQ if is_zmq else Kind.JOINED
-        self._log.put(kind, self._point(), number, client, name, port)
+    def joined(self, session: ClientSession) -> None:
+        self._numbers[session.client] = number = len(self._numbers)
+        kind = Kind.JOINED_ZMQ if session.calls_sim else Kind.JOINED
+        self._log.put(kind, self._point(), number, session.client, session.name, session.port)
 
     def left(self, client: str) -> None:
         self._log.put(Kind.LEFT, self._point(), self._numbers[client])

@@ -101,7 +101,7 @@ class ReplayLoop(ServerLoop):
         match record:
             case [Kind.JOINED, _, number, client, name, port]:
                 self._clients[number] = client
-                self._handle(lambda: self.join(client, name, port, Link()))
+                self._handle(lambda: self.join(client, name, port, Link(), entrance=None))
             case [Kind.JOINED_ZMQ | Kind.CONTINUED, *_]:
                 self._do_of_zmq(record)
             case [Kind.LEFT | Kind.STEPPING_LOST as kind, _, number]:

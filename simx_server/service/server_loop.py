@@ -10,20 +10,16 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections import deque
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.constants import sim_api_errormessage_report
-from simx_server.errors import CommandError
-from simx_server.processes.heap import Unused, give_back
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
-from .answers.link import Link
 from .answers.outbox import LINGER, Outbox
 from .answers.publishing import Publisher
 from .answers.replies import Messages
@@ -33,10 +29,11 @@ from .calls.dispatch import Dispatch
 from .calls.executor import Executor
 from .calls.registry import Handler
 from .calls.work import Work, interfere
-from .clients.admission.places import Entrance, Places
 from .clients.admission.unfinished import Unfinished
-from .clients.sessions import MAX_DEPARTED, ClientSession, Departed
+from .clients.clients import Clients
 from .clock import Pacer
+from .ending import Ending
+from .memory import Memory
 from .monitoring.metrics import Metrics
 from .queue.box import Arrival, Event
 from .queue.inbox import Inbox
@@ -61,12 +58,6 @@ SERVING_WHEN_LATE = 0.01
 
 SERVING_DURING_SCRIPT = 0.02
 """The same for each time that a long-running script allows the server to serve others."""
-
-GIVING_PAUSE = 5.0
-"""Seconds between two times that memory is returned to the system."""
-
-GIVINGS = 3
-"""How often it is returned after much has waited: answers may still be on their way when nothing waits any more."""
 
 LOOK = 0.05
 """Least seconds between two looks at work that is due now and then: a look after each turn would cost every call."""
@@ -111,8 +102,6 @@ class ServerLoop(Part):
         """
         self.world = world
         self.simulation = simulation = world.simulation
-        self.sessions: dict[str, ClientSession] = {}
-        self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(world, handlers)
         self.executor = executor = Executor(self._dispatch, self.metrics)
@@ -122,17 +111,28 @@ class ServerLoop(Part):
         self._messages = messages
         self._publisher = Publisher(executor, messages)
         self._pacer = pacer
-        self._starting_port = starting_port
-        self.more_starting_ports: Container[int] = ()
-        """Further ports of this kind, which the scene's scripts name."""
         self._inbox = Inbox(lambda: self.simulation.limits)
+        self.clients = clients = Clients(
+            simulation, self._inbox, self.metrics, starting_port, lambda: self._is_serving
+        )
+        self.sessions, self.departed, self.places = clients.sessions, clients.departed, clients.places
+        self.join, self.depart, self.leave = clients.join, clients.depart, clients.leave
+        self.end_stepping = clients.end_stepping
+        self.ending = Ending(simulation, self._inbox, self.sessions, lambda: executor.client)
+        self.end, self.end_now, self.end_when_left = (
+            self.ending.request,
+            self.ending.now,
+            self.ending.when_left,
+        )
+        self._memory = Memory(self._inbox)
+        for watcher in (self.metrics, self._memory, self.ending):
+            clients.watch(watcher)
         self._outbox = Outbox(messages)
         self._batches = Batches(self, executor, self._publisher, self._outbox)
         self._waiting = self._batches.waiting
         self.readers_while_busy: list[Callable[[], object]] = []
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
-        self.places = Places(lambda: simulation.limits, self.sessions)
         self.unfinished = Unfinished(lambda: simulation.limits)
         """Counts what is held of messages that have not arrived completely, at all doors."""
 
@@ -140,10 +140,6 @@ class ServerLoop(Part):
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_round = 0.0
-        self._next_giving = 0.0
-        """When memory may be returned to the system again."""
-        self._givings = 0
-        self._unused = Unused()
         self._has_handled = False
         """Something was handled since the last look."""
 
@@ -157,10 +153,6 @@ class ServerLoop(Part):
         """Called about once per second, or more often: time-outs of work on other threads."""
 
         self.watches.append(self.unfinished.look)
-
-        self._is_ending = False
-        self._end_asked_by: str | None = None
-        """The client that has requested the end of the server."""
 
         self.recorder: Recorder | None = None
         """Records everything that is done for clients, in order."""
@@ -199,10 +191,6 @@ class ServerLoop(Part):
     def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], Work]) -> bool:
         """Queue a message as ``submit`` does, but make work of it only if there is space for it."""
         return self._inbox.put(client, payload, size, read)
-
-    def depart(self, client: str) -> None:
-        """Remove a client after everything that it has sent is executed; later messages are not executed."""
-        self._inbox.leave(client, partial(self.leave, client))
 
     def keep_back(self, client: str, is_kept: bool) -> None:
         """Execute nothing more of a client until a step of its call is done, or continue."""
@@ -279,51 +267,30 @@ class ServerLoop(Part):
         """Return whether other clients wait, and may be served inside a batch."""
         return self._inbox.others_have_come() and self.may_cut_batches
 
-    def end(self) -> None:
-        """Make ``run`` return."""
-        self.simulation.is_ending = (
-            True  # long-running work reads this, and may contain no call of ours for a while
-        )
-        self._inbox.post(self._end)
-
-    def end_when_left(self) -> None:
-        """Make ``run`` return on request of the client that is being served, after the others have left."""
-        self._end_asked_by = self.executor.client or None
-        if self._end_asked_by is None:  # a script of the operator
-            self.end()
-        elif others := self._end_if_left():
-            text = f"the server ends when these clients have left: {', '.join(others)}"
-            logger.info("%s", text)
-            if session := self.sessions.get(self._end_asked_by):
-                session.errors.append(text)
-
     def look_on(self) -> None:
         """Mark the client that is being served as one that only shows the simulation: an end does not wait for it."""
         if session := self.sessions.get(self.executor.client):
             session.is_onlooker = True
 
-    def _end_if_left(self) -> list[str]:
-        """End, if a client has requested it and no other is connected. Return the names of the others."""
-        others = [
-            session.name
-            for session in self.sessions.values()
-            if session.client != self._end_asked_by and not session.is_onlooker
-        ]
-        if self._end_asked_by is not None and not others:
-            self.end()
-        return others
-
     def busy_with(self) -> str:
         """Describe the work that keeps the physics thread from answering, if it takes long; empty otherwise."""
         return self._busy.describe()
 
-    def end_now(self) -> None:
-        """End: no call is executed any more. Physics thread."""
-        self._end()
-
     def answering_while_busy(self) -> AbstractContextManager[None]:
         """Refuse the blocking calls of clients of other processes within the block, while work takes too long."""
         return self._busy.open()
+
+    def record(self, recorder: Recorder) -> None:
+        """Have everything recorded from now on."""
+        self.recorder = recorder
+        self.clients.watch(recorder)
+
+    def expect(self, returning: Returning) -> None:
+        """Expect the clients of a crashed server, whose successor this is."""
+        if self.returning is not None:
+            self.clients.unwatch(self.returning)
+        self.returning = returning
+        self.clients.watch(returning)
 
     # --- for a client in this process: its thread is the physics thread during the call ------------
 
@@ -363,7 +330,7 @@ class ServerLoop(Part):
         """Serve until ``end``, or a time on the monotonic clock."""
         next_look = 0.0
         with self._busy.open():
-            while not self._is_ending and (deadline is None or time.monotonic() < deadline):
+            while not self.ending.has_come and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
                 if self._has_handled:  # a look at what it changed must not wait for the next event
                     left = min(left, next_look - time.monotonic())
@@ -376,7 +343,7 @@ class ServerLoop(Part):
     def look(self) -> None:
         """Do what is due now and then."""
         self.metrics.tick()
-        self._give_memory_back()
+        self._memory.look()
         for look in self.watches:
             look()
 
@@ -390,17 +357,6 @@ class ServerLoop(Part):
         sockets, self._inbox.sockets = self._inbox.sockets, None
         if sockets is not None:
             sockets.close()
-
-    def _give_memory_back(self) -> None:
-        """Return memory to the system, after much has waited, a client has left or much has become unused."""
-        if self._inbox.had_much:
-            self._inbox.had_much, self._givings = False, GIVINGS
-        if (now := time.monotonic()) <= self._next_giving or len(self._inbox):
-            return
-        self._next_giving = now + GIVING_PAUSE
-        if self._givings or self._unused.has_grown():
-            self._givings = max(0, self._givings - 1)
-            give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
         """Wait for the first of: an event, a simulation step that is due, ``max_wait``. Then handle it.
@@ -461,7 +417,7 @@ class ServerLoop(Part):
     def _is_end_wanted(self) -> bool:
         """Return whether the server ends, or a client of any gateway waits for the run to stop."""
         is_stopped = self.simulation.state is SimulationState.STOPPED
-        return self._is_ending or (self._inbox.has_stop_waiting and not is_stopped)
+        return self.ending.has_come or (self._inbox.has_stop_waiting and not is_stopped)
 
     def _brings_on_what_interferes(self, client: str) -> bool:
         """Return whether a batch of this client continues behind a trigger with calls that must wait for a script."""
@@ -501,12 +457,9 @@ class ServerLoop(Part):
         else:
             self._outbox.send_what_is_awaited()
 
-    def _end(self) -> None:
-        self._is_ending = self.simulation.is_ending = True
-
     @property
     def is_ending(self) -> bool:
-        return self._is_ending
+        return self.ending.has_come
 
     @property
     def is_serving(self) -> bool:
@@ -625,95 +578,6 @@ class ServerLoop(Part):
             self._waiting.fail_for_step(failure)
         for session in self.sessions.values():
             session.set_stepping(False)
-
-    def end_stepping(self, client: str, why: str) -> None:
-        """End the stepped mode of a client that is silent, so that the simulation goes on. Physics thread."""
-        session = self.sessions.get(client)
-        if session is None or not session.is_stepping:
-            return
-        if self.recorder is not None:
-            self.recorder.stepping_lost(client)
-        logger.warning("client %s steps no more: %s", session.name, why)
-        session.lose_stepping(f"the server ended the stepped mode of this client: {why}")
-
-    # --- clients ---------------------------------------------------------------------------------
-
-    def join(
-        self,
-        client: str,
-        name: str,
-        port: int,
-        link: Link,
-        *,
-        calls_sim: bool = False,
-        entrance: Entrance | None = None,
-    ) -> ClientSession:
-        """Add a client that says hello. A second hello (after a loss) starts a new session.
-
-        Args:
-            calls_sim: its messages hold calls of the namespaces of scripts, and not of the table.
-            entrance: where it has come in; `places` has checked it.
-        """
-        self._end_session(client)
-        self._inbox.open(client)
-        if again := [each for each in self.departed if each.client == client]:
-            self.departed.remove(again[0])
-        session = ClientSession(
-            client, name, port, link, calls_sim=calls_sim, entrance=entrance or Entrance()
-        )
-        self.sessions[client] = session
-        if self.recorder is not None:
-            self.recorder.joined(client, name, port, is_zmq=calls_sim)
-        logger.info("client %s joined by port %d", name, port)
-        has_returned = self.returning is not None and self.returning.welcome(session)
-        is_stopped = self.simulation.state is SimulationState.STOPPED
-        is_starting = port == self._starting_port or port in self.more_starting_ports
-        if is_starting and is_stopped and not session.may_only_read and not has_returned:
-            if self._is_serving:
-                self.hold(partial(self._start_for, port))
-            else:
-                self._start_for(port)
-        return session
-
-    def _start_for(self, port: int) -> None:
-        logger.info("starting the simulation, as port %d exists only while one runs", port)
-        if self.recorder is not None:
-            self.recorder.started()
-        try:
-            self.simulation.start()
-        except CommandError as problem:
-            logger.error("%s", problem)
-
-    def leave(self, client: str) -> None:
-        """Remove a client with its streams and its stepped mode."""
-        self._inbox.close(client)
-        self._end_session(client)
-
-    def _end_session(self, client: str) -> None:
-        session = self.sessions.pop(client, None)
-        if session is not None:
-            if self.recorder is not None:
-                self.recorder.left(client)
-            self.departed.append(self._departed(session))
-            self.metrics.left(client)
-            self._givings = GIVINGS  # it may have had much
-            session.abandon_call()
-            session.set_stepping(False)
-            session.streams.clear()  # an awaited image refers to its client: this breaks the cycle
-            session.link.close()
-            logger.info("client %s left", session.name)
-            self._end_if_left()
-
-    def _departed(self, session: ClientSession) -> Departed:
-        return Departed(
-            session.client,
-            session.name,
-            session.port,
-            session.may_only_read,
-            self.metrics.client_calls.get(session.client, 0),
-            dict(session.called),
-            self.metrics.age,
-        )
 
 
 def _unchanged(work: Work) -> Work:

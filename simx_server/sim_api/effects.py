@@ -1,4 +1,4 @@
-"""What a function of ``sim`` and the other namespaces does, declared at its method, as `Effect` is in the table.
+"""The effect of a function of ``sim`` or another namespace, declared at its method, as `Effect` is in the table.
 
 A class names the effect of its functions, and a decorator that of a function which differs::
 
@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any, Literal, TypeVar
 
 Effect = Literal["reads", "takes", "changes", "writes files", "runs code", "needs a script"]
-"""What a function does:
+"""The effects of functions:
 
 * reads: it only reads or calculates. Nothing changes that another program could notice, so a viewer may call it.
 * takes: it takes a message, a click or a random number away from others.

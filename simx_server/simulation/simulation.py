@@ -465,6 +465,10 @@ class Simulation:
         """Return whether no action of `soon` is pending."""
         return not self._soon
 
+    def give_up(self) -> None:
+        """Note that the server ends: long-running work stops. Any thread."""
+        self.is_ending = True
+
     def settle(self) -> list[CommandError]:
         """Run the actions of `soon`; call it while neither a simulation step nor a command is in progress.
 

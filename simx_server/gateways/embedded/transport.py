@@ -20,6 +20,7 @@ from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values
 from simx_client.transport.direct import DirectFunction
+from simx_server.limits import LimitReached
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.link import PackingLink
 from simx_server.service.answers.replies import Instant
@@ -84,6 +85,8 @@ class EmbeddedTransport(PackingLink):
             self._session = self._loop.join(self.client, self._name, self._port, self)
             self.is_direct = self._loop.recorder is None
             self._turns.note_change()
+        except LimitReached as problem:
+            raise ConnectionFailed(str(problem)) from problem
         finally:
             self._turns.end()
         return Welcome(PROTOCOL_VERSION, "", "embedded", "", self._loop.simulation.scene.name)

@@ -14,6 +14,7 @@ from collections import deque
 
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
+from simx_server.limits import LimitReached
 from simx_server.service.answers.link import PackingLink
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.server_loop import ServerLoop
@@ -54,9 +55,13 @@ class LoopbackTransport(PackingLink):
         if self._loop.is_ending:
             raise ConnectionFailed("the server loop has ended")
         joined = threading.Event()
+        refusals: list[LimitReached] = []
 
         def join() -> None:
-            self._loop.join(self.client, self._name, self._port, self)
+            try:
+                self._loop.join(self.client, self._name, self._port, self)
+            except LimitReached as problem:
+                refusals.append(problem)
             joined.set()
 
         self._connected, self._lost = True, False
@@ -66,6 +71,9 @@ class LoopbackTransport(PackingLink):
             self._loop.turn()
         elif not joined.wait(timeout):
             raise ConnectionFailed("the server loop does not answer")
+        if refusals:
+            self._connected = False
+            raise ConnectionFailed(str(refusals[0]))
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:

@@ -230,18 +230,24 @@ class Connection(Link):
 
     def _join(self) -> None:
         """Join the server loop. Raises LimitReached, or Gone: the server ends."""
-        self._loop.places.check(self._entrance)
         joined = threading.Event()
+        refusals: list[LimitReached] = []
 
         def join() -> None:
-            if not self._is_closed:
-                self._loop.join(self.client, self.name, self._port, self, entrance=self._entrance)
-            joined.set()
+            try:
+                if not self._is_closed:
+                    self._loop.join(self.client, self.name, self._port, self, entrance=self._entrance)
+            except LimitReached as problem:
+                refusals.append(problem)
+            finally:
+                joined.set()
 
         self.has_joined = True
         self._loop.post(join)
         while not joined.wait(LOOK):
             self._check_open()
+        if refusals:
+            raise refusals[0]
         self._check_open()
 
     def _check_open(self) -> None:

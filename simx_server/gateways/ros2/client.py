@@ -16,7 +16,6 @@ from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
 from simx_server.service.answers.link import Link
 from simx_server.service.calls.work import CallsWork
-from simx_server.service.clients.admission.places import Entrance
 
 from .endpoints import Call
 
@@ -42,7 +41,6 @@ class Ros2Client(Link):
         Raises:
             LimitReached: there are too many clients.
         """
-        loop.places.check(Entrance())
         self.key = f"ros2/{uuid.uuid4().hex}"
         self._loop = loop
         self._replies: list[Reply] = []
@@ -52,8 +50,7 @@ class Ros2Client(Link):
         """Id of this call, 0 for none. Replies to others come at any time: a long batch is executed in slices."""
 
         self._batches, self._next_call = 0, 1
-        self.session = loop.join(self.key, name, port, self)
-        self.session.is_onlooker = True  # the server may end while ROS 2 listens
+        self.session = loop.join(self.key, name, port, self, is_onlooker=True)
 
     def execute(self, calls: Iterable[Call]) -> None:
         """Execute calls together for a message, which has no answer; failures are in the log, each once."""

@@ -292,17 +292,17 @@ class ZenohGateway(Part):
                 self._loop.depart(client)  # it has lost that connection, and so its session
                 return None
         else:
-            try:
-                self._loop.places.check(self._entrance)
-            except LimitReached as problem:
-                return version, str(problem), client
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
             postman = Postman(self._care, partial(self._loop.suspend, client))
             ended = partial(self._secrets.pop, client, None)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
-            self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
+            try:
+                self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
+            except LimitReached as problem:
+                ended()
+                return version, str(problem), client
             if self._local is not None:
                 self._local.offer(client, zenoh_link)
         return version, "", client

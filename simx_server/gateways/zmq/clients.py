@@ -142,10 +142,9 @@ class ZmqClients(Part):
         if client is not None:
             return REPEAT if client.is_leaving else None  # it has come back at once
         try:
-            self.loop.places.check(entrance)
+            self.join(key, _name(key, payload), port, entrance)
         except LimitReached as problem:
             return REPEAT if self._frees_place() else {"err": str(problem)}
-        self.join(key, _name(key, payload), port, entrance)
         return None
 
     def _frees_place(self) -> bool:
@@ -172,12 +171,17 @@ class ZmqClients(Part):
         return False
 
     def join(self, key: str, name: str, port: int, entrance: Entrance | None = None) -> None:
-        """Add a client."""
+        """Add a client; no entrance: it has a place already. Raises LimitReached."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
-        client.session = self.loop.join(key, name, port, link, calls_sim=True, entrance=entrance)
+        try:
+            client.session = self.loop.join(key, name, port, link, calls_sim=True, entrance=entrance)
+        except LimitReached:
+            del self._clients[key]
+            self._next_handle -= 1
+            raise
         client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
 
     def peer(self, number: int) -> Peer | None:

@@ -44,7 +44,7 @@ class Function(NamedTuple):
     """Its texts are bytes, as far as it declares no types."""
 
     effect: Effect | None
-    """What it does; None: it does not exist."""
+    """Its effect; None: there is no such function."""
 
     @property
     def only_reads(self) -> bool:

@@ -1,4 +1,4 @@
-"""Who may call what: one answer for the commands of the table and for the functions of ``sim``."""
+"""The rights of clients: one answer for the commands of the table and for the functions of ``sim``."""
 
 from __future__ import annotations
 

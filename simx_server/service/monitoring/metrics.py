@@ -18,6 +18,7 @@ from itertools import accumulate
 from typing import NamedTuple
 
 from simx_client.protocol.commands import ANSWERED, Command
+from simx_server.service.clients.watcher import Watcher
 from simx_server.service.clock import Pacer
 
 INTERVAL = 1.0
@@ -160,7 +161,7 @@ class LogCount(logging.Handler):
             self.warnings, self.last_warning = self.warnings + 1, text
 
 
-class Metrics:
+class Metrics(Watcher):
     """The counters of one server loop."""
 
     def __init__(

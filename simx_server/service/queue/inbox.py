@@ -389,6 +389,11 @@ class Inbox:
         box.size_put -= batch.work.size - (rest.size if rest is not None else 0)
         return True
 
+    def take_had_much(self) -> bool:
+        """Return whether many bytes of a client have waited since the last call."""
+        had_much, self.had_much = self.had_much, False
+        return had_much
+
     def take_dropped(self) -> Counter[tuple[str, str]]:
         """Return how many messages of each client were thrown away since the last call, and for which limit."""
         with self._lock:

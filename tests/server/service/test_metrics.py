@@ -216,7 +216,7 @@ def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
         clock.now += 1.0
         world.loop.end()
         world.loop.run()
-        world.loop._is_ending = False
+        world.loop.ending.has_come = False
     assert metrics.recent().wall == clock.now - 5.0
 
 

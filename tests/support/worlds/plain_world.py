@@ -47,6 +47,9 @@ class PlainSimulation:
         self.log: list[tuple] = []
         self.pictures: list[Future] = []
 
+    def give_up(self) -> None:
+        """Do nothing: no work of this world takes long."""
+
     @property
     def time(self) -> float:
         return 0.0 if self.state is SimulationState.STOPPED else self.passes * self.time_step

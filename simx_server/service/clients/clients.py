@@ -1,0 +1,174 @@
+"""The connected clients: every one joins and leaves here, by whichever gateway it comes."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable, Container
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.service.answers.link import Link
+from simx_server.service.queue.inbox import Inbox
+from simx_server.simulation.simulation import Simulation, SimulationState
+
+from .admission.places import Entrance, Places
+from .sessions import MAX_DEPARTED, ClientSession, Departed
+
+if TYPE_CHECKING:
+    from simx_server.service.monitoring.metrics import Metrics
+
+    from .watcher import Watcher
+
+logger = logging.getLogger(__name__)
+
+WITHIN = Entrance()
+"""Of a client within this process."""
+
+
+class Clients:
+    """The present clients and the newest of those that have left. Physics thread, except where a method says so."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        inbox: Inbox,
+        metrics: Metrics,
+        starting_port: int | None,
+        is_serving: Callable[[], bool],
+    ) -> None:
+        """Start without clients.
+
+        Args:
+            starting_port: a client that comes by this port starts a stopped simulation; see also `start_by`.
+            is_serving: returns whether a script runs meanwhile, which a start has to wait for.
+        """
+        self._simulation, self._inbox, self._metrics = simulation, inbox, metrics
+        self._starting_ports: list[Container[int]] = [(starting_port,)] if starting_port is not None else []
+        self._is_serving = is_serving
+        self._watchers: tuple[Watcher, ...] = ()
+        self.sessions: dict[str, ClientSession] = {}
+        self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
+        self.places = Places(lambda: simulation.limits, self.sessions)
+
+    def watch(self, watcher: Watcher) -> None:
+        """Tell a watcher who comes and goes from now on."""
+        self._watchers = (*self._watchers, watcher)
+
+    def unwatch(self, watcher: Watcher) -> None:
+        """Tell a watcher no more."""
+        self._watchers = tuple(each for each in self._watchers if each is not watcher)
+
+    def start_by(self, ports: Container[int]) -> None:
+        """Have clients that come by further ports start a stopped simulation."""
+        self._starting_ports.append(ports)
+
+    def join(
+        self,
+        client: str,
+        name: str,
+        port: int,
+        link: Link,
+        *,
+        calls_sim: bool = False,
+        is_onlooker: bool = False,
+        entrance: Entrance | None = WITHIN,
+    ) -> ClientSession:
+        """Add a client that says hello. A second hello (after a loss) starts a new session.
+
+        Args:
+            calls_sim: its messages hold calls of the namespaces of scripts, and not of the table.
+            is_onlooker: the end of the server does not wait for it.
+            entrance: where it has come in; None: it has a place already, as a client of a recording had.
+
+        Raises:
+            LimitReached: all places for it are taken; nothing has changed.
+        """
+        if entrance is not None and client not in self.sessions:
+            self.places.check(entrance)
+        self._end(client)
+        self._inbox.open(client)
+        if again := [each for each in self.departed if each.client == client]:
+            self.departed.remove(again[0])
+        session = ClientSession(
+            client,
+            name,
+            port,
+            link,
+            calls_sim=calls_sim,
+            is_onlooker=is_onlooker,
+            entrance=entrance or WITHIN,
+        )
+        self.sessions[client] = session
+        logger.info("client %s joined by port %d", name, port)
+        for watcher in self._watchers:
+            watcher.joined(session)
+        has_returned = any(watcher.welcomes(session) for watcher in self._watchers)
+        if (
+            any(port in ports for ports in self._starting_ports)
+            and not session.may_only_read
+            and not has_returned
+        ):
+            self._start_by(port)
+        return session
+
+    def _start_by(self, port: int) -> None:
+        """Start a stopped simulation: in V-REP the service behind this port existed only while one ran."""
+        if self._simulation.state is not SimulationState.STOPPED:
+            return
+        if self._is_serving():
+            self._inbox.hold(partial(self._start_for, port))
+        else:
+            self._start_for(port)
+
+    def _start_for(self, port: int) -> None:
+        logger.info("starting the simulation, as port %d exists only while one runs", port)
+        for watcher in self._watchers:
+            watcher.started()
+        try:
+            self._simulation.start()
+        except CommandError as problem:
+            logger.error("%s", problem)
+
+    def depart(self, client: str) -> None:
+        """Remove a client after everything that it has sent is executed; later messages are not. Any thread."""
+        self._inbox.leave(client, partial(self.leave, client))
+
+    def leave(self, client: str) -> None:
+        """Remove a client with its streams and its stepped mode."""
+        self._inbox.close(client)
+        self._end(client)
+
+    def end_stepping(self, client: str, why: str) -> None:
+        """End the stepped mode of a client that is silent, so that the simulation goes on."""
+        session = self.sessions.get(client)
+        if session is None or not session.is_stepping:
+            return
+        for watcher in self._watchers:
+            watcher.stepping_lost(client)
+        logger.warning("client %s steps no more: %s", session.name, why)
+        session.lose_stepping(f"the server ended the stepped mode of this client: {why}")
+
+    def _end(self, client: str) -> None:
+        session = self.sessions.pop(client, None)
+        if session is None:
+            return
+        self.departed.append(
+            Departed(
+                client,
+                session.name,
+                session.port,
+                session.may_only_read,
+                self._metrics.client_calls.get(client, 0),
+                dict(session.called),
+                self._metrics.age,
+            )
+        )
+        for watcher in self._watchers:
+            watcher.left(client)
+        session.abandon_call()
+        session.set_stepping(False)
+        session.streams.clear()  # an awaited image refers to its client: this breaks the cycle
+        session.link.close()
+        logger.info("client %s left", session.name)

@@ -1,0 +1,73 @@
+"""The end of the server: by a signal or a script, or on request of a client after the others have left."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from simx_server.simulation.simulation import Simulation
+
+from .clients.watcher import Watcher
+from .queue.inbox import Inbox
+
+if TYPE_CHECKING:
+    from .clients.sessions import ClientSession
+
+logger = logging.getLogger(__name__)
+
+
+class Ending(Watcher):
+    """Whether the server ends. Physics thread, except where a method says so."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        inbox: Inbox,
+        sessions: Mapping[str, ClientSession],
+        executing: Callable[[], str],
+    ) -> None:
+        """Start without an end.
+
+        Args:
+            executing: returns the client whose call is being executed; empty if there is none.
+        """
+        self._simulation, self._inbox, self._sessions = simulation, inbox, sessions
+        self._executing = executing
+        self._asked_by: str | None = None
+        self.has_come = False
+
+    def request(self) -> None:
+        """End as soon as the present piece of work is done. Any thread."""
+        self._simulation.give_up()  # long-running work reads this, and may contain no call of ours for a while
+        self._inbox.post(self.now)
+
+    def now(self) -> None:
+        """End: no call is executed any more."""
+        self._simulation.give_up()
+        self.has_come = True
+
+    def when_left(self) -> None:
+        """End on request of the client that is being served, after the others have left."""
+        self._asked_by = self._executing() or None
+        if self._asked_by is None:  # a script of the operator
+            self.request()
+        elif others := self._end_if_left():
+            text = f"the server ends when these clients have left: {', '.join(others)}"
+            logger.info("%s", text)
+            if session := self._sessions.get(self._asked_by):
+                session.errors.append(text)
+
+    def left(self, client: str) -> None:
+        self._end_if_left()
+
+    def _end_if_left(self) -> list[str]:
+        """End, if a client has requested it and no other is connected. Return the names of the others."""
+        others = [
+            session.name
+            for session in self._sessions.values()
+            if session.client != self._asked_by and not session.is_onlooker
+        ]
+        if self._asked_by is not None and not others:
+            self.request()
+        return others
