@@ -285,11 +285,19 @@ def test_index_has_every_page_once() -> None:
     assert sorted(linked) == sorted({*PAGES, "../README.md"} - {"index.md"})
 
 
-def test_files_that_the_architecture_page_names_are_there() -> None:
-    for path in set(re.findall(r"`(simx_\w+/[\w/]+(?:\.py)?)/?`", page("architecture.md"))):
+@pytest.mark.parametrize("name", ["architecture.md", "../CONTRIBUTING.md"])
+def test_files_that_a_page_for_developers_names_are_there(name: str) -> None:
+    text = page(name)
+    for path in set(re.findall(r"`(simx_\w+/[\w/]+(?:\.py)?)/?`", text)):
         assert (ROOT / path).exists(), path
-    for path in re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", page("architecture.md")):
-        places = (ROOT, ROOT / "simx_server", ROOT / "simx_client", ROOT / "simx_client" / "protocol")
+    places = (
+        ROOT,
+        ROOT / "simx_server",
+        ROOT / "simx_client",
+        ROOT / "simx_client" / "protocol",
+        ROOT / "tests",
+    )
+    for path in re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", text):
         assert any((place / path).exists() for place in places), path
 
 
