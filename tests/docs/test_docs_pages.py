@@ -117,7 +117,7 @@ def rows(section: str) -> dict[str, tuple[str, ...]]:
 
 
 def what_is_valid(check_value: Callable[[str], object]) -> str:
-    """What the error says of a wrong value; only of a number that may have any sign is -7 none."""
+    """The error text of a wrong value; -7 is wrong except for a number that may have any sign."""
     for wrong in ("-7", "?"):
         try:
             check_value(wrong)
@@ -212,7 +212,7 @@ NEED_MORE = ("recording.md", "view.md")
 
 
 def indented_programs(name: str) -> list[str]:
-    """The indented blocks of a page that are whole programs in Python: they begin with an import."""
+    """The indented blocks of a page that are whole programs in Python: they start with an import."""
     found = map(textwrap.dedent, _INDENTED.findall(_FENCED.sub("", page(name))))
     return [text for text in found if re.match(r"(import|from) \w", text)]
 

@@ -136,7 +136,7 @@ def run(cases: int, seed: int, folder: Path) -> str:
     """Send this number of frames.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
     """
     chance = random.Random(seed)
     victim = _Victim(folder)

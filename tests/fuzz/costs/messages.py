@@ -266,7 +266,7 @@ def run(cases: int, seed: int, _folder: Path | None = None) -> str:
     """Read this many pairs of messages.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
 
     Raises:
         AssertionError: one takes longer than four times as long for four times as many bytes.
