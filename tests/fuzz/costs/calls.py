@@ -1,4 +1,4 @@
-"""The greatest cost of a call: every function of every API, each of its arguments as large as possible, the others good.
+"""The greatest cost of a call: every function of every API, each argument as large as possible, the others good.
 
 Good ones are found by trying. Where several arguments must fit together, `SAMPLES` has them. The result is the longest
 time between two moments at which others are served, and the peak of the memory.
