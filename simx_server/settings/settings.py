@@ -350,7 +350,7 @@ class Settings:
 
         Args:
             ports: of the server, in the order of `ports`.
-            endpoints: all of its endpoints; others than Zenoh's start with the name of the way in.
+            endpoints: all of its endpoints; others than Zenoh's start with the name of the gateway.
         """
 
         def found(door: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Hostile connections at the socket of the local way of a server of this process, while a client makes its calls."""
+"""Hostile connections at the socket of the lane of a server of this process, while a client makes its calls."""
 
 from __future__ import annotations
 

@@ -70,6 +70,8 @@ RULES = (
     rule(r"\bpage in the browser\b|\bpage of (?:`)?--view\b", "'web viewer'"),
     rule(r"\b(?:server|simulation)(?:'s)? engine\b", "'server loop'"),
     rule(r"\b(?:camera|sensor|vision)(?:'s|s)? pictures?\b", "'image'"),
+    rule(r"\blocal way\b", "'lane'"),
+    rule(r"(?<!under\x20)\bways? in\b(?! (?:between|which|metres|a )\b)", "'gateway'"),
     rule(r"\bmap of the house\b|\bthe rooms\b", "'architecture', 'layout'"),
 )
 

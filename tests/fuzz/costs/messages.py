@@ -53,7 +53,7 @@ _LIMITS = Limits()
 
 
 class Door(NamedTuple):
-    """A way in, as its decoder sees it."""
+    """A gateway, as its decoder sees it."""
 
     read: Callable[[bytes], object]
     heads: tuple[bytes, ...]
