@@ -1,4 +1,4 @@
-"""What every test starts from: an environment without settings of the person who runs it. And figures at the end."""
+"""The start of every test: an environment without settings of the person who runs it. And figures at the end."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ LONGEST = (
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """What is done once, before xdist's workers begin."""
+    """Do the common work once, before xdist's workers start."""
     if hasattr(config, "workerinput"):
         return
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
@@ -68,7 +68,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _write_rewritten_tests() -> None:
-    """Have pytest rewrite the asserts of all tests once, in two processes; each of xdist's workers would do it anew."""
+    """Have pytest rewrite the asserts of all tests once, in two processes, so that xdist's workers need not."""
     command = [
         sys.executable,
         "-m",
@@ -159,7 +159,7 @@ def world() -> Iterator[Open]:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """What tests recorded as ``figures`` is shown, also when they pass."""
+    """Show the ``figures`` that tests recorded, also when they pass."""
     for report in terminalreporter.getreports("passed"):
         for name, value in report.user_properties:
             if name == "figures":

@@ -334,45 +334,58 @@ def _walkers(stock: Path) -> list[str]:
     ]
 
 
+REST = 1e-5
+"""Speed in m/s below which nothing moves for the page."""
+SLOW = 0.1
+"""Part of real time above which a file has its row."""
+
+
 def _rest() -> list[str]:
-    rows: list[list[str]] = []
+    moving: list[str] = []
+    resting: list[str] = []
     for scene in list_scenes():
         with running(scene) as one:
             fastest = jitter(one)
-            rows.append(
-                [
-                    f"`{scene}`",
-                    f"{1000 * one.model.opt.timestep:g} ms",
-                    f"{1000 * fastest:.2g} mm/s",
-                    f"{100 * one.share:.1f} %",
-                ]
-            )
+            if fastest < REST:
+                resting.append(scene)
+            else:
+                moving.append(f"`{scene}` {1000 * fastest:.2g} mm/s")
     return [
         "## At rest\n",
-        "The fastest part of each shipped scene, 4 to 6 s after the start, while no program commands anything.\n",
-        _table(("scene", "physics step", "fastest part", "of real time"), rows),
+        "The fastest part of each shipped scene, 4 to 6 s after the start, while no program commands anything:\n"
+        f"{', '.join(moving)}. Slower than {1000 * REST:g} mm/s:\n{_names(resting)}.\n",
     ]
 
 
 def _samples(folder: Path) -> list[str]:
-    rows = [
-        [
-            found.name,
-            f"{1000 * found.physics_step:g} ms",
-            f"{1000 * found.fastest:.2g} mm/s",
-            str(found.stopped),
-            "yes" if found.ran else "no",
-            f"{100 * found.share:.1f} %",
-        ]
-        for found in samples(folder)
-    ]
+    rows: list[list[str]] = []
+    resting: list[str] = []
+    for found in samples(folder):
+        if found.ran and found.fastest < REST and not found.stopped and found.share < SLOW:
+            resting.append(found.name)
+            continue
+        rows.append(
+            [
+                found.name,
+                f"{1000 * found.fastest:.2g} mm/s",
+                str(found.stopped),
+                "yes" if found.ran else "no",
+                f"{100 * found.share:.1f} %",
+            ]
+        )
     return [
         "## Files of V-REP\n",
         "Public files run for 30 s with their scripts. The fastest part of the last two seconds is 0 or tiny where\n"
         "nothing drives; `Mobile_robots`, `MyAckermannSteeringModel`, `MyDifferentialDriveModel` and\n"
         "`blocosControlaveis` drive. Scripts that are stopped need plug-ins of others, or modules that are missing.\n",
-        _table(("file", "physics step", "fastest part", "scripts stopped", "ran 30 s", "of real time"), rows),
+        _table(("file", "fastest part", "scripts stopped", "ran 30 s", "of real time"), rows),
+        f"Slower than {1000 * REST:g} mm/s, with no script stopped and less than {100 * SLOW:g} % of real time:\n"
+        f"{_names(resting)}.\n",
     ]
+
+
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

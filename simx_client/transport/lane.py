@@ -1,4 +1,4 @@
-"""The local way to a server on this host, see `simx_client.protocol.lane`: the client's side.
+"""The lane to a server on this host, see `simx_client.protocol.lane`: the client's side.
 
 The caller's thread reads and writes the socket itself, so a call needs no other thread of this process.
 """

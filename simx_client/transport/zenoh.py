@@ -247,7 +247,7 @@ class ZenohTransport:
         return welcomes[0]
 
     def _go_local(self, offer: str) -> None:
-        """Use the short way that the server offers, if it is on this host."""
+        """Use the lane that the server offers, if it is on this host."""
         before, self._local = self._local, None
         if before is not None:
             before.close()

@@ -1,6 +1,6 @@
 """Start a server in the process of its client: the entry point ``simx.embedding``, which the client looks up.
 
-The settings are those of ``simx-server``, from the same flags and variables. Without ``--port`` or another way in, no
+The settings are those of ``simx-server``, from the same flags and variables. Without ``--port`` or another gateway, no
 other process can connect, and nothing is opened on the network.
 """
 
@@ -46,7 +46,7 @@ class EmbeddedServer:
     """A simulation and its server loop in this process; see `simx_client.transport.direct.EmbeddedServer`."""
 
     def __init__(self, settings: Settings) -> None:
-        """Open the scene, and the ways in for other processes if the settings name one.
+        """Open the scene, and the gateways for other processes if the settings name one.
 
         Raises:
             CommandError, LogError, OutputError, GatewayError, OSError: with the reason and what to do.

@@ -293,7 +293,7 @@ def run_server(
         page_listener: the socket of the web viewer; None for no viewer.
         is_one_of_many: save memory: the renderer of a scene with cameras is not made in advance but when a program
             gets the handle of one of them.
-        attach: called before the loop runs, for a way in that others do not have.
+        attach: called before the loop runs, for a gateway that others do not have.
         is_listed: other programs of this user find the server, see `roster`.
         inheritance: where its moments are kept, and from what it continues; None: it keeps none.
     """

@@ -49,7 +49,7 @@ def make_loop(world: World, settings: Settings) -> ServerLoop:
 
 @contextmanager
 def open_gateways(world: World, settings: Settings, loop: ServerLoop) -> Generator[ZenohGateway]:
-    """Open the ways in for other processes within the block; then end the clients' calls and close them.
+    """Open the gateways for other processes within the block; then end the clients' calls and close them.
 
     Returns:
         The gateway at the server's ports.
@@ -80,7 +80,7 @@ def add_viewers(world: World, loop: ServerLoop, gateway: ZenohGateway, *, has_vi
 
 
 def _open_gateways(settings: Settings, loop: ServerLoop) -> tuple[ZenohGateway, ExitStack, Sequence[int]]:
-    """Open the ways in.
+    """Open the gateways.
 
     Returns:
         The gateway at the server's ports, a stack that closes the others, and the ports for original clients.
@@ -143,7 +143,7 @@ def _open_ros2(settings: Settings, domain: int, loop: ServerLoop) -> Ros2Gateway
 
 
 def _open_local(settings: Settings, loop: ServerLoop) -> LocalGateway | None:
-    """Open the short way for clients on this host; a configuration may have rules that it would pass by."""
+    """Open the lane for clients on this host; a configuration may have rules that it would pass by."""
     if not settings.local or settings.config is not None or not is_possible():
         return None
     try:

@@ -63,18 +63,18 @@ class Settings:
     speed: float = _setting(1.0, "times real time (1), or max", rules.SPEED)
     time_step: float | None = _setting(
         None,
-        "length of one pass (the scene's, else 0.05)",
+        "length of one simulation step (the scene's, else 0.05)",
         rules.seconds("0.05"),
         unset="the scene's, else 0.05",
     )
     duration: float | None = _setting(
-        None, "leave after so much wall time", rules.seconds("60"), unset="no limit"
+        None, "exit after this wall time", rules.seconds("60"), unset="no limit"
     )
-    quit_after_stop: bool = _setting(False, "leave when the simulation stops")
-    until_eof: bool = _setting(False, "leave when standard input ends, as with its starter")
+    quit_after_stop: bool = _setting(False, "exit when the simulation stops")
+    until_eof: bool = _setting(False, "exit when standard input ends, as with its starter")
     count: int | None = _setting(
         None,
-        "so many servers, started again if they crash (--supervised: one)",
+        "number of servers, started again if they crash (--supervised: one)",
         rules.between(1, 1000),
         unset="one, in this process",
     )
@@ -104,7 +104,7 @@ class Settings:
         heading="connections",
     )
     temporary_port: int = _setting(19999, "the port that is there only while running (19999)", rules.PORT)
-    script_ports: bool = _setting(True, "scripts of the scene open no ports of their own")
+    script_ports: bool = _setting(True, "scripts of the scene open no ports")
     local: bool = _setting(True, "clients on this host use Zenoh too, not a socket of the file system")
     legacy_ports: tuple[str, ...] = _setting(
         (),
@@ -262,7 +262,7 @@ class Settings:
     )
     replay: Path | None = _setting(
         None,
-        "serve nobody: do what was recorded, and compare; --video films it",
+        "serve no client: repeat the recorded calls, and compare; --video films it",
         rules.file("an existing file that --record made"),
         unset="nothing",
     )
@@ -350,7 +350,7 @@ class Settings:
 
         Args:
             ports: of the server, in the order of `ports`.
-            endpoints: all of its endpoints; others than Zenoh's start with the name of the way in.
+            endpoints: all of its endpoints; others than Zenoh's start with the name of the gateway.
         """
 
         def found(door: str) -> list[str]:

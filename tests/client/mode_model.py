@@ -1,4 +1,4 @@
-"""What the operation modes should do, written down a second time and more simply: a client and a server as plain data.
+"""The rules of the operation modes, written down a second time and more simply: a client and a server as plain data.
 
 Made from the rules of the original (keys, one inbox entry and one stream per key, what replaces what), not from
 ``simx_client/calls/operation_modes.py``: the property test runs both on the same calls and compares what they return.

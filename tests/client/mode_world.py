@@ -1,4 +1,4 @@
-"""What the tests of the operation modes share: a plain world with one client."""
+"""Shared by the tests of the operation modes: a plain world with one client."""
 
 from __future__ import annotations
 

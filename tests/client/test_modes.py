@@ -48,7 +48,7 @@ def test_a_oneshot_set_answers_1_first_and_then_the_earlier_status(world, cid):
 
 
 class Sets:
-    """Oneshot sets of so many joints, without any server; the first has the id 1."""
+    """Oneshot sets of this many joints, without any server; the first has the id 1."""
 
     def __init__(self, count):
         self.modes, self._marshal, self._joints = (
@@ -92,7 +92,7 @@ def test_a_server_that_answers_each_set_by_itself_is_understood():
     ids=("a read", "a stream", "a call that is waited for"),
 )
 def test_an_answer_to_several_sets_is_none_to_what_lies_among_them(follow):
-    """Whatever a server counts."""
+    """Any count of a server."""
     sets = Sets(1)
     follow(sets.modes)
     assert sets.codes_after(Reply(1, 0, 150, [2])) == [0]

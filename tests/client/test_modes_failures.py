@@ -1,4 +1,4 @@
-"""What the operation modes answer when something goes wrong: remote errors, time-outs, clients that are none."""
+"""Answers of the operation modes when something goes wrong: remote errors, time-outs, invalid clients."""
 
 from mode_world import GET, SET, cid, world
 

@@ -69,7 +69,7 @@ def started(world: Gripper, pace: Pace) -> int:
 
 
 def make_a_step(world: Gripper) -> None:
-    """What is called next is called at the beginning of a step."""
+    """The next call comes at the start of a step."""
     before = world.simulation.passes
     while world.simulation.passes == before:
         world.settle()

@@ -1,4 +1,4 @@
-"""A server that goes away and comes back: who waits for it, what is read meanwhile, and what goes on by itself."""
+"""A server that goes away and comes back: waiting calls, reads meanwhile, and streams that go on automatically."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Oneshot sets of a client that steps: they leave with its trigger, in one message, or by themselves before long."""
+"""Oneshot sets of a client that steps: they leave with its trigger, in one message, or alone before long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all 133 functions have in common: names, signatures, keys, and what they return when there is no data."""
+"""Common to all 133 functions: names, signatures, keys, and the results without data."""
 
 from __future__ import annotations
 

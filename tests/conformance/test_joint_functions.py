@@ -34,7 +34,7 @@ def ball(handle: Any) -> int:
 
 @pytest.fixture
 def wrong(handle: Any, ball: int) -> list[int]:
-    """What has no single joint value: a shape, no object, a spherical joint."""
+    """Objects without a single joint value: a shape, no object, a spherical joint."""
     return [handle("cube"), NO_OBJECT, ball]
 
 

@@ -1,4 +1,4 @@
-"""The 40 functions that scripts use most, between two processes, by the short way of one host and over Zenoh alone.
+"""The 40 functions that scripts use most, between two processes, by the lane of one host and over Zenoh alone.
 
 One server process for each way: each test connects, leaves the simulation stopped and finishes.
 """

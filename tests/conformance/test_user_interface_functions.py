@@ -1,6 +1,6 @@
 """Consoles, dialogs and custom UIs on a server without a display (the reference's 3.9 and 3.10).
 
-What was asked of them in a window is answered as the original answered without one.
+Requests that need a window are answered as the original answered without one.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ def client(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 
 
 def prepare(client: int, name: str) -> dict[str, int]:
-    """What an example of this function takes for granted: handles by their names, and a running simulation."""
+    """The conditions of a function's example: handles by their names, and a running simulation."""
     blocking = v.simx_opmode_blocking
     handles = {each: handle_of(client, each) for each in OBJECTS}
     handles["collision"] = v.simxGetCollisionHandle(client, "bump", blocking)[1]

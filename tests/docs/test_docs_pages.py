@@ -117,7 +117,7 @@ def rows(section: str) -> dict[str, tuple[str, ...]]:
 
 
 def what_is_valid(check_value: Callable[[str], object]) -> str:
-    """What the error says of a wrong value; only of a number that may have any sign is -7 none."""
+    """The error text of a wrong value; -7 is wrong except for a number that may have any sign."""
     for wrong in ("-7", "?"):
         try:
             check_value(wrong)
@@ -212,7 +212,7 @@ NEED_MORE = ("recording.md", "view.md")
 
 
 def indented_programs(name: str) -> list[str]:
-    """The indented blocks of a page that are whole programs in Python: they begin with an import."""
+    """The indented blocks of a page that are whole programs in Python: they start with an import."""
     found = map(textwrap.dedent, _INDENTED.findall(_FENCED.sub("", page(name))))
     return [text for text in found if re.match(r"(import|from) \w", text)]
 
@@ -285,11 +285,19 @@ def test_index_has_every_page_once() -> None:
     assert sorted(linked) == sorted({*PAGES, "../README.md"} - {"index.md"})
 
 
-def test_files_that_the_architecture_page_names_are_there() -> None:
-    for path in set(re.findall(r"`(simx_\w+/[\w/]+(?:\.py)?)/?`", page("architecture.md"))):
+@pytest.mark.parametrize("name", ["architecture.md", "../CONTRIBUTING.md"])
+def test_files_that_a_page_for_developers_names_are_there(name: str) -> None:
+    text = page(name)
+    for path in set(re.findall(r"`(simx_\w+/[\w/]+(?:\.py)?)/?`", text)):
         assert (ROOT / path).exists(), path
-    for path in re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", page("architecture.md")):
-        places = (ROOT, ROOT / "simx_server", ROOT / "simx_client", ROOT / "simx_client" / "protocol")
+    places = (
+        ROOT,
+        ROOT / "simx_server",
+        ROOT / "simx_client",
+        ROOT / "simx_client" / "protocol",
+        ROOT / "tests",
+    )
+    for path in re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", text):
         assert any((place / path).exists() for place in places), path
 
 

@@ -106,3 +106,18 @@ def test_the_client_loads_no_module_of_the_server_by_name() -> None:
 def test_no_folder_has_very_many_files(part: str) -> None:
     counts = Counter(path.parent for path in files(part) if path.name != "__init__.py")
     assert not {str(folder): count for folder, count in counts.items() if count > MOST_FILES}
+
+
+def _content(folder: Path) -> str:
+    """The first sentence of a folder's docstring."""
+    text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))) or ""
+    return " ".join(re.split(r"\.(?:\s|$)", text)[0].replace("``", "`").split())
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_contributing_has_each_folder_with_the_first_sentence_of_its_docstring(package: str) -> None:
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = page.partition(f"\n| folder of `{package}/` |")[2].partition("\n\n")[0]
+    shown = re.findall(r"^\| `(\w+)/` \| (.*) \|$", table, re.MULTILINE)
+    folders = sorted(path.parent for path in (ROOT / package).glob("*/__init__.py"))
+    assert shown == [(folder.name, _content(folder)) for folder in folders]

@@ -1,4 +1,4 @@
-"""The example of `make demo`, as it runs where there is no display: a real server, real key events, real pictures."""
+"""The example of `make demo`, as it runs without a display: a real server, real key events, real images."""
 
 from __future__ import annotations
 

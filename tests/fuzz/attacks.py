@@ -87,7 +87,7 @@ _TARGETS: dict[str, Callable[[int, int, Path], Iterator[int]]] = {
 
 
 def run(target: str, cases: int, number: int, folder: Path) -> int:
-    """Run so many examples; how many cases (calls, results) they were. Raises what was found."""
+    """Run this many examples; how many cases (calls, results) they were. Raises what was found."""
     total = 0
     for part, left in enumerate(range(cases, 0, -AT_ONCE)):
         inner = folder / str(part)

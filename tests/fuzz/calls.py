@@ -189,7 +189,7 @@ class Victim(logging.Handler):
         self.begin()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """An error that nobody foresaw is logged with its trace."""
+        """An unforeseen error is logged with its trace."""
         if record.exc_info:
             self.failures.append(f"{record.getMessage()}: {record.exc_info[1]!r}")
 

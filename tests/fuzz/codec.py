@@ -1,4 +1,4 @@
-"""What arrives as bytes: every decoder of the codec, every kind of argument, keys, names of files.
+"""Input that arrives as bytes: every decoder of the codec, every kind of argument, keys, names of files.
 
 `one` takes any bytes: the first says what is made of the rest, a raw message or one built of them value by value, as
 random bytes are seldom a message.

@@ -1,4 +1,4 @@
-"""Calls of every function that a Lua script finds, with arguments nobody would pass: the script gets no object of Python,
+"""Calls of every function that a Lua script finds, with absurd arguments: the script gets no object of Python,
 others get their turn within a bound, and the interpreter lives on."""
 
 # ruff: noqa: E501, PT017 - long lines are lists of values; not every case raises
@@ -69,7 +69,7 @@ function names_of() return names end
 
 
 class _Victim:
-    """What the script finds as `sim`: functions that fail, and that return what cannot cross."""
+    """The script's `sim`: functions that fail, and that return what cannot cross."""
 
     is_ending = False
 
@@ -106,7 +106,7 @@ class _Victim:
 
 
 class Library:
-    """A script whose functions are called with anything; it is made anew after so many cases."""
+    """A script whose functions are called with anything; it is made again after a number of cases."""
 
     AT_ONCE = 200
 
@@ -164,7 +164,7 @@ class Library:
                 assert "took too long" in str(problem) or "no function" in str(problem), (call, problem)
 
     def run(self, cases: int) -> int:
-        """So many cases; how many they were."""
+        """Run this many cases; how many they were."""
         for _ in range(cases):
             self.one(self.any_call())
         return cases

@@ -33,7 +33,7 @@ WAIT = 0.5
 
 
 class Attacker:
-    """What one connection sends, by chance."""
+    """The random messages of one connection."""
 
     def __init__(self, chance: random.Random) -> None:
         self._chance = chance
@@ -100,7 +100,7 @@ def run(cases: int, seed: int, folder: Path) -> str:
     """Send this number of messages.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
     """
     chance = random.Random(seed)
     scene = folder / "victim.xml"

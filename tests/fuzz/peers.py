@@ -139,7 +139,7 @@ class Peer:
 
 
 class Witness:
-    """A normal client in a thread of its own; each of its calls must succeed and bring its own answer."""
+    """A normal client in a separate thread; each of its calls must succeed and bring its own answer."""
 
     def __init__(self, port: int) -> None:
         self.client = v.simxStart("127.0.0.1", port, True, True, int(1000 * TIMEOUT), 5)
@@ -171,10 +171,10 @@ class Witness:
 
 
 def run(cases: int, seed: int, folder: Path) -> str:
-    """Have peers in a process of their own do so many things.
+    """Have peers in a separate process do this many things.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
     """
     scene = folder / "victim.xml"
     scene.write_text(SCENE)

@@ -1,4 +1,4 @@
-"""What scripts answer when a client calls a function of theirs: values no client can be given, in Lua and in Python."""
+"""Results of scripts' functions that clients call: values that clients cannot receive, in Lua and in Python."""
 
 # ruff: noqa: E501 - long lines are lists of values and commands
 
@@ -32,7 +32,7 @@ SAFE = {"lua": ("{}", "{}", "{}", "''"), "python": ("[]", "[]", "[]", "''")}
 
 
 def result_of(language: str) -> st.SearchStrategy[str]:
-    """What a function returns, in its own language: good values with a bad one or two among them, or too few, or too many."""
+    """The results of a function, in its own language: good values with a bad one or two among them, or too few, or too many."""
     pool = st.sampled_from(_LUA if language == "lua" else _PYTHON)
 
     def among(places: set[int], bad: str, other: str) -> str:

@@ -31,7 +31,7 @@ LENGTHS = (8, 20, 60, 256)
 
 
 def _prepare(target: str, folder: Path) -> tuple[Callable[[bytes], None], tuple[bytes, ...]]:
-    """What takes one case, and seeds."""
+    """The function that runs one case, and seeds."""
     if target == "codec":
         from fuzz import codec
 

@@ -1,7 +1,7 @@
 """Scene files that mean no good: MJCF with its `<custom>` annotations, and URDF, cut up and put together again.
 
 `one` makes a text of any bytes: they say which pieces of good scenes are taken, left out, doubled or given another
-value. What loads is run for a moment. MuJoCo parses in this process, so a fault of its own ends it: the driver starts
+value. A scene that loads runs for a moment. MuJoCo parses in this process, so a fault in MuJoCo ends it: the driver starts
 another one and tells.
 """
 

@@ -1,4 +1,4 @@
-"""Hostile connections at the socket of the local way of a server of this process, while a client makes its calls."""
+"""Hostile connections at the socket of the lane of a server of this process, while a client makes its calls."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def run(cases: int, seed: int, folder: Path) -> str:
     """Send this number of frames.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
     """
     chance = random.Random(seed)
     victim = _Victim(folder)

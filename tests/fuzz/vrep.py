@@ -128,7 +128,7 @@ def _nodes(data: bytes, names: list[str] | None) -> list[Node]:
 
 
 def _lists_in(tag: str, names: list[str] | None, section: int) -> list[str]:
-    """Return the lists of the sections of a record's payload, none if it is no list."""
+    """Return the lists of the sections of a record's payload, none if it is not a list."""
     if names is None:
         if tag in OBJECTS:
             return ["object", tag]
@@ -224,7 +224,7 @@ def _alter_payload(payload: bytearray, source: Bytes) -> None:
 
 
 class Reader:
-    """What takes one case, and counts."""
+    """The function that runs one case, and counts."""
 
     def __init__(self) -> None:
         self.read = 0

@@ -62,7 +62,7 @@ WAIT = 250
 
 
 class Attacker:
-    """What one client sends, by chance."""
+    """The random messages of one client."""
 
     def __init__(self, chance: random.Random) -> None:
         self._chance = chance
@@ -125,7 +125,7 @@ def run(cases: int, seed: int, folder: Path) -> str:
     """Send this number of messages.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
     """
     chance = random.Random(seed)
     log = _Errors()
@@ -171,7 +171,7 @@ def _pour(port: int, data: bytes) -> None:
 
 
 class _Errors(logging.Handler):
-    """Keeps the faults of the server itself; that a script ends by an error of its own is none."""
+    """Keeps the faults of the server itself; a script that ends by its own error is not a fault."""
 
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
@@ -183,7 +183,7 @@ class _Errors(logging.Handler):
 
 
 def _is_served(server: ZmqWorld, log: _Errors) -> None:
-    """Another client is answered, by a server that still has no error of its own."""
+    """Another client is answered, by a server that still has no error."""
     bystander = RawClient(server.port)
     assert "ret" in bystander.ask("sim.getSimulationTime")
     bystander.close()

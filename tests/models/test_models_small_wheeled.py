@@ -21,7 +21,7 @@ World = tuple[RealWorld, int]
 
 @dataclass(frozen=True)
 class Robot:
-    """What a script must know to drive one."""
+    """The facts that a script needs to drive one."""
 
     file: str
     rows: tuple[Stock, ...]

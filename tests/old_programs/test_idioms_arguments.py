@@ -1,4 +1,4 @@
-"""What old scripts pass in: handles out of arrays, rows for positions, strings for buffers, and the module itself."""
+"""Arguments of old scripts: handles out of arrays, rows for positions, strings for buffers, and the module itself."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_switches_are_numbers_or_booleans(clientID: int, switch: int) -> None:
 
 
 def test_a_comparison_as_client_id_is_0_or_1(clientID: int) -> None:
-    """``simxGetConnectionId(id != -1)``: True is client 1, which nobody is."""
+    """``simxGetConnectionId(id != -1)``: True is client 1, which does not exist."""
     assert vrep.simxGetConnectionId(clientID == -1) == vrep.simxGetConnectionId(0) != -1
     assert vrep.simxGetConnectionId(clientID != -1) == -1
 

@@ -90,7 +90,7 @@ def test_256_added_by_map(camera: tuple[int, int]) -> None:
 
 
 def test_array_of_signed_bytes_for_a_buffer(camera: tuple[int, int]) -> None:
-    """What goes into PIL's frombuffer: unsigned values would raise here."""
+    """Input of PIL's frombuffer: unsigned values would raise here."""
     image_byte_array = array.array("b", blocking(camera))
     picture = np.frombuffer(image_byte_array.tobytes(), np.uint8).reshape(HEIGHT, WIDTH, 3)
     assert_upright(np.flipud(picture))

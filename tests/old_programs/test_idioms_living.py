@@ -1,4 +1,4 @@
-"""How old scripts begin, end, try again, crash, and share a simulator: nothing raises, nothing hangs."""
+"""How old scripts start, end, try again, crash, and share a simulator: nothing raises, nothing hangs."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ def test_two_ids_in_one_program_one_to_start_and_one_to_drive(world: IdiomWorld)
 
 
 def test_a_thread_per_joint_over_one_id() -> None:
-    """And the main thread waits with a call of its own; nobody gets another's answer."""
+    """And the main thread waits with its own call; each gets its own answer."""
     with idiom_world(own_thread=True):
         clientID = connect()
         names = ["shoulder", "elbow", "rail", "cube", "crate", "target"]

@@ -1,4 +1,4 @@
-"""Bytes that are no message, or one that no client of ours would send: one kind of error, and others notice nothing."""
+"""Bytes that are not a message, or one that our clients never send: one kind of error, and others notice nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said to install can be installed, from a clone and from a wheel, and is said in one place."""
+"""The packages that texts name can be installed, from a clone and from a wheel, and are named in one place."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ IN_CLONE_OR_WHEEL = pytest.mark.parametrize("where", ["clone", "wheel"])
 
 @pytest.fixture(autouse=True)
 def place(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """In a wheel there is no pyproject.toml, only what a build has made of it."""
+    """A wheel has no pyproject.toml, only the metadata that a build made of it."""
     if "where" in request.fixturenames and request.getfixturevalue("where") == "wheel":
         monkeypatch.setattr(installing, "_PROJECT", tmp_path / "pyproject.toml")
 

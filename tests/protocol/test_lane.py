@@ -1,4 +1,4 @@
-"""The parts of the local way that client and server share: offers, frames, memory."""
+"""The parts of the lane that client and server share: offers, frames, memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simx_client.protocol.lane import offer
 from simx_client.protocol.lane.frames import MEMORY, MESSAGE, BadFrame, Frames, frame, memory_frame, place_of
 from simx_client.protocol.lane.memory import MemoryReader, MemoryWriter
 
-pytestmark = pytest.mark.skipif(not offer.is_possible(), reason="the local way needs Linux")
+pytestmark = pytest.mark.skipif(not offer.is_possible(), reason="the lane needs Linux")
 
 
 # --- offers -----------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
-"""What was sent in version 1 of the protocol is understood for as long as a server says that it speaks it.
+"""Messages of version 1 of the protocol are understood for as long as a server supports that version.
 
 ``fixtures/protocol_1`` holds bytes that were made once, by the client and the server of that time, and what they mean;
-nothing here makes them anew. The scene lies beside them, so that handles stay what they were.
+nothing here makes them again. The scene lies beside them, so that handles stay what they were.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class Class:
         return self.links[seat - 1]["lines"]
 
     def variables(self, seat: int) -> dict[str, str]:
-        """What the first line to paste sets."""
+        """The variables that the first line to paste sets."""
         word, *settings = self.lines(seat)["Linux, macOS"][0].split()
         assert word == "export"
         return dict(setting.split("=", 1) for setting in settings)

@@ -1,4 +1,4 @@
-"""Runs scratch scripts through simx-run in a process of their own, in a folder of their own."""
+"""Runs scratch scripts through simx-run in a separate process, in a separate folder."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def simx_run(
 
 
 def output_of(folder: Path, text: str, *arguments: str, flags: tuple[str, ...] = ()) -> str:
-    """What a script that succeeds prints."""
+    """The output of a script that succeeds."""
     finished = simx_run(folder, text, *arguments, flags=flags)
     assert finished.returncode == 0, finished.stderr
     return finished.stdout.strip()

@@ -67,7 +67,7 @@ def spawn(*arguments: object) -> subprocess.Popen[str]:
 
 @contextlib.contextmanager
 def running(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
-    """Whatever happens, the process is gone afterwards."""
+    """The process is always gone afterwards."""
     try:
         yield process
     finally:

@@ -76,7 +76,7 @@ def replay(recording: Path, **flags: bool | str | Path) -> int:
 
 
 def blocks(records: list[Record]) -> list[bytes]:
-    """What a recorder may write them as: header and files, then five at a time."""
+    """The blocks that a recorder may write: header and files, then five at a time."""
     first = next(place for place, record in enumerate(records) if record[0] not in (Kind.HEADER, Kind.FILE))
     rest = [records[place : place + 5] for place in range(first, len(records), 5)]
     made = []
@@ -105,7 +105,7 @@ def impatient(place: RealWorld) -> int:
 
 
 def send_in_one(place: RealWorld, session: ClientSession, *calls: tuple[Any, ...]) -> None:
-    """A message with several calls, whose answers nobody waits for."""
+    """A message with several calls, whose answers no client waits for."""
     batch = Batch(0, 0, [Call(0, 0, 0, name, list(arguments)) for name, *arguments in calls])
     place.loop.submit(session.client, BatchWork(encode(batch)))
 

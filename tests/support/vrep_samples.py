@@ -32,7 +32,7 @@ def sample(name: str) -> Path:
 
 
 def decoded(path: Path) -> VrepFile:
-    """What the reader makes of a sample."""
+    """The result of the reader for a sample."""
     return read_file(path.read_bytes(), path.name)
 
 

@@ -1,7 +1,7 @@
 """The dependencies: versions that fit, licences that are allowed, no known vulnerability.
 
 The first two need no network. The third asks a database of vulnerabilities by pip-audit; where that cannot be reached
-this says so in a line of its own and does not fail, for then nothing is known. Exit code 1: something is wrong.
+this says so in a separate line and does not fail, for then nothing is known. Exit code 1: something is wrong.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TIMEOUT = 300.0
 
 
 def required() -> list[str]:
-    """What pyproject.toml says that simx needs at run time."""
+    """The requirements at run time in pyproject.toml."""
     text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)["project"]["dependencies"]
 
@@ -102,7 +102,7 @@ def judge_report(text: str) -> tuple[list[str], str]:
 
 
 def ask_database() -> str:
-    """What pip-audit says as JSON; nothing when it cannot."""
+    """The report of pip-audit as JSON; nothing when it fails."""
     command = [sys.executable, "-m", "pip_audit", "--local", "--skip-editable", "--format", "json"]
     options = ["--progress-spinner", "off", "--timeout", "5"]
     try:

@@ -72,3 +72,14 @@ def test_docstring_of_a_function_starts_with_a_verb(tmp_path: Path) -> None:
 
 def test_pages_and_clean_folders_have_no_findings(capsys: pytest.CaptureFixture[str]) -> None:
     assert english.main([]) == 0, capsys.readouterr().out
+
+
+def test_help_that_is_passed_by_position_is_read(tmp_path: Path) -> None:
+    module = 'def _setting(default, help): ...\n\n\nx = _setting(1, "so many servers")\n'
+    assert [line for line, _ in of_module(tmp_path, module)] == [4]
+
+
+def test_docstrings_of_tests_are_read_and_may_state_facts(tmp_path: Path) -> None:
+    test = tmp_path / "test_it.py"
+    test.write_text('"""Who waits, waits."""\n\n\ndef test_it():\n    """A fact."""\n', encoding="utf-8")
+    assert [line for line, _ in english.docstring_findings(test)] == [1]

@@ -1,4 +1,4 @@
-"""Hosts of their own, as network namespaces: two servers and a client joined by a router, and a cable pulled.
+"""Separate hosts, as network namespaces: two servers and a client joined by a router, and a cable pulled.
 
 Needs the rights to make namespaces and tun devices (root, iproute2); skipped elsewhere. A pulled cable says nothing to
 anyone: what is behind it is noticed by its silence.
@@ -52,7 +52,7 @@ def _namespaces_are_allowed() -> bool:
 
 
 class Lab:
-    """One namespace per host and one for the router, each host with a cable of its own to it."""
+    """One namespace per host and one for the router, each host with its own cable to it."""
 
     def __init__(self, stack: ExitStack, hosts: Sequence[str]) -> None:
         """The first of the hosts is the client's."""
@@ -160,7 +160,7 @@ def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(scene
 
 
 class Caller:
-    """A client on a host of its own that calls when it is told to, see `link_client.py`."""
+    """A client on a separate host that calls when it is told to, see `link_client.py`."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self._process = process
@@ -173,7 +173,7 @@ class Caller:
         return json.loads(read_line(self._process))
 
     def calls(self, number: int) -> tuple[set[int], float, float]:
-        """(codes, median milliseconds, longest) of so many blocking calls."""
+        """(codes, median milliseconds, longest) of this many blocking calls."""
         answer = self.tell("call", number)
         took = [1000 * seconds for seconds in answer["seconds"]]
         return set(answer["codes"]), statistics.median(took), max(took)
@@ -182,7 +182,7 @@ class Caller:
 def test_a_slow_network_that_loses_packets_is_slow_and_loses_no_call(
     scene: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    """After a short cut it is the same connection; half open it is given up, and taken up again when it is mended."""
+    """After a short cut it is the same connection; a half-open one is dropped, and taken up again after the repair."""
     with lab(["client"]) as hosts:
         address = f"tcp/{hosts.router_of('client')}:19997"
         flags = ("--start", "--port", 0, "--no-local", "--listen", address)

@@ -1,4 +1,4 @@
-"""Who gets in, and what they may do then: the recipes of docs/security.md, run as they stand there."""
+"""Access and rights of clients: the recipes of docs/security.md, run as they stand there."""
 
 from __future__ import annotations
 

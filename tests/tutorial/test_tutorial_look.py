@@ -28,7 +28,7 @@ CameraImage = NDArray[np.int64]
 
 
 def floor_texture() -> ModuleType:
-    """docs/floor_texture.py, which is no part of a package."""
+    """docs/floor_texture.py, which is not part of a package."""
     spec = importlib.util.spec_from_file_location("floor_texture", ROOT / "docs" / "floor_texture.py")
     assert spec is not None
     assert spec.loader is not None
@@ -38,7 +38,7 @@ def floor_texture() -> ModuleType:
 
 
 class View:
-    """What the hand camera sees, and which pixel shows a point of the world."""
+    """The image of the hand camera, and which pixel shows a point of the world."""
 
     def __init__(self, world: RealWorld, client: int) -> None:
         self.client = client

@@ -86,7 +86,7 @@ class ZenohGateway(Part):
             connect: Zenoh routers through which clients can also reach the server; it retries those that do not answer.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
-            local: the short way that clients on this host are offered.
+            local: the lane that clients on this host are offered.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
@@ -363,7 +363,7 @@ class ZenohGateway(Part):
             logger.warning("a client that takes nothing any more is not waited for")
 
     def leave(self) -> None:
-        """Close this way in while the server goes on: its clients leave. Any thread."""
+        """Close this gateway while the server goes on: its clients leave. Any thread."""
         with self._presence:
             clients = list(self._secrets)
         self.close()

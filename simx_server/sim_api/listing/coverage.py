@@ -45,7 +45,8 @@ Lua and Python scripts see the same functions. Every function of `sim` also has 
 new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` replaces an argument that is missing or
 nil. A function that is not listed raises an error that names it. A stand-in lets a script run that only dresses
 V-REP's window or serves a missing program: it keeps values, and logs once what is missing. Functions without a mark
-are there in full; functions without a text do what their names say.
+are there in full; functions without a text do what their names say. A function without parentheses has the arguments
+of the next one.
 
 {sections}
 """
@@ -159,17 +160,26 @@ def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str]) -> list[s
         lines: The functions of a section.
         main: Description to the function that has it on the page; those of other sections refer to this one.
     """
-    names: dict[str, list[str]] = {}
+    groups: dict[str, list[ScriptFunction]] = {}
     here = {line.name for line in lines}
     for line in lines:
         text = _description(line)
         repeated = len(text.split()) > LONG and main[text] not in here
         if repeated and line.support is not Support.STAND_IN:
             text = f"As `{main[text]}`."
-        names.setdefault(text, []).append(f"`{line.name}({line.arguments})`")
-    plain = names.pop("", [])
-    found = [f"* {', '.join(functions)}: {description}" for description, functions in names.items()]
-    return [*found, *([f"* {', '.join(plain)}"] if plain else [])]
+        groups.setdefault(text, []).append(line)
+    plain = groups.pop("", [])
+    found = [f"* {_calls(functions)}: {description}" for description, functions in groups.items()]
+    return [*found, *([f"* {_calls(plain)}"] if plain else [])]
+
+
+def _calls(functions: Sequence[ScriptFunction]) -> str:
+    """Return the functions with their arguments; those of the same arguments stand together, the last one has them."""
+    names: dict[str, list[str]] = {}
+    for each in functions:
+        names.setdefault(each.arguments, []).append(each.name)
+    calls = {f"{same[-1]}({arguments})": same[:-1] for arguments, same in names.items()}
+    return "; ".join(", ".join(f"`{name}`" for name in [*others, call]) for call, others in calls.items())
 
 
 def _description(line: ScriptFunction) -> str:

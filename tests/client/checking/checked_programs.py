@@ -30,7 +30,7 @@ def check(script: Path, *flags: str) -> tuple[int, dict[str, Any]]:
 
 
 def page_of(script: Path, *flags: str) -> str:
-    """What people see."""
+    """The lines that people see."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         command.main([str(script), *flags])

@@ -1,4 +1,4 @@
-"""``simx-check`` on files that are no program, too large, nested without end, or made to keep it busy."""
+"""``simx-check`` on files that are not programs, too large, nested without end, or made to keep it busy."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @pytest.fixture(scope="module")
 def complete(scripts: dict[str, Path]) -> Complete:
-    """What bash offers for the last of these words."""
+    """Completions of bash for the last of these words."""
     if shutil.which("bash") is None:
         pytest.skip("no bash on this machine")
 

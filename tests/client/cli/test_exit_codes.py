@@ -34,7 +34,7 @@ pytestmark = pytest.mark.slow
 
 
 def code_of(main: Callable[[list[str]], int], *arguments: object) -> int:
-    """What a program would end with, also when argparse ends it."""
+    """The exit code of a program, also when argparse ends it."""
     try:
         return main([str(argument) for argument in arguments])
     except SystemExit as left:

@@ -136,7 +136,7 @@ def test_watch_asks_again_until_it_is_interrupted(
 
 
 def states_of(process_id: int) -> set[str]:
-    """The states of its threads, as in proc(5); none where there is no such folder."""
+    """The states of its threads, as in proc(5); none without such a folder."""
     files = Path("/proc").glob(f"{process_id}/task/*/stat")
     return {file.read_text().rpartition(")")[2].split()[0] for file in files}
 

@@ -48,7 +48,7 @@ SCENE = """
 
 
 def open_world(folder: Path) -> RealWorld:
-    """The scene in a world of its own, without OpenGL where the environment says so."""
+    """The scene in a separate world, without OpenGL where the environment says so."""
     (folder / "scene.xml").write_text(SCENE)
     return RealWorld(folder / "scene.xml")
 

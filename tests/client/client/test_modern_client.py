@@ -197,7 +197,7 @@ def tutorial() -> Iterator[ServerProcess]:
 
 @pytest.fixture
 def redirect(tutorial: ServerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What goes to port 19997 finds this server."""
+    """Connections to port 19997 reach this server."""
     monkeypatch.setenv(VARIABLE, format_redirects({19997: ("127.0.0.1", tutorial.port)}))
 
 

@@ -1,4 +1,4 @@
-"""What objects of the modern face say of themselves: without a message, and whatever became of the server."""
+"""The texts of the modern client's objects: without a message, and also after the server's end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``simx fleet`` where there is no Ray cluster: usage, and what to do."""
+"""``simx fleet`` without a Ray cluster: usage, and what to do."""
 
 from __future__ import annotations
 

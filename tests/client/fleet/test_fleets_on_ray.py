@@ -91,7 +91,7 @@ def test_servers_of_a_lost_host_and_lost_servers_come_back_and_clients_go_on(
     assert -1 not in clients.values()
 
     def server(realm: str) -> dict[str, Any]:
-        """What the status says of a server."""
+        """The status of a server."""
         _, text, _ = run(ray_cluster, capsys, "status", "--json", "--log", "5")
         (found,) = [each for each in json.loads(text)["servers"] if each["realm"] == realm]
         return found

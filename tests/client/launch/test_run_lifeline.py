@@ -75,7 +75,7 @@ def is_gone(process_id: int) -> bool:
 
 
 def _state(process_id: int) -> str:
-    """Of a process that may be an orphan nobody waits for."""
+    """Of a process that may be an orphan without a waiting parent."""
     with contextlib.suppress(OSError):
         return Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()[0]
     return "Z"

@@ -1,1 +1,1 @@
-"""What calls and messages cost the server."""
+"""The cost of calls and messages for the server."""

@@ -1,6 +1,6 @@
-"""What a call may cost: every function of every API, each of its arguments as large as it may be, the others good ones.
+"""The greatest cost of a call: every function of every API, each argument as large as possible, the others good.
 
-Good ones are found by trying. Where several arguments must fit together, `SAMPLES` has them. What counts is the longest
+Good ones are found by trying. Where several arguments must fit together, `SAMPLES` has them. The result is the longest
 time between two moments at which others are served, and the peak of the memory.
 """
 
@@ -143,7 +143,7 @@ class Target:
         self._last = now
 
     def cost(self, work: Callable[[], object]) -> float:
-        """Return the longest time of some work in which nobody else was served."""
+        """Return the longest time of some work in which no other client was served."""
         self._longest, self._last = 0.0, time.thread_time()
         work()
         self._served()

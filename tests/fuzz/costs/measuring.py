@@ -1,4 +1,4 @@
-"""What work costs: processor time of this thread, so that other programs of the machine count little.
+"""The cost of work: processor time of this thread, so that other programs of the machine count little.
 
 The least of several tries counts, and more are made only while it is above the bound.
 """
@@ -32,7 +32,7 @@ def least_seconds(work: Callable[[], object], enough: float = 0.0) -> float:
 
 @contextmanager
 def peak_megabytes() -> Iterator[Callable[[], float]]:
-    """Yield a function that returns by how much this process has grown meanwhile at most; 0 where nobody can tell."""
+    """Yield a function that returns by how much this process has grown at most; 0 if the system does not tell."""
     before = _start_of_peak()
     yield lambda: (_size("VmHWM") - before) / 1024 if before else 0.0
 

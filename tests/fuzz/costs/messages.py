@@ -53,7 +53,7 @@ _LIMITS = Limits()
 
 
 class Door(NamedTuple):
-    """A way in, as its decoder sees it."""
+    """A gateway, as its decoder sees it."""
 
     read: Callable[[bytes], object]
     heads: tuple[bytes, ...]
@@ -266,7 +266,7 @@ def run(cases: int, seed: int, _folder: Path | None = None) -> str:
     """Read this many pairs of messages.
 
     Returns:
-        What was seen, for people.
+        The counts, for people.
 
     Raises:
         AssertionError: one takes longer than four times as long for four times as many bytes.

@@ -19,7 +19,7 @@ from simx_server.settings.settings import SETTINGS, Settings
 
 @pytest.fixture
 def served(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
-    """What the command line hands to the server, without one being started."""
+    """The settings that the command line passes to the server, without a start of one."""
     handed: list[Settings] = []
     stand_in = types.ModuleType("simx_server.app.server")
 

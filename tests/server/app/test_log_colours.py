@@ -103,7 +103,7 @@ def test_only_the_level_is_painted_and_other_handlers_see_it_plain(
 
 
 def said_on_a_terminal(*arguments: str) -> str:
-    """What a program writes to a terminal as its stderr."""
+    """The text that a program writes to a terminal as its stderr."""
     ours, its = pty.openpty()
     said: list[bytes] = []
 

@@ -52,7 +52,7 @@ Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 @asynccontextmanager
 async def connections(place: tuple[str, int], count: int) -> AsyncIterator[list[Streams]]:
-    """So many connections, one after the other."""
+    """Open this many connections, one after the other."""
     opened = [await asyncio.open_connection(*place) for _ in range(count)]
     try:
         yield opened

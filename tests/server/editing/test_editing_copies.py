@@ -1,4 +1,4 @@
-"""Copies of objects: which come along, where they are, and that everything in them works by itself."""
+"""Copies of objects: which come along, where they are, and that everything in them works alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Physics diverges: whoever waits for a simulation step gets the reason as an error, whatever the door."""
+"""Physics diverges: every client that waits for a simulation step gets the reason as an error, at each gateway."""
 
 from __future__ import annotations
 

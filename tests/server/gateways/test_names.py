@@ -1,4 +1,4 @@
-"""Nobody calls in the name of a client of another door, also when its name is known."""
+"""No program calls in the name of a client of another gateway, also when its name is known."""
 
 from __future__ import annotations
 

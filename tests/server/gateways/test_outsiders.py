@@ -1,4 +1,4 @@
-"""What programs that are no clients can do to a server over Zenoh, and to its clients: nothing that stays."""
+"""Programs that are not clients do nothing lasting to a server over Zenoh, or to its clients."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def settled(session: Any, place: ServerProcess) -> None:
 
 
 def tokens(session: Any, key: str) -> list[str]:
-    """What of this kind is there, as a session sees it."""
+    """The items of this kind, as a session sees them."""
     found = session.liveliness().get(key, timeout=TIMEOUT)
     return [str(token.ok.key_expr) for token in found if token.ok is not None]
 
@@ -265,7 +265,7 @@ _HALF_A_HANDSHAKE = (len(_INIT) + 16).to_bytes(2, "little") + _INIT + bytes(rang
 
 @pytest.mark.parametrize("opening", [b"", b"\xff", _HALF_A_HANDSHAKE, b"GET / HTTP/1.1\r\n\r\n"])
 def test_half_open_connections_lock_nobody_out(place: ServerProcess, opening: bytes) -> None:
-    """Zenoh by itself takes 100 at a time and refuses all others for as long."""
+    """Zenoh alone takes 100 at a time and refuses all others for as long."""
     with silent(place.port, 300, opening):
         for _ in range(3):
             client = come(place)

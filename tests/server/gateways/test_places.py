@@ -1,4 +1,4 @@
-"""Connections that say nothing, and clients that only come, keep nobody out."""
+"""Silent connections, and clients that only come, keep no other client out."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def test_first_velocity_is_given_at_the_start_and_is_there_again_after_the_stop(
 
 
 def test_in_a_run_the_first_velocity_waits_for_the_next_placing(world: World) -> None:
-    """How scripts throw: V-REP adds a shape that was placed to its physics anew."""
+    """How scripts throw: V-REP adds a shape that was placed to its physics again."""
     world.run(1)
     write(world, "ball", 3002, 3.0)
     world.parts.step()

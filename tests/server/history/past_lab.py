@@ -88,7 +88,7 @@ class Lab:
         return seen
 
     def readings(self) -> bytes:
-        """What clients read of objects: velocities, forces, positions."""
+        """Values that clients read of objects: velocities, forces, positions."""
         values: list[Any] = []
         for handle, item in self.sim.scene.objects.items():
             values += self.parts.velocities.measure(handle)

@@ -1,4 +1,4 @@
-"""What is kept of a run: steps and calls, within bounds, and only while somebody wants it."""
+"""The kept part of a run: steps and calls, within bounds, and only while a viewer wants it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""After a crash: with what the next server begins, whom it waits for, what it tells, and when there is none."""
+"""After a crash: the start of the next server, the clients it waits for, its messages, and when none starts."""
 
 from __future__ import annotations
 

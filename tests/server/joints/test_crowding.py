@@ -1,4 +1,4 @@
-"""Shapes in the same place are counted before physics meets them: within one physics step nobody can be served."""
+"""Shapes in the same place are counted before physics meets them: within one physics step no client can be served."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The solver's work is foreseen: another solver is used, or the step is not begun, as the state alone decides."""
+"""The solver's work is foreseen: another solver is used, or the step is not started, as the state alone decides."""
 
 from __future__ import annotations
 

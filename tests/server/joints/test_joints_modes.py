@@ -65,7 +65,7 @@ def test_a_motor_carries_its_load_without_giving_way_and_reports_it() -> None:
 
 
 def test_a_servo_of_the_file_stays_as_soft_as_the_file_says() -> None:
-    """Weight over kv, as the velocity that it gives way with: without annotation, and with rigid=no."""
+    """Weight over kv, as the velocity at which it yields: without annotation, and with rigid=no."""
     for note in (None, "control=velocity motor=on rigid=no"):
         world = slider(actuator=VELOCITY, note=note)
         sim = world.simulation

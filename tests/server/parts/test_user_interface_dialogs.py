@@ -1,4 +1,4 @@
-"""Dialogs: shown during a run, answered by whoever looks, gone with the run."""
+"""Dialogs: shown during a run, answered by any viewer, gone with the run."""
 
 from __future__ import annotations
 

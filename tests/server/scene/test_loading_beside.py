@@ -34,7 +34,7 @@ def world(tmp_path: Path) -> Iterator[RealWorld]:
 
 @pytest.fixture
 def loader(world: RealWorld, tmp_path: Path) -> int:
-    """A client with a file of its own, `brick.xml`."""
+    """A client with its own file, `brick.xml`."""
     (tmp_path / "brick.xml").write_text(CUBE)
     return world.client()
 

@@ -1,4 +1,4 @@
-"""What is tried before it is loaded, what is not, and that what was tried is what is loaded."""
+"""Files that are tried before they are loaded, files that are not, and that the tried bytes are loaded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the log says about an imported file."""
+"""The log lines about an imported file."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ pytest.importorskip("lupa")
 
 
 def printed(source: str, *, language: str = "lua") -> list[str]:
-    """What a child script prints when it starts."""
+    """The lines that a child script prints when it starts."""
     world = scripted({f"{language}:base": source})
     said(world)
     world.run(0)
@@ -132,7 +132,7 @@ def test_every_module_can_be_loaded_by_an_empty_script(name: str) -> None:
 
 
 def lua(source: str) -> list[str]:
-    """What a script prints, each value of `check` on its own line; an error fails the test."""
+    """The lines that a script prints, each value of `check` on its own line; an error fails the test."""
     lines = printed(source)
     assert not [line for line in lines if "is stopped" in line], lines
     return [line for line in lines if "are not there" not in line]

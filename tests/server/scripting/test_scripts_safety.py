@@ -50,7 +50,7 @@ SCENE = """
 
 
 class ThreadedWorld(RealWorld):
-    """The engine runs by itself; each client is a caller of its own."""
+    """The server loop runs in a thread; each client is a separate caller."""
 
     def __init__(self, scene: Path) -> None:
         super().__init__(scene)

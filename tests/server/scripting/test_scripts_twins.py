@@ -48,7 +48,7 @@ Visitor = Callable[[World, int], Any]
 
 
 def trace_of(folder: Path, script: Path, passes: int, visit: Visitor) -> list[Any]:
-    """What can be seen from outside: poses after each pass, results of the visitor's calls, all messages."""
+    """The state that is visible from outside: poses after each step, results of the visitor's calls, all messages."""
     (folder / script.name).write_bytes(script.read_bytes())
     (folder / "scene.xml").write_text(SCENE.format(file=script.name), encoding="utf-8")
     world = World(file=folder / "scene.xml")

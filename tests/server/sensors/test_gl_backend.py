@@ -111,7 +111,7 @@ def test_a_probe_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -
 
 
 def without_libraries(monkeypatch: pytest.MonkeyPatch, *absent: str) -> None:
-    """The system's loader finds none whose name begins so."""
+    """The system's loader finds none whose name starts so."""
 
     def load(name: str, *_: Any, **__: Any) -> None:
         if name.startswith(absent):

@@ -1,4 +1,4 @@
-"""The render thread: nothing is rendered twice, nobody waits, nothing takes it down."""
+"""The render thread: nothing is rendered twice, no client waits, nothing takes it down."""
 
 import dataclasses
 import logging

@@ -208,7 +208,7 @@ def test_undetectable_shape_and_model_are_looked_through() -> None:
 
 
 def test_first_reader_gets_the_last_pass_too() -> None:
-    """Nobody had read the sensor when the thing was moved."""
+    """No client had read the sensor when the thing was moved."""
     world = scene("range=2", '<geom type="box" size="0.1 0.1 0.1" pos="0.5 0 0"/>')
     world.call("simxSetObjectPosition", world.handle("thing"), -1, [0.5, 0.0, 0.0])
     assert read(world)[1] == pytest.approx([0, 0, 0.4])

@@ -1,4 +1,4 @@
-"""While an edit takes long, blocking calls of others are refused with a text; what nobody waits for keeps its place."""
+"""During a long edit, blocking calls of others are refused with a text; calls that do not wait keep their place."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class LongCompile:
 
 
 class World(RealWorld):
-    """The engine runs by itself; each client is a caller of its own."""
+    """The server loop runs in a thread; each client is a separate caller."""
 
     def __init__(self) -> None:
         super().__init__(Path(__file__).parents[2] / "conformance" / "scene.xml")

@@ -1,4 +1,4 @@
-"""A call's cost is bounded before it begins: each function of each API, with the largest arguments that it accepts."""
+"""A call's cost is bounded before it starts: each function of each API, with the largest arguments that it accepts."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_functions_of_the_table_cost_no_more_than_the_budget(target: Target) -> 
 
 
 def test_others_are_served_while_another_process_works() -> None:
-    """What it does is given up when the server ends."""
+    """Its work ends with the server."""
     looks: list[bool] = [False, True]
     process = subprocess.Popen(
         [sys.executable, "-c", "import signal; signal.pause()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE

@@ -1,4 +1,4 @@
-"""What scripts answer: values that no client can be given are refused with a sentence, and the script lives on."""
+"""Results of scripts: values that no client can receive are refused with a sentence, and the script lives on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What has come is taken in its order, whoever takes it; and what waits while a script runs."""
+"""Messages are taken in their order by each reader; and the messages that wait while a script runs."""
 
 from __future__ import annotations
 

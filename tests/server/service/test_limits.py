@@ -1,4 +1,4 @@
-"""What clients may make the server hold: each excess is refused with the limit's name, value and flag."""
+"""Limits on data that clients make the server hold: each excess is refused with the limit's name, value and flag."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def small(**limits: int) -> World:
 
 
 def send(world: World, command: str, *arguments: Any) -> None:
-    """What carries a file."""
+    """The calls that carry a file."""
     HANDLERS[command](world.parts, cast(Any, world.client), list(arguments))
 
 

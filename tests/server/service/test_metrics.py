@@ -1,4 +1,4 @@
-"""What a server counts of itself, and how it tells it."""
+"""The counts of a server, and how it reports them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the table says only reads, and viewers may therefore call, changes nothing that could be noticed."""
+"""Functions that only read by the table, so that viewers may call them, change nothing visible."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def world() -> Iterator[tuple[RealWorld, int]]:
 
 
 def noticed(world: RealWorld) -> list[Any]:
-    """What others could notice."""
+    """The state that is visible to others."""
     sim, data = world.simulation, world.simulation.data
     shown = world.parts.user_interface.describe()
     signals = [

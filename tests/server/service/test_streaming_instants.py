@@ -1,7 +1,7 @@
-"""What a client reads in one pause is of one instant, and a client that stops reading takes nothing from the others.
+"""Values read in one pause are of one instant, and a client that stops reading takes nothing from the others.
 
 The scene is a row of balls that fall side by side: after each pass all joints and all heights are one and the same
-number, and a different one than before. A server of its own makes a thousand passes a second and streams all of it.
+number, and a different one than before. A separate server makes a thousand steps a second and streams all of it.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ Read = Callable[[int], tuple[int, Any]]
 
 
 class Instant(NamedTuple):
-    """What one client found: the distinct numbers among what should be one."""
+    """The findings of one client: the distinct numbers among what should be one."""
 
     joints: frozenset[float]
     heights: frozenset[float]
@@ -80,7 +80,7 @@ def no_connection_left() -> Iterator[None]:
 
 
 def connect(simulator: ServerProcess, place: int = 1) -> int:
-    """A client; those of one process need addresses of their own, and every loopback address is this host."""
+    """A client; those of one process need different addresses, and every loopback address is this host."""
     client = v.simxStart(f"127.0.0.{place}", simulator.port, True, True, 20_000, 5)
     assert client >= 0
     return client
@@ -120,7 +120,7 @@ def look(client: int, joints: list[int], balls: list[int]) -> Instant:
 
 @contextmanager
 def held(client: int) -> Iterator[None]:
-    """Within, nothing is sent and nothing taken in. What has arrived by now is taken in first, by any call."""
+    """Within, nothing is sent and nothing taken in. Any call first takes in the messages that have arrived."""
     v.simxGetJointPosition(client, 0, BUFFER)
     v.simxPauseCommunication(client, True)
     try:
@@ -268,7 +268,7 @@ class Watcher:
         return v.simxGetLastCmdTime(self._client)
 
     def passes_a_second(self, passes: int) -> float:
-        """Work until so many further passes are made; fails when they do not come."""
+        """Work until this many further steps are made; fails when they do not come."""
         first, began = self._time(), time.monotonic()
         assert wait_until(lambda: self._time() >= first + passes, TIMEOUT, turn=self._work)
         return (self._time() - first) / (time.monotonic() - began)

@@ -1,4 +1,4 @@
-"""What scripts record in graphs, and read back."""
+"""Values that scripts record in graphs, and read back."""
 
 from __future__ import annotations
 

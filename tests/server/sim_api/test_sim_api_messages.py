@@ -1,4 +1,4 @@
-"""What scripts tell people: status bar, log, consoles and dialogs."""
+"""Messages of scripts to people: status bar, log, consoles and dialogs."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ end
 
 
 class Moved:
-    """What happened while a thread ran."""
+    """The events while a thread ran."""
 
     def __init__(self, thread: str, passes: int = 200) -> None:
         world = scripted({"lua:base": f"{PREAMBLE}\nfunction sysCall_thread()\n{thread}\nend"}, BODY, CUSTOM)

@@ -1,4 +1,4 @@
-"""What scripts know of each other, and what they say to each other."""
+"""Scripts find each other, and send each other messages."""
 
 from __future__ import annotations
 

@@ -247,7 +247,7 @@ def test_a_slow_simulation_step_is_warned_of_once(
 
 
 def test_steps_in_pieces_are_the_same_numbers() -> None:
-    """Whatever the clock makes of the pieces."""
+    """For any duration of the pieces by the clock."""
     world = falling()
     world.sim.time_step = 1.0
     world.run(2)

@@ -1,4 +1,4 @@
-"""What overlaps parts at a walking pace, whatever contacts the scene has."""
+"""Overlapping shapes part at a walking pace, for any contacts of the scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bodies that MuJoCo lets sleep: nobody can tell, but for the time that a step takes."""
+"""Bodies that MuJoCo lets sleep: no client notices, but for the time that a step takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What slides stays on its ground."""
+"""A sliding shape stays on its ground."""
 
 from __future__ import annotations
 

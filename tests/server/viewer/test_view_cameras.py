@@ -1,4 +1,4 @@
-"""The Cameras tab: pictures as the remote API gives them, upright; nothing is asked of cameras nobody looks at."""
+"""The Cameras tab: images as the remote API gives them, upright; no requests for cameras without a viewer."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class Looked:
         self.page.run()
 
     def text(self) -> str:
-        """What stands in all tabs."""
+        """The text of all tabs."""
         containers = self.stage.gui._container_handle_from_uuid.values()
         elements = [each for container in containers for each in container._children.values()]
         shown = [each for each in elements if getattr(each, "visible", True)]

@@ -1,4 +1,4 @@
-"""What the page is told: everything once, then news only; a mirror of it shows what the server has."""
+"""The messages for the page: everything once, then news only; a mirror of it shows what the server has."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def connect(gate: Gate) -> socket.socket:
 
 
 def all_of(connection: socket.socket) -> bytes:
-    """What comes until the other side closes, or cuts it off."""
+    """The bytes until the other side closes, or cuts the connection."""
     got = b""
     try:
         while data := connection.recv(65536):

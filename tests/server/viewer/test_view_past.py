@@ -63,7 +63,7 @@ class Slider(Stage):
         self.follow()
 
     def follow(self) -> None:
-        """What the page does next."""
+        """The next action of the page."""
         for _ in range(2):  # the answer may turn to another step
             if (step := self.time.step) is not None:
                 self.time.show(step, self.past(step))

@@ -1,4 +1,4 @@
-"""The page's process: it begins and ends with its server, and neither's death takes the other one along."""
+"""The process of the web viewer: it starts and ends with its server, and each survives the other's crash."""
 
 from __future__ import annotations
 

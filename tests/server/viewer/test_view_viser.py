@@ -1,4 +1,4 @@
-"""viser's server after days: what it keeps for browsers that come is numbered anew, and is the same."""
+"""viser's server after days: its messages for new browsers are numbered again, and are the same."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clients of other projects that tests drive the gateways with, each in a folder of its own beside the tests.
+"""Clients of other projects that tests drive the gateways with, each in its own folder beside the tests.
 
 There they need no dependencies and hide no other version, so `.ci/run` does not install them into the environment.
 """

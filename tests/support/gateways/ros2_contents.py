@@ -35,7 +35,7 @@ class Contents:
         self.offers()
 
     def offers(self) -> list[Offer]:
-        """List anew what is offered."""
+        """List the offers again."""
         self._offers = [offer for content in self._contents for offer in content.offers()]
         return self._offers
 
@@ -46,7 +46,7 @@ class Contents:
         return Moment.of(self.world.simulation.step_count, self.world.simulation.time_step)
 
     def message(self, topic: str) -> Any:
-        """What is published now, as it arrives at the other side; None for no message."""
+        """The messages that are published now, as they arrive at the other side; None for no message."""
         (offer,) = [each for each in self._offers if isinstance(each, Published) and each.topic == topic]
         made = offer.make(self.moment())
         if isinstance(made, Future):

@@ -23,7 +23,7 @@ def free_port() -> int:
 
 @contextlib.contextmanager
 def router(port: int, *config: Path) -> Iterator[subprocess.Popen[str]]:
-    """A Zenoh router in a process of its own on this loopback port."""
+    """A Zenoh router in a separate process on this loopback port."""
     process = subprocess.Popen(
         [
             sys.executable,
@@ -44,7 +44,7 @@ def router(port: int, *config: Path) -> Iterator[subprocess.Popen[str]]:
 
 @contextlib.contextmanager
 def silent(port: int, count: int, opening: bytes = b"", timeout: float = 20.0) -> Iterator[None]:
-    """Hold so many connections at a loopback port within the block; they say nothing after their opening."""
+    """Hold this many connections at a loopback port within the block; they say nothing after their opening."""
     with contextlib.ExitStack() as stack:
         for _ in range(count):
             made = stack.enter_context(socket.create_connection(("127.0.0.1", port), timeout=timeout))
@@ -53,7 +53,7 @@ def silent(port: int, count: int, opening: bytes = b"", timeout: float = 20.0) -
 
 
 class Wire:
-    """Passes TCP on from a free port to another one, until it is cut; mended, it takes new connections."""
+    """Passes TCP on from a free port to another one, until it is cut; after the repair it takes new connections."""
 
     def __init__(self, to_port: int) -> None:
         self._to = ("127.0.0.1", to_port)

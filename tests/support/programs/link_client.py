@@ -1,6 +1,6 @@
 """A client that does what its standard input says: ``python tests/support/programs/link_client.py ADDRESS PORT``.
 
-``call N`` makes so many blocking calls; ``look`` tells how things are, by calls that do not wait but one. Answers are
+``call N`` makes this many blocking calls; ``look`` tells how things are, by calls that do not wait but one. Answers are
 lines of JSON.
 """
 

@@ -16,7 +16,7 @@ READS = 20
 
 
 def work(client: int, number: int) -> bool:
-    """Whether calls, a signal of its own, a stream and a batch all came back right."""
+    """Whether calls, its own signal, a stream and a batch all came back right."""
     code, hinge = v.simxGetObjectHandle(client, "hinge", BLOCKING)
     reads = [v.simxGetJointPosition(client, hinge, BLOCKING)[0] for _ in range(READS)]
     name = f"of {os.getpid()} {number}"

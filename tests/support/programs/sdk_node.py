@@ -1,5 +1,5 @@
 # pyright: reportMissingImports=false, reportArgumentType=false
-"""ROS 2 nodes of the package zenoh-ros2-sdk, in a process of their own: another implementation than ours.
+"""ROS 2 nodes of the package zenoh-ros2-sdk, in a separate process: another implementation than ours.
 
     python sdk_node.py PORT
 

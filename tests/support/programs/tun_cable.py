@@ -2,7 +2,7 @@
 
 Two tun devices and this process between them, since not every kernel has veth or netem. Lines tell it what to do:
 ``cut`` loses every packet, ``deaf`` only those from the second end, ``mend`` ends both; ``delay 0.02`` holds each
-packet up for so many seconds, ``lose 7`` drops every seventh. Ends with its standard input.
+packet up for this many seconds, ``lose 7`` drops every seventh. Ends with its standard input.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def end_in(namespace: str, device: str) -> int:
 
 
 class Cable:
-    """What is on its way between two ends, and what the cable does to it."""
+    """The packets between two ends, and the effects of the cable on them."""
 
     def __init__(self, one: int, other: int) -> None:
         self.across = {one: other, other: one}

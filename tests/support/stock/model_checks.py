@@ -1,4 +1,4 @@
-"""What every shipped model is asked: is it V-REP's stock model by name, kind, place and data; does a second one load;
+"""Questions about shipped models: is it V-REP's stock model by name, kind, place and data; does a second one load;
 does it stand still; how fast is it.
 
 A stock model is a tuple of `Stock`, one for each object, in world axes with the model standing at x = y = 0.

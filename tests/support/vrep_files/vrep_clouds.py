@@ -29,7 +29,7 @@ def octree_cells(middles: Sequence[Point], edge: float, rgb: tuple[int, int, int
 
 
 def point_cells(points: Sequence[Point], rgb: tuple[int, int, int], most: int = 4) -> bytes:
-    """Return `Co2` of a point cloud with at most so many points in a cell."""
+    """Return `Co2` of a point cloud with at most this many points in a cell."""
     array = np.asarray(points, np.float64).reshape(-1, 3)
     cube = 2.0
     while np.abs(array).max(initial=0.0) > cube / 2:

@@ -1,4 +1,4 @@
-"""What V-REP files have beside objects: settings, textures, collections, interfaces. Part of `vrep_writer.py`."""
+"""Parts of V-REP files beside objects: settings, textures, collections, interfaces. Part of `vrep_writer.py`."""
 
 from __future__ import annotations
 

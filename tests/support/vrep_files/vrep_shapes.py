@@ -84,7 +84,7 @@ def shape_of(*leaves: Leaf, handle: int = 1, **parts: Any) -> Shape:
 
 
 def converted(file: VrepFile) -> Conversion:
-    """The conversion of a file's shapes, each on a body of its own in the world at its pose; dynamic ones are free."""
+    """The conversion of a file's shapes, each on a separate body in the world at its pose; dynamic ones are free."""
     names = {handle: each.name for handle, each in file.objects.items()}
     conversion = Conversion(file, mujoco.MjSpec(), Report(file.name), names)
     for shape in file.objects.values():

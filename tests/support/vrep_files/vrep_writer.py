@@ -63,7 +63,7 @@ class VrepWriter(RestOfFile):
         is_model: bool = False,
         **header: Any,
     ) -> None:
-        """Begin a file; `header` may have revision."""
+        """Start a file; `header` may have revision."""
         super().__init__(ser, program or PROGRAMS[ser])
         self.is_model = is_model
         self._header = header

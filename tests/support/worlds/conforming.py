@@ -1,4 +1,4 @@
-"""What the conformance tests are written with: the original's declarations, and a test per function and name."""
+"""The tools of the conformance tests: the original's declarations, and a test per function and name."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Declaration:
         return "operationMode" in self.parameters
 
     def failure(self, rc: int) -> Any:
-        """What a call returns with this code and no data."""
+        """The results of a call with this code and no data."""
         return eval(self.without_data, {"rc": rc})  # the file is ours
 
     @property

@@ -28,7 +28,7 @@ class IdiomWorld(RealWorld):
     """Answers ``simxStart`` on the usual ports, whatever loopback address is named."""
 
     def __init__(self, *, own_thread: bool = False) -> None:
-        """`own_thread`: the engine runs by itself, for scripts with threads; else it turns while they wait."""
+        """`own_thread`: the server loop runs in a thread, for scripts with threads; else it turns while they wait."""
         super().__init__(SCENE)
         self.ports = list(PORTS)
         self.transports: list[LoopbackTransport] = []
@@ -45,7 +45,7 @@ class IdiomWorld(RealWorld):
         return transport
 
     def settle(self, turns: int = 3) -> None:
-        """What the time between two calls of a script does: the server goes on."""
+        """Pass the time between two calls of a script: the server goes on."""
         for _ in range(turns):
             self.loop.turn(max_wait=0.05)
 

@@ -26,7 +26,7 @@ def opened(*files: Path) -> Iterator[list[World]]:
 
 
 def objects_of(world: World) -> list[tuple[Any, ...]]:
-    """What programs see of all objects, in the order of their handles."""
+    """The visible state of all objects, in the order of their handles."""
     scene = world.sim.scene
     return [
         (

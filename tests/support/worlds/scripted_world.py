@@ -31,7 +31,7 @@ def scripted(scripts: Mapping[str, str], body: str = TREE, custom: str = "") -> 
 
 
 def said(world: World) -> list[str]:
-    """What scripts have printed since the last time."""
+    """The lines that scripts have printed since the last time."""
     bar = world.parts.status_bar
     found = bar.messages
     bar._messages.clear()
@@ -39,7 +39,7 @@ def said(world: World) -> list[str]:
 
 
 def call(world: World, function: str, *inputs: Any, on: str = "base", kind: int = 1) -> Any:
-    """What a client's simxCallScriptFunction gives."""
+    """The results of a client's simxCallScriptFunction."""
     return world.call("simxCallScriptFunction", on, kind, function, *(inputs or ([], [], [], b"")))
 
 

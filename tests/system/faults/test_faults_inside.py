@@ -1,4 +1,4 @@
-"""What goes wrong inside a server: pictures, physics, disks and files. The client is told, and the next try works."""
+"""Errors inside a server: images, physics, disks and files. The client is told, and the next try works."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def errors(client: int) -> str:
 
 class LosesItsContext:
     """A renderer of which every picture fails once `lost` is set, as with a GL context that the driver took away;
-    one that is made anew works."""
+    one that is made again works."""
 
     def __init__(self, real: Renderer) -> None:
         self._real = real
@@ -255,7 +255,7 @@ def test_a_pass_that_fails_is_told_to_every_client_and_the_next_run_works(
 
 @contextmanager
 def full_disk(left: int) -> Iterator[None]:
-    """No file of this process can become longer than so many bytes."""
+    """No file of this process can become longer than this many bytes."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (left, before[1]))
     try:

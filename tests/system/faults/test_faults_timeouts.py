@@ -142,7 +142,7 @@ def test_of_a_link_on_which_nothing_arrives(record_property: Record) -> None:
 
 
 def test_of_an_answer_that_takes_longer_to_travel(tmp_path: Path, record_property: Record) -> None:
-    """What has come is not thrown away: it is there for a later call."""
+    """An arrived answer is not thrown away: a later call gets it."""
     with plain_server() as (_, port):
         client = start(port)
         for _ in range(MAX_UNANSWERED // 2):  # a megabyte each

@@ -1,4 +1,4 @@
-"""A client by one of the ways in, for `crashes.py`: it asks for the simulated time, for ever.
+"""A client by one of the gateways, for `crashes.py`: it asks for the simulated time, for ever.
 
 crash_clients.py ROLE PORT    prints a line for each answer: when it came (monotonic clock), simulated seconds
 """

@@ -1,8 +1,8 @@
-"""Kill a supervised server at chance moments while clients of all ways in use it: ``make crashes``.
+"""Kill a supervised server at chance moments while clients of all gateways use it: ``make crashes``.
 
     crashes.py [COUNT] [SEED]    kills COUNT (50) times by SIGSEGV
 
-Printed are how long each way in was without an answer after a kill, and how many simulation steps were lost: those that
+Prints how long each gateway was without an answer after a kill, and how many simulation steps were lost: those that
 a client had seen, and that the next server made again. At the end the recording is replayed. Exit code 0: all were back
 within `LONGEST` seconds, no kill took more than one step, and the replay was equal.
 """

@@ -1,6 +1,6 @@
 """Hostile clients against one server, and a bystander whose calls are timed: ``make siege``.
 
-The server is a process of its own, with default rights for clients; each attacker (`siege_roles.py`) is one too, and
+The server is a separate process, with default rights for clients; each attacker (`siege_roles.py`) is one too, and
 one that ends is followed by another. Bystander and server share one core, and the attackers have the others. The
 bystander makes a hundred calls a second. In the middle and at the end all attackers leave. Printed are the longest time
 that a call of the bystander took, how many were refused because the server was busy, and the server's memory: before,
@@ -104,12 +104,12 @@ class Bystander:
         v.simxGetVisionSensorImage(self.client, camera, 0, v.simx_opmode_blocking)
 
     def clear_up(self) -> None:
-        """Have the scene of the beginning again."""
+        """Have the scene of the start again."""
         v.simxStopSimulation(self.client, v.simx_opmode_blocking)
         v.simxLoadScene(self.client, str(SCENE), 1, v.simx_opmode_blocking)
 
     def _version(self) -> tuple[int, int]:
-        """What no client can change."""
+        """The state that no client can change."""
         return v.simxGetIntegerParameter(self.client, v.sim_intparam_program_version, v.simx_opmode_blocking)
 
 

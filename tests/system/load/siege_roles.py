@@ -1,4 +1,4 @@
-"""What the attackers of the siege do, one process each: ``python tests/system/load/siege_roles.py ROLE PORTS SEED``.
+"""The roles of the siege's attackers, one process each: ``python tests/system/load/siege_roles.py ROLE PORTS SEED``.
 
 Each goes on until its connection is gone, a minute is over, or it thinks of killing itself.
 """
@@ -102,7 +102,7 @@ def files(doors: Doors, chance: Chance, end: float) -> None:
 
 
 def flood(doors: Doors, chance: Chance, end: float) -> None:
-    """Messages as fast as they go, past the client's own bounds; nobody reads the answers."""
+    """Messages as fast as they go, past the client's own bounds; the answers stay unread."""
     client = connect(doors.zenoh)
     connection = CLIENTS.get(client)
     assert connection is not None

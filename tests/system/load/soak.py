@@ -1,4 +1,4 @@
-"""A server under eight clients must stay up, and return to where it began: ``make soak``.
+"""A server under eight clients must stay up, and return to its first state: ``make soak``.
 
 The server lives in this process, the clients in others: four call at random, one each takes pictures, steps, edits the
 scene, comes and goes. A client that ends is followed by another; some kill themselves in mid-call, some are killed from
@@ -137,7 +137,7 @@ class Soak:
             child.process.wait()
 
     def judge(self) -> list[str]:
-        """What is wrong with the counts, as sentences."""
+        """The faults of the counts, as sentences."""
         found = list(self.problems)
         before, warm, last = self.counts[0], self.counts[min(1, len(self.counts) - 1)], self.counts[-1]
         if last.memory_mb > max(warm.memory_mb * (1 + GROWTH), warm.memory_mb + MORE_MEMORY):

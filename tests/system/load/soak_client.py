@@ -123,7 +123,7 @@ class Client:
         function(self.cid, *self.arguments(command), *mode)
 
     def something_else(self) -> None:
-        """What is no plain call: files, queries, pauses, rubbish on the wire."""
+        """Everything but plain calls: files, queries, pauses, rubbish on the wire."""
         what = self.random.random()
         if what < 0.3:
             v.simxTransferFile(self.cid, self.file, f"soak{self.random.randrange(3)}.bin", 1000, BLOCKING)

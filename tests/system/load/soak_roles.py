@@ -1,4 +1,4 @@
-"""What the clients of the soak do: one function for each role, called again and again with a connected client.
+"""The roles of the soak's clients: one function for each role, called again and again with a connected client.
 
 Each returns after a second or so, at latest when its connection has gone; what it leaves behind (streams, stepped mode,
 objects) it leaves on purpose, as scripts do that end or die.
@@ -61,7 +61,7 @@ def stepping(cid: int, chance: random.Random, scene: str) -> None:
 
 
 def editing(cid: int, chance: random.Random, scene: str) -> None:
-    """Models in, copies, other parents, objects out; now and then the scene anew, also one of the client's side."""
+    """Models in, copies, other parents, objects out; now and then the scene again, also one of the client's side."""
     if chance.random() < 0.2 or len(v.simxGetObjects(cid, v.sim_handle_all, BLOCKING)[1] or []) > 60:
         v.simxStopSimulation(cid, BLOCKING)
         v.simxLoadScene(cid, scene, chance.choice([0, 1]), BLOCKING)

@@ -1,4 +1,4 @@
-"""The server of the soak, and what is counted in it when nobody is connected and the first scene is loaded."""
+"""The server of the soak, and its counts when no client is connected and the first scene is loaded."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ all their streams."""
 
 @dataclass(frozen=True)
 class Counts:
-    """What could grow, at rest."""
+    """The quantities that could grow, at rest."""
 
     seconds: float
     batches: int

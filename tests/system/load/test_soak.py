@@ -1,4 +1,4 @@
-"""Eight clients for a while, some of which die: the server stays up and everything returns to where it began."""
+"""Eight clients for a while, some of which die: the server stays up and everything returns to its first state."""
 
 from __future__ import annotations
 

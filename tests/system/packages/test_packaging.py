@@ -1,4 +1,4 @@
-"""What is installed: the files a wheel gets, its commands, systems that are not POSIX, type checks of users' code."""
+"""The files that a wheel gets, its commands, systems that are not POSIX, type checks of users' code."""
 
 from __future__ import annotations
 

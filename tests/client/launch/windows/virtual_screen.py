@@ -1,4 +1,4 @@
-"""A virtual screen of its own (Xvfb), and a person at it: real keys and a real mouse (xdotool, X's own library)."""
+"""A separate virtual screen (Xvfb), and a person at it: real keys and a real mouse (xdotool, X's own library)."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class PersonAt:
             x11.XCloseDisplay(display)
 
     def pixels(self) -> np.ndarray:
-        """What is to be seen, (height, width, 3), red first. Source of the layout: X11's XWDFile.h."""
+        """The visible pixels, (height, width, 3), red first. Source of the layout: X11's XWDFile.h."""
         raw = self._memory.read_bytes()
         head = np.frombuffer(raw[:100], ">u4").astype(int)
         header, width, height, bits, stride, colours = head[[0, 4, 5, 11, 12, 19]]

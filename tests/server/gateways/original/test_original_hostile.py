@@ -1,4 +1,4 @@
-"""Peers that break the rules of the original's protocol are cut or get errors, and harm nobody else."""
+"""Peers that break the rules of the original's protocol are cut or get errors, and harm no other client."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What annotated objects publish and take agrees with the remote API at the same simulation step."""
+"""The topics of annotated objects agree with the remote API at the same simulation step."""
 
 from __future__ import annotations
 

@@ -339,7 +339,7 @@ def desk_of_stop(server: Ros2World) -> Desk:
 
 
 def results_of_stops(server: Ros2World, count: int) -> list[int]:
-    """Success or failure of so many calls that arrive before the first of them is executed."""
+    """Success or failure of this many calls that arrive before the first of them is executed."""
     peer, may_go_on = server.peer(), threading.Event()
     server.loop.post(may_go_on.wait)
     replies = [

@@ -1,4 +1,4 @@
-"""What the official client gets: objects made of the namespaces, values, errors."""
+"""Results of the official client: objects made of the namespaces, values, errors."""
 
 from __future__ import annotations
 

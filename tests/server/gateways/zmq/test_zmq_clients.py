@@ -22,7 +22,7 @@ OLDER = ("0.1.0", "2.0.2")
 
 @pytest.fixture
 def fresh_modules() -> Iterator[None]:
-    """The client is imported anew within the test."""
+    """The client is imported again within the test."""
     kept = {name: module for name, module in sys.modules.items() if name.split(".")[0] in (NAME, "cbor2")}
     for name in kept:
         del sys.modules[name]

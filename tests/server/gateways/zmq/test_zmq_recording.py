@@ -75,7 +75,7 @@ def test_the_end_of_a_frozen_clients_stepping_is_repeated(tmp_path: Path) -> Non
 
 
 def pushed(sim: Any) -> None:
-    """A motion whose function of the client pushes a body, by calls of its own."""
+    """A motion whose function of the client pushes a body, by its own calls."""
     box = sim.getObject("/box")
 
     def push(motion: Any) -> None:

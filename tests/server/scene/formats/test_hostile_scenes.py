@@ -1,4 +1,4 @@
-"""Scene files that mean no good: refused with a sentence, or loaded and run; never an error that nobody foresaw."""
+"""Hostile scene files: refused with a sentence, or loaded and run; never an unforeseen error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes with closed loops and more degrees of freedom than MuJoCo solves with the full matrix by itself."""
+"""Scenes with closed loops and more degrees of freedom than MuJoCo solves with the full matrix automatically."""
 
 from __future__ import annotations
 

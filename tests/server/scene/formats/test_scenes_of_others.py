@@ -1,7 +1,7 @@
 """Scenes that other packages ship load as they are: every named body, joint and camera answers, a run works.
 
-What is looked at are the files of packages that the extra `dev` installs; none is imported. What MuJoCo itself cannot
-load, such as files made to be included, is counted but not tried.
+The tests read the files of packages that the extra `dev` installs; none is imported. Files that MuJoCo
+itself cannot load, such as those made to be included, are counted but not tried.
 """
 
 from __future__ import annotations

@@ -248,7 +248,7 @@ JOINT = '<text name="simx:joint:hinge" data="mode=force motor=on control=positio
 
 
 def test_joint_callback_controls_the_motor_before_each_physics_step() -> None:
-    """A proportional controller of its own, slower than V-REP's, and as strong as it says."""
+    """The script's own proportional controller, slower than V-REP's, and as strong as it says."""
     world = scripted(
         {
             "lua:hinge": """

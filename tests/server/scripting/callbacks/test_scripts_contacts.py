@@ -34,7 +34,7 @@ function sysCall_sensing() print(asked) asked = 0 end
 
 @pytest.fixture
 def worlds() -> Iterator[list[World]]:
-    """Every world in it is stopped at the end, and then MuJoCo asks nobody."""
+    """Every world in it is stopped at the end, and then MuJoCo calls no script."""
     made: list[World] = []
     yield made
     for world in made:

@@ -1,4 +1,4 @@
-"""Loops without calls of ``sim``: a script's thread gives way after so many turns, the same in each run."""
+"""Loops without calls of ``sim``: a script's thread yields after a number of turns, the same in each run."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Texts of Lua that mean no good: none gets hold of an object of Python, and none keeps the server from others for long.
+"""Hostile texts of Lua: none gets hold of an object of Python, and none keeps the server from others for long.
 
-What is measured is the processor time between two moments at which others are served. The promise is 0.25 s; the bound
+The tests measure the processor time between two moments at which others are served. The promise is 0.25 s; the bound
 here is generous, for slow machines, and far below what the same texts took before (seconds to minutes).
 """
 

@@ -1,4 +1,4 @@
-"""What V-REP's Lua 5.1 allowed, and scripts of its scenes rely on."""
+"""Features of V-REP's Lua 5.1 that scripts of its scenes rely on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``print`` of a script shows."""
+"""The output of ``print`` in a script."""
 
 from __future__ import annotations
 

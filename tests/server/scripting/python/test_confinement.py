@@ -73,7 +73,7 @@ WAYS_OUT = [
 
 @pytest.fixture
 def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The workspace; beside it what nobody may have, and links to that from the inside."""
+    """The workspace; beside it forbidden files, and links to that from the inside."""
     folder = tmp_path / "workspace"
     (folder / "inside").mkdir(parents=True)
     (folder / "arm.xml").write_text(ARM)
@@ -103,7 +103,7 @@ def client(world: RealWorld) -> int:
 
 
 def everything(folder: Path) -> dict[str, bytes | None]:
-    """What lies in a folder and beneath: relative name to content, None for others than files."""
+    """The files in a folder and beneath: relative name to content, None for others than files."""
     return {
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() and not path.is_symlink() else None
         for path in folder.rglob("*")

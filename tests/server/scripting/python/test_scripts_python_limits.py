@@ -1,4 +1,4 @@
-"""What a Python script cannot do: run for ever, eat all memory, reach files or networks, outlive the server."""
+"""Limits of a Python script: it cannot run for ever, eat all memory, reach files or networks, outlive the server."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ ALLOW, KILL, REFUSED, MISSING = 0x7FFF0000, 0x80000000, 0x50000 | errno.EPERM, 0
 
 
 def verdict(machine: str, number: int, *arguments: int, architecture: int | None = None) -> int:
-    """What the kernel's filter answers for a system call, by the rules of its machine of 32-bit words."""
+    """The answer of the kernel's filter for a system call, by the rules of its machine of 32-bit words."""
     program = python_calls.steps(machine, LIFELINE, LAUNCH)
     words = {0: number, 4: python_calls.ARCHITECTURES[machine][0] if architecture is None else architecture}
     for index in range(6):

@@ -1,4 +1,4 @@
-"""What users' views show and vision sensors do not: shapes that are not renderable."""
+"""Objects that users' views show and vision sensors do not: shapes that are not renderable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What scripts measure between objects, what touches what, and the collections they make."""
+"""Distances, collisions and collections in scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What scripts draw: it is kept as they say until the stop."""
+"""Drawing objects of scripts: kept as set until the stop."""
 
 from __future__ import annotations
 

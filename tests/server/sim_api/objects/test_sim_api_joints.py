@@ -1,4 +1,4 @@
-"""What scripts do with joints."""
+"""Functions of scripts for joints."""
 
 from __future__ import annotations
 

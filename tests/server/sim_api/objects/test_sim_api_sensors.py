@@ -1,4 +1,4 @@
-"""What scripts learn from proximity and force sensors."""
+"""Functions of scripts for proximity and force sensors."""
 
 from __future__ import annotations
 

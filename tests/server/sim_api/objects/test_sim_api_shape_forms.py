@@ -1,4 +1,4 @@
-"""What scripts read of the form of shapes: how they are drawn, and convex hulls."""
+"""The form of shapes in scripts: how they are drawn, and convex hulls."""
 
 from __future__ import annotations
 

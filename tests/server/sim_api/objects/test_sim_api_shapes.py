@@ -1,4 +1,4 @@
-"""What scripts make: shapes, joints, sensors; and what they ask of shapes."""
+"""Shapes, joints and sensors that scripts make, and questions about shapes."""
 
 from __future__ import annotations
 

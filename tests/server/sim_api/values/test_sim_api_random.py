@@ -1,4 +1,4 @@
-"""Whatever a script passes to the functions of ``sim``: a result or an error that explains, never a failure inside."""
+"""Any argument of a script for the functions of ``sim``: a result or an error that explains, never a failure inside."""
 
 from __future__ import annotations
 

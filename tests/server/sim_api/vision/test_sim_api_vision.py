@@ -1,4 +1,4 @@
-"""What scripts see through vision sensors. Pictures of `eye`, 8 x 4, are ramps; one test renders the scene itself."""
+"""Vision sensors in scripts. Images of `eye`, 8 x 4, are ramps; one test renders the scene itself."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Eye(ScriptWorld):
         return np.frombuffer(data, np.uint8).reshape(HEIGHT, WIDTH, 3)
 
     def found(self, image: np.ndarray, source: str) -> list[Any]:
-        """What a piece of Lua returns."""
+        """The results of a piece of Lua."""
         rgb = np.repeat(image[..., np.newaxis], 3, axis=2) if image.ndim == 2 else image
         text = "".join(f"\\x{byte:02x}" for byte in rgb.astype(np.uint8).tobytes())
         return self.lua(START.replace("{image}", text) + source)

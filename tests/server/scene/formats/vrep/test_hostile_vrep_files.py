@@ -1,4 +1,4 @@
-"""V-REP's own files that mean no good: refused with a sentence, or read; never an error that nobody foresaw."""
+"""Hostile files in V-REP's format: refused with a sentence, or read; never an unforeseen error."""
 
 from __future__ import annotations
 

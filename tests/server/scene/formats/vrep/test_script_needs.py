@@ -1,4 +1,4 @@
-"""What a script's text needs: found in the text, without running it."""
+"""The needs of a script's text: found in the text, without running it."""
 
 from __future__ import annotations
 

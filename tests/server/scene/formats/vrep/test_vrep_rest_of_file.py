@@ -1,4 +1,4 @@
-"""What a file has beside shapes, joints and sensors, in files that the tests' own writer made."""
+"""Parts of a file beside shapes, joints and sensors, in files that the tests' own writer made."""
 
 from __future__ import annotations
 

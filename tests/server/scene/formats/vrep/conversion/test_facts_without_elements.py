@@ -1,4 +1,4 @@
-"""What a V-REP file has beside its objects: data, collections, pairs, groups of inverse kinematics, settings."""
+"""Parts of a V-REP file beside its objects: data, collections, pairs, groups of inverse kinematics, settings."""
 
 from __future__ import annotations
 

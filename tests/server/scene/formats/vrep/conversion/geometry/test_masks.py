@@ -74,7 +74,7 @@ def test_any_masks_act_as_in_vrep(seed: int) -> None:
 
 
 def scene(count: int) -> VrepFile:
-    """Many shapes with masks of their own in one tree."""
+    """Many shapes with different masks in one tree."""
     base = Dummy(handle=1, name="base")
     shapes = [
         shape_of(

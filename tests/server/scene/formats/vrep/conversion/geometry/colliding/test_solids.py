@@ -1,4 +1,4 @@
-"""What collides in place of a mesh that is flat, or not convex."""
+"""The solids that collide in place of a mesh that is flat, or not convex."""
 
 from __future__ import annotations
 
