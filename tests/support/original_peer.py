@@ -13,7 +13,7 @@ from pathlib import Path
 from real_world import RealWorld
 
 from simx_client.protocol.messages import Pace
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 
 ONESHOT, BLOCKING, STREAMING = 0x00000, 0x10000, 0x20000
 ONESHOT_SPLIT, STREAMING_SPLIT, DISCONTINUE = 0x30000, 0x40000, 0x50000
@@ -195,7 +195,7 @@ class Served:
     """A server in this process, whose loop runs on a thread."""
 
     world: RealWorld
-    gateway: LegacyGateway
+    gateway: OriginalGateway
 
     @property
     def port(self) -> int:
@@ -211,13 +211,14 @@ class Served:
 def served(scene: str | Path, workspace: Path | None = None, pace: Pace = Pace.FREE) -> Iterator[Served]:
     """A server in this process with one port for original clients."""
     world = RealWorld(scene, workspace=workspace)
-    gateway = LegacyGateway(world.loop, ["127.0.0.1:0"], pace)
+    gateway = OriginalGateway(world.loop, ["127.0.0.1:0"], pace)
     thread = threading.Thread(target=world.loop.run, daemon=True)
     thread.start()
     try:
         yield Served(world, gateway)
     finally:
-        gateway.close()
         world.loop.end()
         thread.join(TIMEOUT)
+        gateway.close()
+        world.loop.close_sockets()
         world.close()

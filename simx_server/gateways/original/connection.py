@@ -115,6 +115,7 @@ class Connection:
         self._last_empty = 0.0
         """The time of the last answer without replies."""
 
+        self.since = time.monotonic()
         self.has_joined = False
         self._is_closed = False
         self._news = threading.Event()
@@ -127,6 +128,11 @@ class Connection:
 
         self._stream: bytes | None = None
         self._pictures: dict[int, bytes] = {}
+
+    @property
+    def is_stranger(self) -> bool:
+        """Return whether it has sent nothing yet."""
+        return not self.has_joined
 
     # --- the thread of the connection ------------------------------------------------------------
 

@@ -27,7 +27,7 @@ from simx_client.protocol.zenoh import keys, link
 from simx_server import __version__
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.exposure import exposure
-from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.gateway import Gateway, Opening
 from simx_server.limits import LimitReached
 from simx_server.parts.status_bar import as_log_line
 from simx_server.service.clients.admission.places import Entrance
@@ -38,6 +38,7 @@ from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
 from .access import has_rules, rules
+from .offers import Offers
 from .posting import Care, Postman
 from .throttle import Throttle
 
@@ -61,7 +62,25 @@ MOST_SECRET = 64
 """Bytes of a client's secret; ours have 16. A longer one never matches."""
 
 
-class ZenohGateway(Part):
+def open_zenoh(opening: Opening) -> ZenohGateway:
+    """Open the gateway at the server's ports. Raises GatewayError."""
+    settings = opening.settings
+    offers = (each for each in opening.opened if isinstance(each, Offers))
+    gateway = ZenohGateway(
+        opening.loop,
+        ports=settings.ports,
+        listen=settings.listen,
+        connect=settings.connect,
+        realm=settings.realm,
+        config=settings.config,
+        multicast_scouting=settings.multicast_scouting,
+        offers=next(offers, None),
+    )
+    opening.loop.simulation.attach(gateway)  # its status tells the load
+    return gateway
+
+
+class ZenohGateway(Gateway, Part):
     """Listens on loopback ports and further endpoints, joins routers, and serves one server loop there."""
 
     def __init__(
@@ -74,7 +93,7 @@ class ZenohGateway(Part):
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
-        local: LocalGateway | None = None,
+        offers: Offers | None = None,
     ) -> None:
         """Open the session and declare everything. Physics thread, or before it runs.
 
@@ -84,7 +103,7 @@ class ZenohGateway(Part):
             connect: Zenoh routers through which clients can also reach the server; it retries those that do not answer.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
-            local: the short way that clients on this host are offered.
+            offers: what clients are offered in their welcome; None for nothing.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
@@ -92,13 +111,10 @@ class ZenohGateway(Part):
         is_plain = config is None and not multicast_scouting
         zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
         self._zenoh = zenoh
-        self._loop = loop
-        self._local = local
+        self._offers = offers or Offers()
+        self._closing: threading.Thread | None = None
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
-        self.more_endpoints: list[str] = []
-        """Endpoints of the server's other gateways, for the line that says that it is ready."""
-
         self.load = LoadMeter()
         """Needs a call after every simulation step."""
 
@@ -133,6 +149,7 @@ class ZenohGateway(Part):
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
         loop.places.open(self._entrance.door)
+        super().__init__(loop)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -255,7 +272,7 @@ class ZenohGateway(Part):
                 query.drop()  # without an answer: it asks again
                 return
             version, refusal, client = joined
-        offer = self._local.offer_to(client) if self._local is not None and not refusal else ""
+        offer = "" if refusal else self._offers.offer_to(client)
         scene = self._loop.simulation.scene.name
         welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
         self._answer(query, keys.hello(self.realm), encode(welcome))
@@ -283,7 +300,7 @@ class ZenohGateway(Part):
         if client in self._loop.sessions:
             if not self._is_from(client, query):
                 return version, f"another client is called {client}", client
-            if self._local is not None and self._local.serves(client):
+            if self._offers.serves(client):
                 self._loop.depart(client)  # it has lost that connection, and so its session
                 return None
         else:
@@ -297,9 +314,8 @@ class ZenohGateway(Part):
             postman = Postman(self._care, partial(self._loop.suspend, client))
             ended = partial(self._secrets.pop, client, None)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
-            self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
-            if self._local is not None:
-                self._local.offer(client, zenoh_link)
+            its_link = self._offers.invite(client, zenoh_link)
+            self._loop.join(client, greeting.name, greeting.port, its_link, entrance=self._entrance)
         return version, "", client
 
     def _tell_status(self, query: Any) -> None:
@@ -350,26 +366,39 @@ class ZenohGateway(Part):
 
         Zenoh waits up to ten seconds for a client that reads nothing any more; the end of the process does not.
         """
-        self._loop.places.close(self._entrance.door)
-        closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
-        closing.start()
-        closing.join(CLOSE_TIMEOUT)
-        if closing.is_alive():
-            logger.warning("a client that takes nothing any more is not waited for")
+        if self._is_open:
+            self._end()
+        if self._closing is not None:
+            self._closing.join(CLOSE_TIMEOUT)
+            if self.is_closing:
+                logger.warning("a client that takes nothing any more is not waited for")
+
+    @property
+    def is_closing(self) -> bool:
+        return self._closing is not None and self._closing.is_alive()
 
     def leave(self) -> None:
-        """Close this way in while the server goes on: its clients leave. Any thread."""
+        """Close this gateway while the server goes on: its clients leave."""
         with self._presence:
             clients = list(self._secrets)
-        self.close()
-        for client in clients:
-            self._loop.depart(client)
+        self._end(clients)
 
-    def _close_session(self) -> None:
+    def _end(self, clients: Sequence[str] = ()) -> None:
+        """Have a thread close the session, after which clients leave."""
+        super().close()
+        self._loop.places.close(self._entrance.door)
+        self._closing = threading.Thread(
+            target=self._close_session, args=(clients,), name="simx-close", daemon=True
+        )
+        self._closing.start()
+
+    def _close_session(self, clients: Sequence[str]) -> None:
         try:
             self._session.close()
         except self._zenoh.ZError as error:
             logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
+        for client in clients:
+            self._loop.depart(client)
 
 
 class ZenohLink:

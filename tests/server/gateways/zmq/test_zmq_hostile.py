@@ -148,7 +148,7 @@ def test_a_peer_that_does_not_start_is_cut(
     with socket.create_connection(("127.0.0.1", server.port)) as peer:
         peer.settimeout(20)
         assert peer.recv(100) == GREETING
-        monkeypatch.setattr(gateway, "SILENCE", 0.0)
+        monkeypatch.setattr(server.gateway, "silence", 0.0)
         monkeypatch.setattr(server.gateway, "_next_look", 0.0)
         assert server.wait_until(lambda: "has not started" in caplog.text)
         assert peer.recv(100) == b""
