@@ -161,10 +161,11 @@ class Peer:
         assert reply.ident[: len(ident)] == ident
         return reply
 
-    def until(self, id: int, *, mode: int | None = None) -> Reply:
-        """Poll until there is a reply to this command."""
+    def until(self, id: int, *commands: bytes, mode: int | None = None) -> Reply:
+        """Send commands, and poll until there is a reply to this one, which may come with the first answer."""
         while True:
-            for reply in self.exchange().replies:
+            answer, commands = self.exchange(*commands), ()
+            for reply in answer.replies:
                 if reply.id == id and mode in (None, reply.mode):
                     return reply
 

@@ -14,7 +14,7 @@ import pytest
 from fuzz import zmq_clients
 from zmq_world import ZmqWorld, cbor2, zmq
 
-from simx_server.gateways.zmq import gateway
+from simx_server.gateways import listening
 from simx_server.gateways.zmq.gateway import MOST_UNANSWERED
 from simx_server.gateways.zmq.zmtp import GREETING
 
@@ -166,7 +166,7 @@ def test_clients_get_in_when_descriptors_are_free_again(
         return accept(listener)
 
     monkeypatch.setattr(socket.socket, "accept", accept_later)
-    monkeypatch.setattr(gateway, "RETRY", 0.01)
+    monkeypatch.setattr(listening, "RETRY", 0.01)
     assert server.sim().getObject("/box") >= 0
     assert not spent
 
