@@ -1,4 +1,4 @@
-"""The local way: a UNIX socket and shared memory between a client and a server of one user on one host.
+"""The lane: a UNIX socket and shared memory between a client and a server of one user on one host.
 
 The client's thread and the physics thread use the socket themselves, so a call needs no other thread. The newest values
 of streams are in shared memory, which holds no backlog and is read without a system call. Zenoh keeps everything else:

@@ -1,4 +1,4 @@
-"""Messages on the socket of the local way: each is a frame of a length, a kind and its bytes."""
+"""Messages on the socket of the lane: each is a frame of a length, a kind and its bytes."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class MemoryWriter:
         Args:
             room: size of the longest message in bytes, at least.
         """
-        import fcntl  # Windows has neither this nor the local way
+        import fcntl  # Windows has neither this nor the lane
 
         size = -(-(_BEGIN + room) // _PAGE) * _PAGE
         self.room = size - _BEGIN

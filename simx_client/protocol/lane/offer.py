@@ -1,4 +1,4 @@
-"""The offer of the local way in a welcome, ``TOKEN@NAME``, and the checks of both sides.
+"""The offer of the lane in a welcome, ``TOKEN@NAME``, and the checks of both sides.
 
 The offer has the name of a socket and not its path: a client opens sockets only in folders that it chooses, whatever
 a server sends. The token proves to the server which client connects; the random name, the folder's rights and the user
@@ -50,7 +50,7 @@ def new_name() -> str:
 
 
 def is_possible() -> bool:
-    """Return whether this system has the local way: Linux."""
+    """Return whether this system has the lane: Linux."""
     return all(
         hasattr(module, name)
         for module, name in ((socket, "AF_UNIX"), (socket, "SO_PEERCRED"), (os, "memfd_create"))

@@ -1,1 +1,1 @@
-"""The way in for a client in the server's own process: its thread executes its calls, without messages or queues."""
+"""The gateway for a client in the server's own process: its thread executes its calls, without messages or queues."""

@@ -1,4 +1,4 @@
-"""The original's TCP protocol as a way in: unmodified programs with V-REP's own library connect here.
+"""The gateway with the original's TCP protocol: unmodified programs with V-REP's own library connect here.
 
 ======================  ===========================================================================
 `packets.py`            bytes of a socket to messages, and back

@@ -55,8 +55,8 @@ MOST_PRESENT = 10_000
 that says hello after 10,000 others have come has to connect again.
 """
 
-_OF_ANOTHER_DOOR = object()
-"""In place of the secret of a client that has not joined at this door; it equals no attachment."""
+_OF_ANOTHER_GATEWAY = object()
+"""In place of the secret of a client that has not joined at this gateway; it equals no attachment."""
 
 MOST_SECRET = 64
 """Bytes of a client's secret; ours have 16. A longer one never matches."""
@@ -134,7 +134,7 @@ class ZenohGateway(Gateway, Part):
 
         self._secrets: dict[str, bytes | None] = {}
         """The secret that comes with each message of a client that has joined here; None: the client predates secrets.
-        Clients of other doors, whose names a peer may know, are not in it.
+        Clients of other gateways, whose names a peer may know, are not in it.
         """
 
         self._presence = threading.Lock()
@@ -244,7 +244,7 @@ class ZenohGateway(Gateway, Part):
         with self._presence:
             if is_gone:
                 self._present.pop(client, None)
-                has_joined = self._secrets.pop(client, _OF_ANOTHER_DOOR) is not _OF_ANOTHER_DOOR
+                has_joined = self._secrets.pop(client, _OF_ANOTHER_GATEWAY) is not _OF_ANOTHER_GATEWAY
             else:
                 has_joined = False
                 self._present[client] = None
@@ -256,12 +256,12 @@ class ZenohGateway(Gateway, Part):
     # --- the physics thread ----------------------------------------------------------------------
 
     def _is_from(self, client: str, message: Any) -> bool:
-        """Return whether a sample or query carries the secret that came with this client's hello at this door.
+        """Return whether a sample or query carries the secret that came with this client's hello at this gateway.
 
         Names of clients are part of keys that others may subscribe to; attachments of calls are not.
         """
         attached = message.attachment
-        secret = self._secrets.get(client, _OF_ANOTHER_DOOR)
+        secret = self._secrets.get(client, _OF_ANOTHER_GATEWAY)
         return secret == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
@@ -416,7 +416,7 @@ class ZenohLink:
         """Declare the publishers.
 
         Args:
-            ended: called once when the client has left: its name is free for clients of all doors.
+            ended: called once when the client has left: its name is free for clients of all gateways.
         """
         self._postman, self._ended = postman, ended
         self._lock = threading.Lock()
