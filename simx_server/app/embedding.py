@@ -90,7 +90,7 @@ class EmbeddedServer:
             self.view_address = browser_address(listener)
         gateways = stack.enter_context(open_gateways(self.world, settings, self.loop))
         stack.enter_context(self.loop.answering_while_busy())
-        self.ports = gateways.zenoh.ports
+        self.ports = tuple(gateways.zenoh.ports)
         add_viewers(self.world, self.loop, gateways, has_viewer=listener is not None)
         logger.info("other processes can connect: %s", " ".join(gateways.endpoints))
         if listener is not None:

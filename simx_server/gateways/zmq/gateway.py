@@ -200,8 +200,9 @@ class ZmqGateway(Listening[SocketPeer]):
     def look(self) -> None:
         """Check connections and clients; answer the calls that a crash has lost."""
         super().look()
-        if (returning := self._loop.returning) is not None and returning.are_awaited(f"{self._prefix}zmq-"):
+        if (returning := self._loop.returning) is not None and returning.is_early:
             self._answer_lost_calls(returning.text, time.monotonic() - QUIET)
+        self._clients.look()
 
     def _check(self, now: float) -> None:
         super()._check(now)
@@ -215,7 +216,8 @@ class ZmqGateway(Listening[SocketPeer]):
         """Send an error to the peers that have been here since before a time and have sent nothing.
 
         A socket of ZeroMQ reconnects automatically, but it never repeats a request whose answer is lost: its program
-        would wait for ever. A socket that does not wait drops the answer when it sends its next request.
+        would wait for ever. A socket that does not wait drops the answer when it sends its next request, so all
+        silent peers get one: which of them had a call is not known, as its first call may have crashed the server.
         """
         for peer in list(self._peers):
             if peer.is_ready and not peer.key and not peer.was_told and peer.since < before:
