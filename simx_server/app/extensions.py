@@ -1,4 +1,4 @@
-"""What a server has beside its world and its loop: the one list of the gateways.
+"""Name the parts that a server has beside its world and its loop: the one list of the gateways.
 
 A new one is a folder with the contract of `gateways/gateway.py`, and a line here. Flags, conflicts of settings and the
 embedded form follow.

@@ -58,7 +58,7 @@ class Gateway:
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """What a gateway is opened for."""
+    """The server that a gateway is opened for."""
 
     loop: ServerLoop
     settings: Settings

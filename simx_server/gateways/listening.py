@@ -1,7 +1,7 @@
-"""The bounded server of sockets that all gateways with sockets of their own share.
+"""The bounded server of sockets that all gateways with their own sockets share.
 
 It accepts connections, keeps places for those that matter, closes the ones that say nothing, and recovers when no file
-descriptor is free. What a connection says is the gateway's business.
+descriptor is free. The gateway reads its connections itself.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ READ, MOST_READ = 1 << 16, 1 << 20
 
 
 def part(missing: int) -> int:
-    """Return how many bytes to read from a socket, of whose message so many are missing."""
+    """Return how many bytes to read from a socket, of whose message this many are missing."""
     return min(missing, MOST_READ) if missing > READ else READ
 
 
@@ -57,7 +57,7 @@ class Listening(Gateway, Generic[P]):
     """Seconds that a connection has to start."""
 
     unsaid: str = ""
-    """What a connection that has not started has not done, for the log."""
+    """The thing that a connection which does not start has left out, for the log."""
 
     crowded: str
     """Why a connection has to make room for another one, for the log."""
@@ -97,7 +97,7 @@ class Listening(Gateway, Generic[P]):
         """Close a connection whose peer breaks the rules; call `_forget`."""
 
     def _refuse(self, listener: socket.socket, address: Any) -> None:
-        """Log that there is no place for a connection."""
+        """Log that a connection gets no place."""
 
     def _objection(self, connected: socket.socket) -> bool:
         """Return whether a connection is not accepted at all, after a line in the log. Raises OSError."""

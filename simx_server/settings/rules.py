@@ -82,7 +82,7 @@ class Setting(Rule):
     """It has no meaning where no client is served."""
 
     needs_process: bool = False
-    """It is for a server in a process of its own, not for an embedded one."""
+    """It is for a server in a separate process, not for an embedded one."""
 
     def named(self, name: str) -> Setting:
         """Return the setting with the flag of the field of this name."""

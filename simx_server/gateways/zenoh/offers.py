@@ -1,4 +1,4 @@
-"""What another gateway may add to the welcome of a client."""
+"""The offer that another gateway may add to the welcome of a client."""
 
 from __future__ import annotations
 
