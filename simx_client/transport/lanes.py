@@ -20,12 +20,13 @@ class Lanes:
         self.lane: Lane | None = None
         """The lane, if it is used since the last greeting."""
 
+        self._was_lost = False
         self.zenoh = zenoh = ZenohTransport(
             server,
             connect_timeout=connect_timeout,
             retry=retry,
             asked_port=asked_port,
-            lost=self._break_off,
+            lost=self._lose,
         )
         self.send, self.receive = zenoh.send, zenoh.receive
 
@@ -35,9 +36,10 @@ class Lanes:
 
     @property
     def was_lost(self) -> bool:
-        return self.zenoh.was_lost or (self.lane is not None and self.lane.is_broken)
+        return self._was_lost or (self.lane is not None and self.lane.is_broken)
 
     def greet(self, timeout: float) -> Welcome:
+        self._was_lost = False
         welcome = self.zenoh.greet(timeout)
         if self.lane is not None:
             self.lane.close()
@@ -59,7 +61,8 @@ class Lanes:
             self.lane.close()
         self.zenoh.close()
 
-    def _break_off(self) -> None:
-        """End a wait for the lane, as the server is lost; a thread of Zenoh."""
+    def _lose(self) -> None:
+        """Note that the server is lost, and end a wait for the lane; a thread of Zenoh."""
+        self._was_lost = True
         if (lane := self.lane) is not None:
             lane.break_off()

@@ -310,8 +310,8 @@ class ZenohTransport:
             self._alive = False
             self._next_look = time.monotonic() + LOOK_AGAIN
             self._lost = True
-            self._alarm.set(0.0)  # wakes a blocking call
             self._tell_lost()
+            self._alarm.set(0.0)  # wakes a blocking call
         else:
             self._alive = True
 
