@@ -14,7 +14,7 @@ from simx_server.gateways.original.gateway import open_original
 from simx_server.gateways.ros2.opening import open_ros2
 from simx_server.gateways.script_ports import open_script_ports
 from simx_server.gateways.zenoh.gateway import open_zenoh
-from simx_server.gateways.zmq.opening import open_zmq, open_zmq_viewers
+from simx_server.gateways.zmq import open_zmq, open_zmq_viewers
 
 GATEWAYS: Sequence[Entry] = (
     Entry((), open_lane),  # before Zenoh's, which offers it
