@@ -1,4 +1,4 @@
-"""Errors of commands and of images.
+"""Errors of commands, of the start and of images.
 
 The text of a command's error reaches `simxGetLastErrors`; the call returns code 8.
 
@@ -15,6 +15,10 @@ class CommandError(Exception):
 
     silent = False
     """The text is not needed: the caller suppressed it, or only has to wait. The return code is 8 all the same."""
+
+
+class StartError(Exception):
+    """The server, or a part that its settings want, cannot start; the text says what cannot be used, and what to do."""
 
 
 class Unsupported(CommandError):

@@ -18,13 +18,13 @@ from typing import Any
 from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.files import MAX_FILE
 
-from .errors import CommandError
+from .errors import CommandError, StartError
 
 _MOST = 10_000_000
 _UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
 
 
-class LimitError(ValueError):
+class LimitError(StartError, ValueError):
     """A text that sets no limit; the message lists valid ones."""
 
 

@@ -11,7 +11,7 @@ from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from bench.world.physics import Physics
-from simx_client.transport.lane import LocalLink
+from simx_client.transport.lane import Lane
 
 from .blocking import message_sizes
 from .client import JOINTS, check, handle_of, running, simulator
@@ -97,17 +97,17 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
 
 
 def _messages(client: int, handles: list[int], turns: int) -> float:
-    """Return the messages by the local way that a turn brings to the client; streams come in shared memory."""
-    count, receive = 0, LocalLink.receive
+    """Return the messages by the lane that a turn brings to the client; streams come in shared memory."""
+    count, receive = 0, Lane.receive
 
-    def counting(self: LocalLink, timeout: float, *, is_soon: bool = False) -> bytes | None:
+    def counting(self: Lane, timeout: float, *, is_soon: bool = False) -> bytes | None:
         nonlocal count
         payload = receive(self, timeout, is_soon=is_soon)
         count += payload is not None
         return payload
 
     _loop(client, handles)
-    with patch.object(LocalLink, "receive", counting):
+    with patch.object(Lane, "receive", counting):
         for _ in range(turns):
             _loop(client, handles)
     return count / turns

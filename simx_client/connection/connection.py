@@ -26,7 +26,7 @@ from simx_client.protocol.messages import (
     Reply,
     Welcome,
 )
-from simx_client.transport.zenoh import Transport
+from simx_client.transport.transport import Transport
 
 from .background import Attempts
 from .message_header import client_time

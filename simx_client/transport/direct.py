@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import Delivery, Reply
 
-from .zenoh import Transport
+from .transport import Transport
 
 DirectFunction = Callable[[list[Any], float], Reply | None]
 """Executes one command: marshalled arguments and a time-out in seconds to the reply, with the id 0. The result is None

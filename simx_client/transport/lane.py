@@ -53,7 +53,7 @@ _READ, _MOST_READ = 1 << 16, 1 << 22
 """Minimum and maximum number of bytes to read at a time."""
 
 
-def open_local(text: str) -> LocalLink | None:
+def open_lane(text: str) -> Lane | None:
     """Connect to the socket that a welcome offers; None if it is not on this host, or cannot be used safely.
 
     Args:
@@ -72,7 +72,7 @@ def open_local(text: str) -> LocalLink | None:
     return None
 
 
-def _connect(path: str, offer: Offer) -> LocalLink:
+def _connect(path: str, offer: Offer) -> Lane:
     """Connect to a socket and take the memory of the values. Raises OSError, ValueError."""
     connected = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -91,13 +91,13 @@ def _connect(path: str, offer: Offer) -> LocalLink:
             for each in files:
                 os.close(each)
         connected.settimeout(None)
-        return LocalLink(connected, values)
+        return Lane(connected, values)
     except BaseException:
         connected.close()
         raise
 
 
-class LocalLink:
+class Lane:
     """A socket to the server, and the memory with the newest values and images of streams."""
 
     def __init__(self, connected: socket.socket, values: MemoryReader) -> None:

@@ -1,7 +1,4 @@
-"""The interface between a connection and the outside, and its implementation over Zenoh.
-
-The server contains a second, in-process implementation (``simx_server/gateways/loopback/gateway.py``).
-"""
+"""Messages to and from one server over Zenoh."""
 
 from __future__ import annotations
 
@@ -11,8 +8,8 @@ import math
 import os
 import threading
 import time
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.protocol.codec import CodecError, decode_welcome, encode
@@ -28,7 +25,6 @@ from simx_client.protocol.zenoh import keys, link
 from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
 from .endpoints import ServerAddress
-from .lane import LocalLink, open_local
 from .time_limit import Alarm
 from .writer import Writer
 from .zenoh_session import client_name, living_realms, open_session, program_name
@@ -70,58 +66,6 @@ descriptors."""
 _sessions_before = itertools.count()
 
 
-class Transport(Protocol):
-    """Messages to and from one server. A connection uses it under its lock."""
-
-    @property
-    def is_connected(self) -> bool:
-        """Return whether a server is available."""
-        ...
-
-    @property
-    def was_lost(self) -> bool:
-        """Return whether the server was lost since the last greeting, even if another is available already."""
-        ...
-
-    def greet(self, timeout: float) -> Welcome:
-        """Greet the server, or greet it again after it came back.
-
-        Raises:
-            ConnectionFailed: no server answered in time, or it refused.
-        """
-        ...
-
-    def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        """Send a batch; batches arrive in order.
-
-        While the receiver's queue is full this waits, until a deadline on the monotonic clock. A payload not
-        sent by then is sent later, when the queue has room.
-        """
-        ...
-
-    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
-        """Return the next delivery, waiting at most ``timeout`` seconds; None without one.
-
-        Returns early with None when the server is lost.
-
-        Args:
-            is_soon: the delivery should take no longer than a round trip.
-        """
-        ...
-
-    def newest(self) -> bytes | None:
-        """Return the newest values of the small streams; None if they were taken already."""
-        ...
-
-    def images(self) -> list[bytes]:
-        """Return the newest image of each image stream, without those taken already."""
-        ...
-
-    def close(self) -> None:
-        """Close the connection. Idempotent."""
-        ...
-
-
 LOOK_AGAIN = 1.0
 """Seconds between two requests whether a lost server is there again."""
 
@@ -130,7 +74,13 @@ class ZenohTransport:
     """One Zenoh session to one server. Zenoh's threads only store what arrives."""
 
     def __init__(
-        self, server: ServerAddress, *, connect_timeout: float, retry: bool, asked_port: int | None = None
+        self,
+        server: ServerAddress,
+        *,
+        connect_timeout: float,
+        retry: bool,
+        asked_port: int | None = None,
+        lost: Callable[[], object] = bool,
     ) -> None:
         """Open a session to a server's port, or to a router that reaches the server.
 
@@ -142,6 +92,7 @@ class ZenohTransport:
                 something listens that does not answer yet.
             asked_port: the port that the script requested, if it was redirected; without it, the port of the
                 address.
+            lost: called by a thread of Zenoh when the server is lost.
 
         Raises:
             ConnectionFailed: nothing that speaks Zenoh listens there.
@@ -159,7 +110,7 @@ class ZenohTransport:
         self._images: dict[str, Any] = {}
         """Newest image of each stream, by key."""
 
-        self._local: LocalLink | None = None
+        self._tell_lost: Callable[[], object] = lost
         self._alive = False
         self._lost = False
         self._next_look = 0.0
@@ -221,7 +172,7 @@ class ZenohTransport:
 
     @property
     def was_lost(self) -> bool:
-        return self._lost or (self._local is not None and self._local.is_broken)
+        return self._lost
 
     def greet(self, timeout: float) -> Welcome:
         self._lost = False
@@ -243,16 +194,7 @@ class ZenohTransport:
         chosen = welcomes[0].protocol
         if not OLDEST_PROTOCOL <= chosen <= PROTOCOL_VERSION:  # a server that has not noticed
             raise ConnectionFailed(no_common_version((OLDEST_PROTOCOL, PROTOCOL_VERSION), (chosen, chosen)))
-        self._go_local(welcomes[0].local)
         return welcomes[0]
-
-    def _go_local(self, offer: str) -> None:
-        """Use the lane that the server offers, if it is on this host."""
-        before, self._local = self._local, None
-        if before is not None:
-            before.close()
-        if self._address.realm is None and self._address.host_and_port is not None:  # not behind a router
-            self._local = open_local(offer)
 
     def _only_realm(self, deadline: float, until: float) -> str:
         """Return the realm at a server's port; through a router only if it is the only realm there."""
@@ -368,16 +310,13 @@ class ZenohTransport:
             self._alive = False
             self._next_look = time.monotonic() + LOOK_AGAIN
             self._lost = True
+            self._tell_lost()
             self._alarm.set(0.0)  # wakes a blocking call
-            if (local := self._local) is not None:
-                local.break_off()
         else:
             self._alive = True
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        if self._local is not None:
-            self._local.send(payload, deadline)
-        elif len(payload) <= SMALL and self._writer.is_idle:
+        if len(payload) <= SMALL and self._writer.is_idle:
             self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
         else:
             self._writer.send(payload, deadline)
@@ -387,8 +326,6 @@ class ZenohTransport:
             self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
-        if self._local is not None:
-            return self._local.receive(timeout, is_soon=is_soon)
         try:
             if timeout > 0:
                 sample = self._busy_wait.poll(self._replies.try_recv) if is_soon else None
@@ -404,13 +341,11 @@ class ZenohTransport:
         return None if sample is None else sample.payload.to_bytes() or None
 
     def newest(self) -> bytes | None:
-        if self._local is not None and (values := self._local.newest()) is not None:
-            return values
         sample = self._streams.try_recv()
         return None if sample is None else sample.payload.to_bytes()
 
     def images(self) -> list[bytes]:
-        payloads: list[bytes] = [] if self._local is None else self._local.images()
+        payloads: list[bytes] = []
         while self._images:  # popitem is atomic: images that arrive meanwhile are taken too, or stay
             payloads.append(self._images.popitem()[1].payload.to_bytes())
         return payloads
@@ -420,8 +355,6 @@ class ZenohTransport:
             self._closed = True
             self._alive = False
             self._alarm.close()
-            if self._local is not None:
-                self._local.close()
             closing = threading.Thread(target=self._close_session, name="simx-close")
             try:
                 closing.start()

@@ -14,32 +14,24 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 
 from simx_client.errors import ConnectionFailed
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, StartError
 from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
 from simx_server.gateways.errors import GatewayError
-from simx_server.outputs.packages import OutputError
-from simx_server.recording import LogError, Recorder
+from simx_server.recording import Recorder
 from simx_server.sensors.opengl.backend import requested_backend
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.settings import SETTINGS, SettingError, Settings
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.launching import browser_address, listen, missing, page
 from simx_server.viewer.messages import ADD_ON
 
 from .cli import make_parser
+from .extensions import OPENING_SETTINGS
 from .server import attach_outputs, open_world
 from .serving import add_viewers, make_loop, open_gateways
 
 logger = logging.getLogger(__name__)
-
-_NOT_EMBEDDED = (
-    "count", "until_eof", "quit_after_stop", "duration", "replay", "snapshot", "save_mjcf", "convert", "headless",
-)  # fmt: skip
-"""Settings that need a separate process."""
-
-_WAYS_IN = ("ports", "legacy_ports", "listen", "connect", "zmq", "zmq_viewers", "ros2")
-"""Settings each of which lets other processes connect."""
 
 
 class EmbeddedServer:
@@ -49,7 +41,7 @@ class EmbeddedServer:
         """Open the scene, and the gateways for other processes if the settings name one.
 
         Raises:
-            CommandError, LogError, OutputError, GatewayError, OSError: with the reason and what to do.
+            StartError, CommandError, OSError: with the reason and what to do.
         """
         self.ports: tuple[int, ...] = ()
         """Ports on this host by which other processes can connect."""
@@ -69,9 +61,9 @@ class EmbeddedServer:
             )
             self.loop = make_loop(self.world, settings)
             self.world.rendering.warms_on_demand = self._recorder is None
-            has_gateways = any(getattr(settings, name) for name in _WAYS_IN)
+            has_gateways = any(getattr(settings, name) for name in OPENING_SETTINGS)
             if has_gateways:
-                self._open_ways_in(settings, stack)
+                self._open_gateways(settings, stack)
             else:
                 self.world.scripts.add_ons[ADD_ON] = Feed(self.loop, "embedded", ())
             self._turns = Turns(self.loop, has_gateways=has_gateways)
@@ -88,7 +80,7 @@ class EmbeddedServer:
         finally:
             self._turns.end()
 
-    def _open_ways_in(self, settings: Settings, stack: ExitStack) -> None:
+    def _open_gateways(self, settings: Settings, stack: ExitStack) -> None:
         pages = stack.enter_context(ExitStack())  # ends last, as in a server
         listener = None
         if settings.view is not None:
@@ -96,15 +88,13 @@ class EmbeddedServer:
                 raise GatewayError(problem)
             listener = stack.enter_context(listen(settings.view, "--view"))
             self.view_address = browser_address(listener)
-        gateway = stack.enter_context(open_gateways(self.world, settings, self.loop))
+        gateways = stack.enter_context(open_gateways(self.world, settings, self.loop))
         stack.enter_context(self.loop.answering_while_busy())
-        self.ports = gateway.ports
-        add_viewers(self.world, self.loop, gateway, has_viewer=listener is not None)
-        logger.info(
-            "other processes can connect: %s", " ".join((*gateway.endpoints, *gateway.more_endpoints))
-        )
+        self.ports = tuple(gateways.zenoh.ports)
+        add_viewers(self.world, self.loop, gateways, has_viewer=listener is not None)
+        logger.info("other processes can connect: %s", " ".join(gateways.endpoints))
         if listener is not None:
-            pages.enter_context(page(listener, gateway.ports, settings.temporary_port))
+            pages.enter_context(page(listener, self.ports, settings.temporary_port))
 
     def connect(self, client: str, name: str, port: int) -> EmbeddedTransport:
         """Return a link for a new client, which has not joined yet.
@@ -146,7 +136,7 @@ def start(arguments: Sequence[str]) -> EmbeddedServer:
     """
     try:
         return EmbeddedServer(_settings(arguments))
-    except (SettingError, CommandError, LogError, OutputError, GatewayError, OSError, ValueError) as error:
+    except (StartError, CommandError, OSError, ValueError) as error:
         raise ConnectionFailed(f"the embedded simulation cannot start: {error}") from error
 
 
@@ -156,11 +146,11 @@ def _settings(arguments: Sequence[str]) -> Settings:
     parser.error = _refuse  # pyright: ignore[reportAttributeAccessIssue]
     given = vars(parser.parse_args(list(arguments)))
     for name in given:
-        if name not in Settings.__dataclass_fields__ or name in _NOT_EMBEDDED:
+        if name not in SETTINGS or SETTINGS[name].needs_process:
             flag = f"--{name.replace('_', '-')}"
             raise SettingError(f"{flag} is for a simx-server in a separate process; leave it out")
     settings = Settings.gather(given, os.environ)
-    if not any(name in settings.origins for name in _WAYS_IN):
+    if not any(name in settings.origins for name in OPENING_SETTINGS):
         settings = dataclasses.replace(settings, ports=(0,) if settings.view is not None else ())
     return settings
 

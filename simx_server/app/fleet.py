@@ -28,7 +28,6 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAG
 from simx_client.protocol.zenoh import link
 from simx_server.errors import CommandError
 from simx_server.gateways.descriptors import raise_limit
-from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.history.succession import Inheritance, Succession
 from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, fork, how_it_ended
 from simx_server.processes.watchdog import Watchdog, watched
@@ -37,6 +36,7 @@ from simx_server.viewer.launching import listen, missing
 from simx_server.world.world import World
 
 from .server import open_world, ready_line, serve_child
+from .serving import Gateways
 
 logger = logging.getLogger(__name__)
 
@@ -356,15 +356,15 @@ def may_be_copied(world: World) -> bool:
     return all(script.interpreter is None for script in world.scripts.all())
 
 
-def tell_parent(writer: int, gateway: ZenohGateway, world: World) -> None:
+def tell_parent(writer: int, gateways: Gateways, world: World) -> None:
     """Write a line to the parent: the server can be reached, and where."""
     place = {
-        "realm": gateway.realm,
-        "ports": list(gateway.ports),
-        "endpoints": [*gateway.endpoints, *gateway.more_endpoints],
+        "realm": gateways.zenoh.realm,
+        "ports": list(gateways.zenoh.ports),
+        "endpoints": gateways.endpoints,
         "scene": world.simulation.scene.name,
         "pid": os.getpid(),
-        "line": ready_line(gateway, world),
+        "line": ready_line(gateways, world),
     }
     os.write(writer, json.dumps(place).encode() + b"\n")
 

@@ -17,18 +17,15 @@ from types import FrameType
 
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
 from simx_client.protocol.roster import noted
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, StartError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import raise_limit
-from simx_server.gateways.errors import GatewayError
-from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.history.succession import Inheritance, take_over
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
-from simx_server.outputs.packages import OutputError
 from simx_server.outputs.state_log import StateLog
 from simx_server.parts.communication.command_server import CommandServer
 from simx_server.processes import heap
-from simx_server.recording import LogError, Recorder
+from simx_server.recording import Recorder
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
 from simx_server.scene.formats.exporting.folder import write_folder
@@ -46,7 +43,7 @@ from simx_server.world.building import build_world
 from simx_server.world.warm_up import WarmUp, wait_until_warm
 from simx_server.world.world import World
 
-from .serving import add_viewers, make_loop, open_gateways
+from .serving import Gateways, add_viewers, make_loop, open_gateways
 
 logger = logging.getLogger(__name__)
 
@@ -147,7 +144,7 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
             if helper is not None:
                 world.trials.use(helper)
             attach_outputs(world, settings, stack, recorder.began if recorder else time.time_ns())
-        except (CommandError, LogError, OutputError) as error:
+        except (CommandError, StartError) as error:
             logger.error("%s", error)
             return FAILURE
         return run_server(world, settings, say_ready, recorder=recorder, page_listener=page_listener)
@@ -156,7 +153,7 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
 def serve_child(
     world: World | None,
     settings: Settings,
-    ready: Callable[[ZenohGateway, World], None],
+    ready: Callable[[Gateways, World], None],
     inheritance: Inheritance | None,
     *,
     page_listener: socket.socket | None = None,
@@ -181,7 +178,7 @@ def serve_child(
             else:
                 stack.callback(world.rendering.close)
             attach_outputs(world, settings, stack, recorder.began if recorder else time.time_ns())
-        except (CommandError, LogError, OutputError) as error:
+        except (CommandError, StartError) as error:
             logger.error("%s", error)
             return FAILURE
         return run_server(
@@ -202,7 +199,7 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
         ``began``: nanoseconds since 1970, the start of the time in a state log.
 
     Raises:
-        CommandError, OutputError: they cannot be made.
+        CommandError, StartError: they cannot be made.
     """
     if settings.video is not None:
         shot = Shot(world, settings.camera, settings.size)
@@ -236,7 +233,7 @@ def _picture(path: Path, settings: Settings, rendering: RenderThread) -> int:
             world = open_world(settings, stack, rendering=rendering)
             shot = Shot(world, settings.camera, settings.size)
             write_snapshot(world, path, shot, settings.duration)
-        except (CommandError, OutputError) as error:
+        except (CommandError, StartError) as error:
             logger.error("%s", error)
             return FAILURE
     return DONE
@@ -268,7 +265,7 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
         except Divergence as problem:
             logger.error("the replay of '%s' differs %s", recording, problem)
             return DIVERGED
-        except (CommandError, LogError, OutputError) as error:
+        except (CommandError, StartError) as error:
             logger.error("%s", error)
             return FAILURE
     return DONE
@@ -277,7 +274,7 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
 def run_server(
     world: World,
     settings: Settings,
-    say_ready: Callable[[ZenohGateway, World], None],
+    say_ready: Callable[[Gateways, World], None],
     *,
     recorder: Recorder | None = None,
     page_listener: socket.socket | None = None,
@@ -307,14 +304,14 @@ def run_server(
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
         try:
-            gateway = beside.enter_context(open_gateways(world, settings, loop))
-        except GatewayError as error:
+            gateways = beside.enter_context(open_gateways(world, settings, loop))
+        except StartError as error:
             logger.error("%s", error)
             return FAILURE
-        add_viewers(world, loop, gateway, has_viewer=page_listener is not None)
+        add_viewers(world, loop, gateways, has_viewer=page_listener is not None)
         attach(world, loop)
         with (
-            noted(gateway.endpoints if is_listed else ()),
+            noted(gateways.zenoh.endpoints if is_listed else ()),
             _ending_by_signal(loop),
             loop.metrics.log.attached(),
         ):
@@ -332,10 +329,10 @@ def run_server(
                 simulation.start()
             wait_until_warm(world.rendering, lambda: loop.is_ending)
             if not loop.is_ending:
-                say_ready(gateway, world)
+                say_ready(gateways, world)
             heap.give_back()  # loading a large scene leaves half of its memory unused
             if page_listener is not None:
-                pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
+                pages.enter_context(page(page_listener, gateways.zenoh.ports, settings.temporary_port))
             loop.run(None if settings.duration is None else time.monotonic() + settings.duration)
             if recorder is not None:
                 recorder.ending()
@@ -354,16 +351,16 @@ def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_
         world.simulation.attach(_QuitAfterStop(loop))
 
 
-def say_ready(gateway: ZenohGateway, world: World) -> None:
+def say_ready(gateways: Gateways, world: World) -> None:
     """Write one line to stdout for people, supervisors and tests."""
-    sys.stdout.write(ready_line(gateway, world))
+    sys.stdout.write(ready_line(gateways, world))
     sys.stdout.flush()
 
 
-def ready_line(gateway: ZenohGateway, world: World) -> str:
+def ready_line(gateways: Gateways, world: World) -> str:
     """Return the line that says where clients can reach a server."""
-    endpoints = " ".join((*gateway.endpoints, *gateway.more_endpoints))
-    return f"ready {endpoints} realm={gateway.realm} scene={world.simulation.scene.name}\n"
+    endpoints = " ".join(gateways.endpoints)
+    return f"ready {endpoints} realm={gateways.zenoh.realm} scene={world.simulation.scene.name}\n"
 
 
 class _QuitAfterStop(Part):

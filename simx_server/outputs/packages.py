@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from simx_client.protocol.cli.installing import extra_line
+from simx_server.errors import StartError
 
 
-class OutputError(Exception):
+class OutputError(StartError):
     """The output of a flag cannot be written; the text gives the reason and the next step."""
 
 

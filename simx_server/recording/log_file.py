@@ -20,6 +20,7 @@ from typing import Any, BinaryIO
 
 import msgpack
 
+from simx_server.errors import StartError
 from simx_server.outputs.file_thread import FileThread
 from simx_server.outputs.packages import NewFile
 
@@ -35,7 +36,7 @@ _MOST_BLOCK = 1 << 30
 _HEAD = struct.Struct("<II")
 
 
-class LogError(Exception):
+class LogError(StartError):
     """A recording that cannot be read or replayed; the text gives the reason."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from .rules import LAST_ROS_DOMAIN, SettingError
@@ -13,14 +14,6 @@ if TYPE_CHECKING:
 
     Conflicts = Iterator[tuple[str, str]]
     """Fields, and what is wrong with them."""
-
-_OF_SERVERS = (
-    "ports", "start", "auto_start", "temporary_port", "script_ports", "speed", "quit_after_stop", "listen", "connect",
-    "legacy_ports", "legacy_pace", "config", "multicast_scouting", "realm", "view", "zmq", "zmq_viewers", "ros2",
-    "ros2_namespace", "ros2_router", "ros2_distro", "supervised",
-)  # fmt: skip
-"""Fields without a meaning when no client is served."""
-
 
 DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit", "history")
 """Fields that, beside the scene, determine a simulation: a recording stores them, for its replays."""
@@ -144,16 +137,17 @@ def _without_clients(settings: Settings) -> Conflicts:
 
     A replay takes its settings from the recording.
     """
-    of_replay = {*_OF_SERVERS, *DECISIVE, "workspace", "duration"}
+    of_servers = [each.name for each in fields(settings) if each.metadata and each.metadata["setting"].serves]
+    of_replay = {*of_servers, *DECISIVE, "workspace", "duration"}
     if settings.replay:  # a recording may ask for code
         beside, meaningless = "--replay", (of_replay | {"package"}) - {"allow_code"}
         meaningless -= {"duration"} if settings.snapshot else set()
     elif settings.snapshot:
-        beside, meaningless = "--snapshot", set(_OF_SERVERS)
+        beside, meaningless = "--snapshot", set(of_servers)
     elif settings.save_mjcf or settings.convert:
         beside, meaningless = "--save-mjcf" if settings.save_mjcf else "--convert", of_replay
     else:
         return
-    for name in (*_OF_SERVERS, *DECISIVE, "workspace", "package", "duration"):
+    for name in (*of_servers, *DECISIVE, "workspace", "package", "duration"):
         if name in meaningless and _is_flag(settings, name):
             yield name, f"has no meaning beside {beside}; valid: one of both"

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from simx_client.protocol.nearest import did_you_mean
+from simx_server.errors import StartError
 
 _T = TypeVar("_T")
 
@@ -27,7 +28,7 @@ LARGEST_SIDE = 4096
 """Pixels of the longest side of an image, see sensors/picture.py."""
 
 
-class SettingError(ValueError):
+class SettingError(StartError, ValueError):
     """A setting has a value that cannot be used; the text gives its origin and the valid values."""
 
 
@@ -76,6 +77,12 @@ class Setting(Rule):
 
     is_told_elsewhere: bool = False
     """The help of another flag names it: a screen has few lines."""
+
+    serves: bool = False
+    """It has no meaning where no client is served."""
+
+    needs_process: bool = False
+    """It is for a server in a separate process, not for an embedded one."""
 
     def named(self, name: str) -> Setting:
         """Return the setting with the flag of the field of this name."""

@@ -58,9 +58,9 @@ class Settings:
         unset="ur5_rg2_kinect, the tutorial's",
         heading="scene",
     )
-    start: bool = _setting(False, "start the simulation at once", heading="simulation")
-    auto_start: bool = _setting(True, "connecting on the temporary port starts nothing")
-    speed: float = _setting(1.0, "times real time (1), or max", rules.SPEED)
+    start: bool = _setting(False, "start the simulation at once", heading="simulation", serves=True)
+    auto_start: bool = _setting(True, "connecting on the temporary port starts nothing", serves=True)
+    speed: float = _setting(1.0, "times real time (1), or max", rules.SPEED, serves=True)
     time_step: float | None = _setting(
         None,
         "length of one simulation step (the scene's, else 0.05)",
@@ -68,21 +68,29 @@ class Settings:
         unset="the scene's, else 0.05",
     )
     duration: float | None = _setting(
-        None, "exit after this wall time", rules.seconds("60"), unset="no limit"
+        None,
+        "exit after this wall time",
+        rules.seconds("60"),
+        unset="no limit",
+        needs_process=True,
     )
-    quit_after_stop: bool = _setting(False, "exit when the simulation stops")
-    until_eof: bool = _setting(False, "exit when standard input ends, as with its starter")
+    quit_after_stop: bool = _setting(False, "exit when the simulation stops", serves=True, needs_process=True)
+    until_eof: bool = _setting(
+        False, "exit when standard input ends, as with its starter", needs_process=True
+    )
     count: int | None = _setting(
         None,
         "number of servers, started again if they crash (--supervised: one)",
         rules.between(1, 1000),
         unset="one, in this process",
+        needs_process=True,
     )
     supervised: bool | None = _setting(
         None,
         "start it again if it crashes, where it was",
         unset="with --count alone",
         is_told_elsewhere=True,
+        serves=True,
     )
     arguments: tuple[str, ...] = _setting(
         (),
@@ -93,7 +101,9 @@ class Settings:
         many=True,
     )
     command_server: bool = _setting(False, "add the object remoteApiCommandServer to every scene")
-    headless: bool = _setting(True, "no window; always so, accepted for old habits", rules.YES)
+    headless: bool = _setting(
+        True, "no window; always so, accepted for old habits", rules.YES, needs_process=True
+    )
     ports: tuple[int, ...] = _setting(
         (19997, 19999),
         "port to answer on, repeatable (19997, 19999); 0: a free one",
@@ -102,21 +112,28 @@ class Settings:
         letter="-p",
         many=True,
         heading="connections",
+        serves=True,
     )
-    temporary_port: int = _setting(19999, "the port that is there only while running (19999)", rules.PORT)
-    script_ports: bool = _setting(True, "scripts of the scene open no ports")
-    local: bool = _setting(True, "clients on this host use Zenoh too, not a socket of the file system")
+    temporary_port: int = _setting(
+        19999, "the port that is there only while running (19999)", rules.PORT, serves=True
+    )
+    script_ports: bool = _setting(True, "scripts of the scene open no ports", serves=True)
+    local: bool = _setting(
+        True, "clients on this host use Zenoh too, not a socket of the file system", serves=True
+    )
     legacy_ports: tuple[str, ...] = _setting(
         (),
         "port for unmodified programs with V-REP's own library, repeatable",
         rules.LEGACY_ADDRESS,
         flag="--legacy-port",
         many=True,
+        serves=True,
     )
     legacy_pace: str = _setting(
         "repeat",
         "when their blocking calls are answered: free, repeat (as in V-REP), every",
         rules.one_of("PACE", "free", "repeat", "every"),
+        serves=True,
     )
     listen: tuple[str, ...] = _setting(
         (),
@@ -124,9 +141,14 @@ class Settings:
         rules.endpoint("tcp/0.0.0.0:7447"),
         letter="-l",
         many=True,
+        serves=True,
     )
     connect: tuple[str, ...] = _setting(
-        (), "Zenoh router to be reached through, repeatable", rules.endpoint("tcp/router:7447"), many=True
+        (),
+        "Zenoh router to be reached through, repeatable",
+        rules.endpoint("tcp/router:7447"),
+        many=True,
+        serves=True,
     )
     config: Path | None = _setting(
         None,
@@ -134,6 +156,7 @@ class Settings:
         rules.file("an existing JSON5 file of Zenoh settings"),
         letter="-c",
         unset="none",
+        serves=True,
     )
     zmq: str | None = _setting(
         None,
@@ -141,6 +164,7 @@ class Settings:
         rules.WEB_ADDRESS,
         unset="they are not served",
         lone="23000",
+        serves=True,
     )
     zmq_viewers: str | None = _setting(
         None,
@@ -149,6 +173,7 @@ class Settings:
         unset="there is none",
         lone="23001",
         is_told_elsewhere=True,
+        serves=True,
     )
     ros2: int | None = _setting(
         None,
@@ -156,6 +181,7 @@ class Settings:
         rules.ROS_DOMAIN,
         unset="no node of ROS 2",
         lone=rules.FROM_ENVIRONMENT,
+        serves=True,
     )
     ros2_namespace: str | None = _setting(
         None,
@@ -163,25 +189,29 @@ class Settings:
         rules.ROS_NAMESPACE,
         unset="none",
         is_told_elsewhere=True,
+        serves=True,
     )
     ros2_router: str = _setting(
         "tcp/127.0.0.1:7447",
         "ROS 2's router; self: this server is it",
         rules.ROS_ROUTER,
         is_told_elsewhere=True,
+        serves=True,
     )
     ros2_distro: str = _setting(
         "jazzy",
         "distribution of ROS 2: humble, or a later one (jazzy)",
         rules.one_of("NAME", "humble", "iron", "jazzy", "kilted", "lyrical", "rolling"),
         is_told_elsewhere=True,
+        serves=True,
     )
-    multicast_scouting: bool = _setting(False, "let others on the network discover it")
+    multicast_scouting: bool = _setting(False, "let others on the network discover it", serves=True)
     realm: str | None = _setting(
         None,
         "name of this simulator among several",
         _REALM,
         unset="simx-PORT, of the first port; with --connect HOST-PORT",
+        serves=True,
     )
     workspace: Path = _setting(
         Path.cwd, "the only folder where clients may touch files", rules.FOLDER, heading="clients"
@@ -208,6 +238,7 @@ class Settings:
         unset="no page",
         lone="8080",
         heading="images and recordings",
+        serves=True,
     )
     history: float | None = _setting(
         None,
@@ -220,12 +251,21 @@ class Settings:
         "write one picture and leave (--camera NAME, --size WxH)",
         rules.new_file(".png"),
         unset="nothing",
+        needs_process=True,
     )
     save_mjcf: Path | None = _setting(
-        None, "write SCENE as MJCF and leave, for example a URDF", rules.new_file(".xml"), unset="nothing"
+        None,
+        "write SCENE as MJCF and leave, for example a URDF",
+        rules.new_file(".xml"),
+        unset="nothing",
+        needs_process=True,
     )
     convert: Path | None = _setting(
-        None, "write a V-REP file as MJCF, with all its parts, and leave", rules.NEW_FOLDER, unset="nothing"
+        None,
+        "write a V-REP file as MJCF, with all its parts, and leave",
+        rules.NEW_FOLDER,
+        unset="nothing",
+        needs_process=True,
     )
     video: Path | None = _setting(
         None, "film what runs (--camera NAME, --size WxH, --fps N)", rules.new_file(".mp4"), unset="nothing"
@@ -265,6 +305,7 @@ class Settings:
         "serve no client: repeat the recorded calls, and compare; --video films it",
         rules.file("an existing file that --record made"),
         unset="nothing",
+        needs_process=True,
     )
     log_level: str = _setting(
         "info",
@@ -353,8 +394,8 @@ class Settings:
             endpoints: all of its endpoints; others than Zenoh's start with the name of the gateway.
         """
 
-        def found(door: str) -> list[str]:
-            return [each.removeprefix(f"{door}/") for each in endpoints if each.startswith(f"{door}/")]
+        def found(name: str) -> list[str]:
+            return [each.removeprefix(f"{name}/") for each in endpoints if each.startswith(f"{name}/")]
 
         return dataclasses.replace(
             self,

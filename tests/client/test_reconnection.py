@@ -199,7 +199,8 @@ def test_a_client_that_missed_the_return_of_its_server_finds_it(
         client = start(running.port)
         connection = CONNECTIONS.get(client)
         assert connection is not None
-        transport: Any = connection._transport
+        lanes: Any = connection._transport
+        transport = lanes.zenoh
         # As if the token of the new server had come before the old one's end.
         transport._on_server(SimpleNamespace(kind=transport._zenoh.SampleKind.DELETE))
         assert v.simxGetConnectionId(client) == -1

@@ -16,7 +16,7 @@ from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.lane.frames import MESSAGE, Frames, frame, memory_frame
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.messages import Batch, Call, Operation
-from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.lane.gateway import LaneGateway
 from simx_server.service.answers.link import PackingLink
 
 from .scene import SCENE
@@ -46,7 +46,7 @@ class _Victim:
         scene = folder / "victim.xml"
         scene.write_text(SCENE)
         self.world = RealWorld(scene, workspace=folder)
-        self.gateway = LocalGateway(self.world.loop)
+        self.gateway = LaneGateway(self.world.loop)
         self._thread = threading.Thread(target=self.world.loop.run, daemon=True)
         self._thread.start()
 
@@ -56,9 +56,7 @@ class _Victim:
 
         def join() -> None:
             if client not in loop.sessions:
-                link = _Zenoh()
-                loop.join(client, client, 0, link)
-                self.gateway.offer(client, link)
+                loop.join(client, client, 0, self.gateway.invite(client, _Zenoh()))
             came.set()
 
         loop.post(join)

@@ -298,7 +298,7 @@ def test_certificate_makes_a_viewer_as_a_user_does(guard: Guard, recipes: Path) 
 
 def _name_of(client: int) -> str:
     connection: Any = CLIENTS.get(client)
-    return connection._transport.client
+    return connection._transport.zenoh.client
 
 
 @needs_openssl

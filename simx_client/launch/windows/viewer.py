@@ -17,7 +17,7 @@ from simx_client.client.channel import Channel
 from simx_client.connection.connection import Connection
 from simx_client.protocol.add_ons import windows as w
 from simx_client.transport.endpoints import find_address
-from simx_client.transport.zenoh import ZenohTransport
+from simx_client.transport.lanes import Lanes
 
 from ...errors import SimxError
 from . import screen as s
@@ -165,7 +165,7 @@ def _connect(where: str) -> Connection:
         place = find_address(host, int(port))
         connection = Connection(
             # Without a port: a client that connects to 19999 starts the simulation.
-            lambda: ZenohTransport(place, connect_timeout=TIMEOUT, retry=False, asked_port=0),
+            lambda: Lanes(place, connect_timeout=TIMEOUT, retry=False, asked_port=0),
             where=where,
             timeout=TIMEOUT,
             may_reconnect=False,

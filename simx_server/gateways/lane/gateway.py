@@ -7,28 +7,37 @@ connection ends, as it does when its link over Zenoh ends.
 from __future__ import annotations
 
 import contextlib
-import errno
 import logging
 import os
 import socket
 import threading
 import time
+from collections.abc import Sequence
 from functools import partial
-from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.lane.frames import MESSAGE, BadFrame, Frames
-from simx_client.protocol.lane.offer import Offer, is_same_user, made_folder, new_name, new_token, path_of
-from simx_server.gateways.outsider_log import OutsiderLog
+from simx_client.protocol.lane.offer import (
+    Offer,
+    is_possible,
+    is_same_user,
+    made_folder,
+    new_name,
+    new_token,
+    path_of,
+)
+from simx_server.gateways.listening import Listening, part
+from simx_server.gateways.zenoh.offers import Offers
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.admission.unfinished import Unfinished
 
-from .link import LocalLink
+from .link import EitherLink, LaneLink
 
 if TYPE_CHECKING:
-    from simx_server.service.answers.link import PackingLink
+    from simx_server.gateways.gateway import Opening
+    from simx_server.service.answers.link import Link, PackingLink
     from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
@@ -42,115 +51,93 @@ SILENCE = 10.0
 BACKLOG = 128
 """Connections that the system keeps until they are accepted."""
 
-RETRY = 1.0
-"""Seconds until the socket accepts again when no file descriptor was free."""
-
 TOKEN_FRAME = 64
 """Maximum size of the first message in bytes."""
 
 _AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
-_READ, _MOST_READ = 1 << 16, 1 << 20
-"""Minimum and maximum number of bytes to read at a time: the physics thread does other things in between."""
 
 
-class LocalGateway:
-    """Serves clients that the Zenoh gateway has accepted. Physics thread, except `read_while_busy`."""
+def open_lane(opening: Opening) -> LaneGateway | None:
+    """Open the lane, unless a configuration of Zenoh may have rules that it would pass by."""
+    settings = opening.settings
+    if not settings.local or settings.config is not None or not is_possible():
+        return None
+    try:
+        return LaneGateway(opening.loop)
+    except OSError as problem:
+        logger.warning("clients on this host use Zenoh alone: no socket could be made: %s", problem)
+        return None
+
+
+class LaneGateway(Listening["_Peer"], Offers):
+    """Serves clients that the Zenoh gateway has accepted."""
+
+    silence = SILENCE
+    unsaid = "it has sent no token"
+    crowded = "it has no token yet, and others need its place"
 
     def __init__(self, loop: ServerLoop) -> None:
         """Listen. Raises OSError: no socket can be made."""
-        self._loop = loop
-        self._log = OutsiderLog(logger)
         folder = made_folder()
         _remove_dead(folder)
         self._name = new_name()
         self.path = path_of(folder, self._name)
-        self._listener = _listen(folder, self.path)
-        self._offers: dict[str, tuple[str, PackingLink]] = {}
-        """Client and its link over Zenoh, by token."""
+        self._guests: dict[str, EitherLink] = {}
+        """The links of the clients that have an offer, by token."""
 
-        self._tokens: dict[str, str] = {}
-        """Token by client."""
-
-        self._peers: set[_Peer] = set()
         self._reading = threading.Lock()
         """Lock of the connections' frames: another thread reads them while the physics thread is busy."""
 
-        self._accepts_at = 0.0
-        """When to accept again; 0 while it accepts."""
+        super().__init__(loop, [_listen(folder, self.path)], logger)
 
-        loop.sockets.add(self._listener, self._accept)
-        loop.watches.append(self._look)
-        loop.readers_while_busy.append(self.read_while_busy)
+    # --- greetings: Offers -------------------------------------------------------------------------
 
-    # --- greetings, see gateways/zenoh.py ----------------------------------------------------------
-
-    def offer(self, client: str, link: PackingLink) -> None:
-        """Make an offer for a client that joins.
-
-        Args:
-            link: its link over Zenoh.
-        """
-        for gone in [each for each in self._tokens if each not in self._loop.sessions]:
-            del self._offers[self._tokens.pop(gone)]
-        self._revoke(client)
-        token = self._tokens[client] = new_token()
-        self._offers[token] = client, link
+    def invite(self, client: str, link: PackingLink) -> Link:
+        """Make an offer for a client that joins; return its link, which goes over to the lane with its first batch."""
+        token = new_token()
+        guest = EitherLink(client, link, partial(self._guests.pop, token, None))
+        self._guests[token] = guest
+        return guest
 
     def offer_to(self, client: str) -> str:
         """Return the offer in a client's welcome; empty for a client that has not joined."""
-        token = self._tokens.get(client)
+        found = (token for token, guest in self._guests.items() if guest.client == client)
+        token = next(found, None)
         return "" if token is None else str(Offer(token, self._name))
 
     def serves(self, client: str) -> bool:
         """Return whether a client uses its offer."""
-        session = self._loop.sessions.get(client)
-        return session is not None and isinstance(session.link, LocalLink)
-
-    def _revoke(self, client: str) -> None:
-        if (token := self._tokens.pop(client, None)) is not None:
-            del self._offers[token]
+        return any(guest.client == client and guest.lane is not None for guest in self._guests.values())
 
     # --- connections -----------------------------------------------------------------------------
 
     def close(self) -> None:
         """Close the connections and the socket. Idempotent."""
-        for peer in list(self._peers):
-            self._drop(peer)
-        if self._listener.fileno() == -1:
-            return
-        if not self._accepts_at:
-            self._loop.sockets.remove(self._listener)
-        self._listener.close()
+        super().close()
         with contextlib.suppress(OSError):
             os.unlink(self.path)
-        self._loop.watches.remove(self._look)
-        self._loop.readers_while_busy.remove(self.read_while_busy)
 
-    def _accept(self) -> None:
-        try:
-            connected, _ = self._listener.accept()
-        except OSError as error:
-            if error.errno in (errno.EMFILE, errno.ENFILE):
-                self._accepts_at = time.monotonic() + RETRY
-                self._loop.sockets.remove(self._listener)
-            return
-        try:
-            if not is_same_user(connected):
-                problem = "it comes from another user"
-                self._log.say(logging.WARNING, "a connection at %s is closed: %s", self.path, problem)
-                connected.close()
-                return
-        except OSError:  # it has left already
-            connected.close()
-            return
-        strangers = [each for each in self._peers if each.link is None]
-        if len(strangers) >= MOST_STRANGERS:
-            longest = min(strangers, key=attrgetter("since"))
-            longest.problem = "it has no token yet, and others need its place"
-            self._settle(longest)
+    def _objection(self, connected: socket.socket) -> bool:
+        if is_same_user(connected):
+            return False
+        self._say_closed("it comes from another user")
+        return True
+
+    def _crowd(self, host: str) -> Sequence[_Peer]:
+        strangers = [each for each in self._peers if each.is_stranger]
+        return strangers if len(strangers) >= MOST_STRANGERS else ()
+
+    def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> _Peer:
         peer = _Peer(connected, self._loop.unfinished)
-        self._peers.add(peer)
         self._listen_to(peer)
+        return peer
+
+    def _cut(self, peer: _Peer, why: str) -> None:
+        peer.problem = why
+        self._settle(peer)
+
+    def _say_closed(self, why: str) -> None:
+        self._log.say(logging.WARNING, "a connection at %s is closed: %s", self.path, why)
 
     def _listen_to(self, peer: _Peer) -> None:
         peer.is_resting = False
@@ -196,8 +183,8 @@ class LocalGateway:
         """Close a connection that has ended; let one rest whose client has much waiting."""
         if peer.problem or (peer.has_ended and not peer.frames.whole):
             if peer.problem:
-                self._log.say(logging.WARNING, "a connection at %s is closed: %s", self.path, peer.problem)
-            self._drop(peer)
+                self._say_closed(peer.problem)
+            self._end(peer)
         elif peer.frames.whole and not peer.is_resting:
             peer.is_resting = True
             self._loop.sockets.remove(peer.socket)
@@ -212,25 +199,23 @@ class LocalGateway:
     def _introduce(self, peer: _Peer) -> None:
         """Recognise a client by its token, and send it the memory of its values."""
         _, token = peer.frames.whole.popleft()
-        client, zenoh = self._offers.get(token.decode("ascii", "replace"), ("", None))
-        if zenoh is None or client not in self._loop.sessions:
+        guest = self._guests.get(token.decode("ascii", "replace"))
+        if guest is None:
             peer.problem = "it has no valid token"
             return
+        forget = partial(self._forget, peer)
         try:
-            link = LocalLink(self._loop, client, peer.socket, zenoh, partial(self._forget, peer))
+            link = LaneLink(self._loop, guest.client, peer.socket, guest.first, forget)
         except OSError as problem:
             peer.problem = f"there is no memory for its client: {problem}"
         else:
-            peer.begin(client, link)
+            peer.begin(guest, link)
 
-    def _use(self, peer: _Peer, link: LocalLink) -> None:
-        """Make this the only link to a client, which has chosen it with its first batch."""
-        session = self._loop.sessions.get(peer.client)
-        if session is None or isinstance(session.link, LocalLink):
+    def _use(self, peer: _Peer, link: LaneLink) -> None:
+        """Have the client's link go over to this connection, which the client has chosen with its first batch."""
+        peer.is_used = peer.guest is not None and peer.guest.use(link)
+        if not peer.is_used:
             peer.problem = "its client has left, or uses another connection"
-        else:
-            session.link = link
-            peer.is_used = link.is_used = True
 
     def read_while_busy(self) -> None:
         """Queue what has arrived while the physics thread is busy, so that the calls can be refused in time.
@@ -243,19 +228,14 @@ class LocalGateway:
                     peer.receive()
                     self._queue(peer)
 
-    def _look(self) -> None:
+    def look(self) -> None:
         """Close connections without a token and those that have ended; accept again."""
-        now = time.monotonic()
+        super().look()
         for peer in list(self._peers):
-            if peer.link is None and now > peer.since + SILENCE:
-                peer.problem = f"it has sent no token within {SILENCE:g} s"
             if peer.problem or peer.has_ended:
                 self._settle(peer)
-        if self._accepts_at and now >= self._accepts_at:
-            self._accepts_at = 0.0
-            self._loop.sockets.add(self._listener, self._accept)
 
-    def _drop(self, peer: _Peer) -> None:
+    def _end(self, peer: _Peer) -> None:
         """Close a connection; its client leaves after everything that it has sent is executed."""
         link = peer.link
         if link is None:
@@ -268,7 +248,7 @@ class LocalGateway:
 
     def _forget(self, peer: _Peer) -> None:
         """Read a connection no more, which is about to be closed."""
-        self._peers.remove(peer)
+        del self._peers[peer]
         if not peer.is_resting:
             self._loop.sockets.remove(peer.socket)
         with self._reading:
@@ -284,8 +264,9 @@ class _Peer:
         self._unfinished = unfinished.holder(self.break_off)
         self.since = time.monotonic()
         self.client = ""
-        self.link: LocalLink | None = None
-        """None before a valid token."""
+        self.guest: EitherLink | None = None
+        self.link: LaneLink | None = None
+        """None before a valid token, as the guest is."""
 
         self.is_used = False
         """Its client has sent a batch by it."""
@@ -297,18 +278,21 @@ class _Peer:
         self.is_resting = False
         """It is not read, because much of its client waits."""
 
-    def begin(self, client: str, link: LocalLink) -> None:
+    @property
+    def is_stranger(self) -> bool:
+        return self.link is None
+
+    def begin(self, guest: EitherLink, link: LaneLink) -> None:
         """Read batches of a client from now on."""
-        self.client, self.link = client, link
+        self.guest, self.client, self.link = guest, guest.client, link
         self.frames.longest = MAX_BATCH
 
     def receive(self) -> None:
         """Read some of what has arrived. Under the gateway's lock."""
         if self.has_ended or self.problem:
             return
-        missing = self.frames.missing
         try:
-            data = self.socket.recv(min(missing, _MOST_READ) if missing > _READ else _READ, _AT_ONCE)
+            data = self.socket.recv(part(self.frames.missing), _AT_ONCE)
             self.has_ended = not data
             count = self.frames.count
             self.frames.add(data)
@@ -329,7 +313,7 @@ class _Peer:
         self._unfinished.end()
         self.has_ended = True
         self.frames = Frames()
-        self.link = None
+        self.guest = self.link = None
 
 
 def _listen(folder: Path, path: str) -> socket.socket:

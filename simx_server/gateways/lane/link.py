@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.lane.frames import frame, memory_frame, send_with_file
 from simx_client.protocol.lane.memory import MemoryWriter
 from simx_server.gateways.zenoh.posting import MUCH_UNSENT
-from simx_server.service.answers.link import PackingLink
+from simx_server.service.answers.link import Link, PackingLink
 from simx_server.service.queue.sockets import LOOK
 
 if TYPE_CHECKING:
@@ -39,28 +39,62 @@ MOST_PLACES = 64
 """Places of one client. The images of further streams travel over Zenoh."""
 
 
-class LocalLink(PackingLink):
-    """The link to one client. Any thread, except `close`."""
+class EitherLink(Link):
+    """The link of a client with an offer: the one that it has come by, and from its first batch by the lane that one.
+
+    The function of a link that a call uses is the chosen link's own: a choice at each message would cost more.
+    """
+
+    def __init__(self, client: str, first: PackingLink, closed: Callable[[], object]) -> None:
+        """Use the first one.
+
+        Args:
+            closed: called when the client has left.
+        """
+        self.client, self.first, self._closed = client, first, closed
+        self.lane: LaneLink | None = None
+        self._is_closed = False
+        self.deliver, self.publish, self.publish_image = first.deliver, first.publish, first.publish_image
+
+    def use(self, lane: LaneLink) -> bool:
+        """Go over to the lane; return whether this is possible: the client is there, and uses no other connection."""
+        if self._is_closed or self.lane is not None:
+            return False
+        self.lane = lane
+        self.deliver, self.publish, self.publish_image = lane.deliver, lane.publish, lane.publish_image
+        return True
+
+    def close(self) -> None:
+        """Close both."""
+        self._is_closed = True
+        self._closed()
+        if self.lane is not None:
+            self.lane.close()
+        self.first.close()
+
+
+class LaneLink(PackingLink):
+    """A connection to one client by the lane. Any thread, except `close`."""
 
     def __init__(
         self,
         loop: ServerLoop,
         client: str,
         connected: socket.socket,
-        zenoh: PackingLink,
+        first: PackingLink,
         closed: Callable[[], object],
     ) -> None:
         """Make a link, and send the client the memory of its values.
 
         Args:
             connected: a blocking socket; it belongs to the link from now on.
-            zenoh: the link that the client had before; it remains for what finds no memory.
+            first: the link that the client has come by; it remains for what finds no memory.
             closed: called once, before the socket is closed.
 
         Raises:
             OSError: no memory or file descriptor is free.
         """
-        self._loop, self._client, self._socket, self._zenoh = loop, client, connected, zenoh
+        self._loop, self._client, self._socket, self._first = loop, client, connected, first
         self._closed: Callable[[], object] = closed
         self._lock = threading.Lock()
         self._memories = [MemoryWriter(VALUES_ROOM)]
@@ -73,9 +107,6 @@ class LocalLink(PackingLink):
         self._unsent_size = 0
         self._is_behind = False
         self._answered = 0.0
-        self.is_used = False
-        """The client has sent a batch by it: it is the client's only link, and closes the one over Zenoh."""
-
         self.is_closed = False
         try:
             self._pass_on(VALUES)
@@ -100,7 +131,7 @@ class LocalLink(PackingLink):
                     self._renew(VALUES, len(payload))
                 except OSError as problem:
                     logger.debug("values for client %s travel over Zenoh: %s", self._client, problem)
-                    self._zenoh.put_values(payload)
+                    self._first.put_values(payload)
                     return
             self._memories[VALUES].write(payload)
 
@@ -117,7 +148,7 @@ class LocalLink(PackingLink):
                     return
             except OSError as problem:
                 logger.debug("an image for client %s travels over Zenoh: %s", self._client, problem)
-        self._zenoh.put_image(stream_id, payload)
+        self._first.put_image(stream_id, payload)
 
     def close(self) -> None:
         """Close the socket, also for a thread that sends. Idempotent. Physics thread."""
@@ -135,8 +166,6 @@ class LocalLink(PackingLink):
             is_sending = bool(self._unsent)
         if not is_sending:
             self._socket.close()
-        if self.is_used:
-            self._zenoh.close()
 
     # --- memory, under the lock ------------------------------------------------------------------
 

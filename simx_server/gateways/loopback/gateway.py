@@ -21,7 +21,7 @@ from simx_server.service.server_loop import ServerLoop
 
 
 class LoopbackTransport(PackingLink):
-    """A ``simx_client.transport.zenoh.Transport`` to a server loop in this process."""
+    """A ``simx_client.transport.transport.Transport`` to a server loop in this process."""
 
     def __init__(
         self, loop: ServerLoop, *, name: str = "loopback", port: int = 0, turns: bool = True

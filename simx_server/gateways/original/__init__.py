@@ -8,6 +8,6 @@
 `containers.py`         commands that wait and replies to send: equal commands, streams, message ids
 `splitting.py`          commands and replies in pieces
 `connection.py`         one client: lock-step, time-outs, the server loop
-`listener.py`           a port
+`gateway.py`            the ports
 ======================  ===========================================================================
 """

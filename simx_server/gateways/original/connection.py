@@ -118,6 +118,7 @@ class Connection(Link):
         self._last_empty = 0.0
         """The time of the last answer without replies."""
 
+        self.since = time.monotonic()
         self.has_joined = False
         self._is_closed = False
         self._news = threading.Event()
@@ -130,6 +131,11 @@ class Connection(Link):
 
         self._stream: Delivery | None = None
         self._images: dict[int, Delivery] = {}
+
+    @property
+    def is_stranger(self) -> bool:
+        """Return whether it has sent nothing yet."""
+        return not self.has_joined
 
     # --- the thread of the connection ------------------------------------------------------------
 

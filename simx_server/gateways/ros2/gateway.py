@@ -24,6 +24,7 @@ from simx_server.simulation.simulation import SimulationState
 
 from ..errors import GatewayError
 from ..exposure import is_beyond_loopback
+from ..gateway import Gateway
 from ..outsider_log import OutsiderLog
 from .annotated.helper import SET_STEPPING, TRIGGER
 from .client import Ros2Client
@@ -57,7 +58,7 @@ class Ros2Options:
     """Zenoh's threads that read links, of which some may wait; 0: none may."""
 
 
-class Ros2Gateway(Part):
+class Ros2Gateway(Gateway, Part):
     """The node of one server loop. Physics thread."""
 
     def __init__(self, loop: ServerLoop, options: Ros2Options) -> None:
@@ -66,16 +67,14 @@ class Ros2Gateway(Part):
         Raises:
             GatewayError: it is to be the router itself, and cannot listen; or there are too many clients.
         """
-        self._loop, self._options = loop, options
+        self._options = options
         self._simulation = loop.simulation
         is_humble = options.distribution is Distribution.HUMBLE
         self._types = messages.humble() if is_humble else messages.Types(messages.BY_NAME, messages.SERVICES)
         self._pulse = Pulse(options.place, options.place.full(TRIGGER))
         self._session = Ros2Session(options.place, options.router, self._pulse)
         endpoint = options.router.endpoint
-        self.endpoint = f"ros2/{'router/' if options.router.is_self else ''}{endpoint}"
-        """For the line that says that the server is ready."""
-
+        self.endpoints = (f"ros2/{'router/' if options.router.is_self else ''}{endpoint}",)
         try:
             self._client = Ros2Client(
                 loop, f"ros2 {options.place.namespace}/{options.place.node}", _port(endpoint)
@@ -116,7 +115,7 @@ class Ros2Gateway(Part):
         self._session.start()
         loop.world.ros2_topics.serve(self._scripts)
         loop.simulation.attach(self)
-        loop.watches.append(self._look)
+        super().__init__(loop)
 
     @property
     def is_declared(self) -> bool:
@@ -131,7 +130,9 @@ class Ros2Gateway(Part):
 
     def close(self) -> None:
         """Leave ROS 2. No thread runs the server loop meanwhile."""
-        self._loop.watches.remove(self._look)
+        if not self._is_open:
+            return
+        super().close()
         self._loop.world.ros2_topics.serve(None)
         for part in (self, *self._contents):
             self._simulation.detach(part)
@@ -168,7 +169,7 @@ class Ros2Gateway(Part):
         """Have the restored state and the time of 0 published soon."""
         self._next_repeat = 0.0
 
-    def _look(self) -> None:
+    def look(self) -> None:
         """List the offers again if they may have changed, and repeat messages while no steps are made."""
         simulation = self._simulation
         now = time.monotonic()

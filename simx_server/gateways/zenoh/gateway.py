@@ -27,7 +27,7 @@ from simx_client.protocol.zenoh import keys, link
 from simx_server import __version__
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.exposure import exposure
-from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.gateway import Gateway, Opening
 from simx_server.limits import LimitReached
 from simx_server.parts.status_bar import as_log_line
 from simx_server.service.answers.link import PackingLink
@@ -40,6 +40,7 @@ from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
 from .access import has_rules, rules
+from .offers import Offers
 from .posting import Care, Postman
 from .throttle import Throttle
 
@@ -56,14 +57,32 @@ MOST_PRESENT = 10_000
 that says hello after 10,000 others have come has to connect again.
 """
 
-_OF_ANOTHER_DOOR = object()
-"""In place of the secret of a client that has not joined at this door; it equals no attachment."""
+_OF_ANOTHER_GATEWAY = object()
+"""In place of the secret of a client that has not joined at this gateway; it equals no attachment."""
 
 MOST_SECRET = 64
 """Bytes of a client's secret; ours have 16. A longer one never matches."""
 
 
-class ZenohGateway(Part):
+def open_zenoh(opening: Opening) -> ZenohGateway:
+    """Open the gateway at the server's ports. Raises GatewayError."""
+    settings = opening.settings
+    offers = (each for each in opening.opened if isinstance(each, Offers))
+    gateway = ZenohGateway(
+        opening.loop,
+        ports=settings.ports,
+        listen=settings.listen,
+        connect=settings.connect,
+        realm=settings.realm,
+        config=settings.config,
+        multicast_scouting=settings.multicast_scouting,
+        offers=next(offers, None),
+    )
+    opening.loop.simulation.attach(gateway)  # its status tells the load
+    return gateway
+
+
+class ZenohGateway(Gateway, Part):
     """Listens on loopback ports and further endpoints, joins routers, and serves one server loop there."""
 
     def __init__(
@@ -76,7 +95,7 @@ class ZenohGateway(Part):
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
-        local: LocalGateway | None = None,
+        offers: Offers | None = None,
     ) -> None:
         """Open the session and declare everything. Physics thread, or before it runs.
 
@@ -86,7 +105,7 @@ class ZenohGateway(Part):
             connect: Zenoh routers through which clients can also reach the server; it retries those that do not answer.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
-            local: the lane that clients on this host are offered.
+            offers: what clients are offered in their welcome; None for nothing.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
@@ -94,13 +113,10 @@ class ZenohGateway(Part):
         is_plain = config is None and not multicast_scouting
         zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
         self._zenoh = zenoh
-        self._loop = loop
-        self._local = local
+        self._offers = offers or Offers()
+        self._closing: threading.Thread | None = None
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
-        self.more_endpoints: list[str] = []
-        """Endpoints of the server's other gateways, for the line that says that it is ready."""
-
         self.load = LoadMeter()
         """Needs a call after every simulation step."""
 
@@ -120,7 +136,7 @@ class ZenohGateway(Part):
 
         self._secrets: dict[str, bytes | None] = {}
         """The secret that comes with each message of a client that has joined here; None: the client predates secrets.
-        Clients of other doors, whose names a peer may know, are not in it.
+        Clients of other gateways, whose names a peer may know, are not in it.
         """
 
         self._presence = threading.Lock()
@@ -135,6 +151,7 @@ class ZenohGateway(Part):
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
         loop.places.open(self._entrance.door)
+        super().__init__(loop)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -232,7 +249,7 @@ class ZenohGateway(Part):
         with self._presence:
             if is_gone:
                 self._present.pop(client, None)
-                has_joined = self._secrets.pop(client, _OF_ANOTHER_DOOR) is not _OF_ANOTHER_DOOR
+                has_joined = self._secrets.pop(client, _OF_ANOTHER_GATEWAY) is not _OF_ANOTHER_GATEWAY
             else:
                 has_joined = False
                 self._present[client] = None
@@ -244,12 +261,12 @@ class ZenohGateway(Part):
     # --- the physics thread ----------------------------------------------------------------------
 
     def _is_from(self, client: str, message: Any) -> bool:
-        """Return whether a sample or query carries the secret that came with this client's hello at this door.
+        """Return whether a sample or query carries the secret that came with this client's hello at this gateway.
 
         Names of clients are part of keys that others may subscribe to; attachments of calls are not.
         """
         attached = message.attachment
-        secret = self._secrets.get(client, _OF_ANOTHER_DOOR)
+        secret = self._secrets.get(client, _OF_ANOTHER_GATEWAY)
         return secret == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
@@ -260,7 +277,7 @@ class ZenohGateway(Part):
                 query.drop()  # without an answer: it asks again
                 return
             version, refusal, client = joined
-        offer = self._local.offer_to(client) if self._local is not None and not refusal else ""
+        offer = "" if refusal else self._offers.offer_to(client)
         scene = self._loop.simulation.scene.name
         welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
         self._answer(query, keys.hello(self.realm), encode(welcome))
@@ -288,7 +305,7 @@ class ZenohGateway(Part):
         if client in self._loop.sessions:
             if not self._is_from(client, query):
                 return version, f"another client is called {client}", client
-            if self._local is not None and self._local.serves(client):
+            if self._offers.serves(client):
                 self._loop.depart(client)  # it has lost that connection, and so its session
                 return None
         else:
@@ -298,13 +315,12 @@ class ZenohGateway(Part):
             postman = Postman(self._care, partial(self._loop.suspend, client))
             ended = partial(self._secrets.pop, client, None)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
+            its_link = self._offers.invite(client, zenoh_link)
             try:
-                self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
+                self._loop.join(client, greeting.name, greeting.port, its_link, entrance=self._entrance)
             except LimitReached as problem:
-                ended()
+                its_link.close()
                 return version, str(problem), client
-            if self._local is not None:
-                self._local.offer(client, zenoh_link)
         return version, "", client
 
     def _tell_status(self, query: Any) -> None:
@@ -355,26 +371,39 @@ class ZenohGateway(Part):
 
         Zenoh waits up to ten seconds for a client that reads nothing any more; the end of the process does not.
         """
-        self._loop.places.close(self._entrance.door)
-        closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
-        closing.start()
-        closing.join(CLOSE_TIMEOUT)
-        if closing.is_alive():
-            logger.warning("a client that takes nothing any more is not waited for")
+        if self._is_open:
+            self._end()
+        if self._closing is not None:
+            self._closing.join(CLOSE_TIMEOUT)
+            if self.is_closing:
+                logger.warning("a client that takes nothing any more is not waited for")
+
+    @property
+    def is_closing(self) -> bool:
+        return self._closing is not None and self._closing.is_alive()
 
     def leave(self) -> None:
-        """Close this gateway while the server goes on: its clients leave. Any thread."""
+        """Close this gateway while the server goes on: its clients leave."""
         with self._presence:
             clients = list(self._secrets)
-        self.close()
-        for client in clients:
-            self._loop.depart(client)
+        self._end(clients)
 
-    def _close_session(self) -> None:
+    def _end(self, clients: Sequence[str] = ()) -> None:
+        """Have a thread close the session, after which clients leave."""
+        super().close()
+        self._loop.places.close(self._entrance.door)
+        self._closing = threading.Thread(
+            target=self._close_session, args=(clients,), name="simx-close", daemon=True
+        )
+        self._closing.start()
+
+    def _close_session(self, clients: Sequence[str]) -> None:
         try:
             self._session.close()
         except self._zenoh.ZError as error:
             logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
+        for client in clients:
+            self._loop.depart(client)
 
 
 class ZenohLink(PackingLink):
@@ -392,7 +421,7 @@ class ZenohLink(PackingLink):
         """Declare the publishers.
 
         Args:
-            ended: called once when the client has left: its name is free for clients of all doors.
+            ended: called once when the client has left: its name is free for clients of all gateways.
         """
         self._postman, self._ended = postman, ended
         self._lock = threading.Lock()

@@ -23,7 +23,7 @@ from simx_server.service.queue.sockets import LOOK
 
 from ..errors import GatewayError
 from ..exposure import is_loopback
-from ..outsider_log import OutsiderLog
+from ..listening import RETRY, Listening
 from .clients import FIRST_HANDLE, ZmqClients
 from .peer import Peer, SocketPeer
 from .wire import MAX_MESSAGE, packer, uuid_of
@@ -55,9 +55,6 @@ SILENCE = 30.0
 
 FAREWELL = 0.5
 """Seconds for the last answers when the server ends."""
-
-RETRY = 1.0
-"""Seconds between two looks at the peers, and until the port accepts again when no file descriptor was free."""
 
 QUIET = 0.15
 """Seconds without a message after which a peer that has come to the successor of a crashed server waits for an answer
@@ -92,8 +89,12 @@ def missing() -> str:
     return ""
 
 
-class ZmqGateway:
+class ZmqGateway(Listening[SocketPeer]):
     """Serves one server loop to clients of the ZeroMQ remote API."""
+
+    silence = SILENCE
+    unsaid = "it has not started"
+    crowded = "others need its place"
 
     def __init__(self, loop: ServerLoop, address: str, *, may_only_read: bool = False) -> None:
         """Listen, and have the server loop read. Physics thread, or before it runs.
@@ -107,22 +108,21 @@ class ZmqGateway:
         """
         if problem := missing():
             raise GatewayError(problem)
-        self._loop = loop
         self._prefix = VIEWER if may_only_read else ""
-        self._log = OutsiderLog(logger)
         self._pack = packer()
-        self._listener = _listen(address)
-        host, self.port = self._listener.getsockname()[:2]
+        listener = _listen(address)
+        host, self.port = listener.getsockname()[:2]
         door = "zmq-viewers" if may_only_read else "zmq"
-        self.endpoint = f"{door}/{f'[{host}]' if ':' in host else host}:{self.port}"
+        endpoint = f"{door}/{f'[{host}]' if ':' in host else host}:{self.port}"
+        self.endpoints = (endpoint,)
         if not is_loopback(host):
             logger.warning(
                 "everyone who reaches %s can %s, unasked: the ZeroMQ remote API has no password "
                 "and no certificate; listen on 127.0.0.1 and let others in through an SSH tunnel (docs/zmq.md)",
-                self.endpoint,
+                endpoint,
                 "read everything" if may_only_read else "do all that a client can",
             )
-        self._peers: dict[int, SocketPeer] = {}
+        self._by_number: dict[int, SocketPeer] = {}
         """The open connections by number."""
 
         self._of_client: dict[str, set[int]] = {}
@@ -131,24 +131,19 @@ class ZmqGateway:
         self._next_number = 1
         self._clients = ZmqClients(
             loop,
-            self._peers,
+            self._by_number,
             self.answer,
             first_handle=FIRST_HANDLE + may_only_read * _VIEWERS,
-            door=self.endpoint,
+            door=endpoint,
         )
-        loop.places.open(self.endpoint)
         loop.simulation.attach(self._clients)
-        self._is_full = False
-        """No file descriptor was free for a connection."""
-
-        self._next_look = 0.0
-        loop.sockets.add(self._listener, self._accept)
-        loop.watches.append(self._look)
+        self._farewell_ends = 0.0
+        super().__init__(loop, [listener], logger, endpoint)
 
     def answer(self, to: Peer, value: Any) -> None:
         """Send a message to a connection, if it is still open. Raises what writing the value raises."""
         payload = self._pack(value)
-        peer = self._peers.get(to.number)
+        peer = self._by_number.get(to.number)
         if peer is None:
             return
         peer.unanswered = max(0, peer.unanswered - 1)
@@ -161,86 +156,61 @@ class ZmqGateway:
 
     def close(self) -> None:
         """Answer the calls that wait, and stop listening. No thread runs the server loop meanwhile."""
-        for peer in list(self._peers.values()):
+        if not self._is_open:
+            return
+        for peer in list(self._peers):
             if peer.unanswered:
                 self.answer(peer, {"err": "the server ends"})
-        until = time.monotonic() + FAREWELL
-        for peer in list(self._peers.values()):
-            peer.finish(until)
-            self._forget(peer)
-        if not self._is_full:
-            self._loop.sockets.remove(self._listener)
-        self._listener.close()
-        self._loop.watches.remove(self._look)
-        self._loop.places.close(self.endpoint)
+        self._farewell_ends = time.monotonic() + FAREWELL
+        super().close()
         self._loop.simulation.detach(self._clients)
 
     # --- connections -----------------------------------------------------------------------------
 
-    def _accept(self) -> None:
-        try:
-            connected, address = self._listener.accept()
-        except OSError as error:
-            if error.errno in (errno.EMFILE, errno.ENFILE):
-                self._is_full = True
-                self._loop.sockets.remove(self._listener)
-            return
-        if not self._has_room(address[0]):
-            text = "a connection of the ZeroMQ remote API is refused: at most %d are served, and %d of one machine"
-            self._log.say(logging.INFO, text, MOST_CONNECTIONS, MOST_OF_ONE)
-            connected.close()
-            return
-        try:
-            _set_up(connected)
-            longest = min(MAX_MESSAGE, self._loop.simulation.limits.message)
-            peer = SocketPeer(connected, self._next_number, longest, self._loop.unfinished)
-        except OSError:  # it has left already
-            connected.close()
-            return
+    def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> SocketPeer:
+        _set_up(connected)
+        longest = min(MAX_MESSAGE, self._loop.simulation.limits.message)
+        peer = SocketPeer(connected, self._next_number, longest, self._loop.unfinished)
         self._next_number += 1
-        self._peers[peer.number] = peer
+        self._by_number[peer.number] = peer
         self._loop.sockets.add(connected, partial(self._read, peer))
         if peer.unsent:
             self._await_reader(peer)
+        return peer
 
-    def _has_room(self, address: str) -> bool:
-        """Return whether there is a place for one more connection, which another one may have to free."""
-        peers = list(self._peers.values())
-        if is_elsewhere(address):
-            of_one = [peer for peer in peers if peer.address == address]
+    def _refuse(self, listener: socket.socket, address: Any) -> None:
+        text = (
+            "a connection of the ZeroMQ remote API is refused: at most %d are served, and %d of one machine"
+        )
+        self._log.say(logging.INFO, text, MOST_CONNECTIONS, MOST_OF_ONE)
+
+    def _crowd(self, host: str) -> Sequence[SocketPeer]:
+        if is_elsewhere(host):
+            of_one = [peer for peer in self._peers if peer.address == host]
             if len(of_one) >= MOST_OF_ONE:
-                return self._frees_place(of_one)
-        return len(peers) < MOST_CONNECTIONS or self._frees_place(peers)
+                return of_one
+        return list(self._peers) if len(self._peers) >= MOST_CONNECTIONS else ()
 
-    def _frees_place(self, peers: Sequence[SocketPeer]) -> bool:
-        """Close the longest one without a client, or an idle one of the client with most; return whether one is."""
-        gone = next((peer for peer in peers if not peer.key), None)
-        if gone is None:
-            numbers = max((self._of_client[peer.key] for peer in peers), key=len)
-            idle = [self._peers[number] for number in numbers if not self._peers[number].unanswered]
-            gone = min(idle, key=attrgetter("answered")) if idle and len(numbers) > 1 else None
-        if gone is not None:
-            self._cut(gone, "others need its place")
-        return gone is not None
+    def _dispensable(self, crowd: Sequence[SocketPeer]) -> SocketPeer | None:
+        """Return an idle connection of the client with most."""
+        numbers = max((self._of_client[peer.key] for peer in crowd), key=len)
+        idle = [self._by_number[number] for number in numbers if not self._by_number[number].unanswered]
+        return min(idle, key=attrgetter("answered")) if idle and len(numbers) > 1 else None
 
-    def _look(self) -> None:
-        """Close connections that do not start, and accept again if descriptors may be free; after each turn."""
-        now = time.monotonic()
+    def look(self) -> None:
+        """Check connections and clients; answer the calls that a crash has lost."""
+        super().look()
         if (returning := self._loop.returning) is not None and returning.is_early:
-            self._answer_lost_calls(returning.text, now - QUIET)
+            self._answer_lost_calls(returning.text, time.monotonic() - QUIET)
         self._clients.look()
-        if now < self._next_look:
-            return
-        self._next_look = now + RETRY
-        for peer in [
-            each for each in self._peers.values() if not each.is_ready and each.since < now - SILENCE
-        ]:
-            self._cut(peer, f"it has not started within {SILENCE:g} s")
+
+    def _check(self, now: float) -> None:
+        super()._check(now)
         for key in self._clients.steppers():
             self._look_for_life(key)
-        if self._is_full:
-            self._is_full = False
-            self._loop.sockets.add(self._listener, self._accept)
+
+    def _is_silent(self, peer: SocketPeer) -> bool:
+        return not peer.is_ready
 
     def _answer_lost_calls(self, text: str, before: float) -> None:
         """Send an error to the peers that have been here since before a time and have sent nothing.
@@ -249,14 +219,14 @@ class ZmqGateway:
         would wait for ever. A socket that does not wait drops the answer when it sends its next request, so all
         silent peers get one: which of them had a call is not known, as its first call may have crashed the server.
         """
-        for peer in list(self._peers.values()):
+        for peer in list(self._peers):
             if peer.is_ready and not peer.key and not peer.was_told and peer.since < before:
                 peer.was_told = True
                 self.answer(peer, {"err": text})
 
     def _look_for_life(self, key: str) -> None:
         """Ping a client for which the simulation waits; end its stepped mode if it does not answer."""
-        peers = [self._peers[number] for number in self._of_client.get(key, ())]
+        peers = [self._by_number[number] for number in self._of_client.get(key, ())]
         for peer in peers:
             peer.silent_looks += 1
         if all(peer.answers_pings and peer.silent_looks > FROZEN / RETRY for peer in peers):
@@ -318,9 +288,13 @@ class ZmqGateway:
                 del self._of_client[peer.key]
                 self._clients.part_from(peer.key)
 
+    def _end(self, peer: SocketPeer) -> None:
+        peer.finish(self._farewell_ends)
+        self._forget(peer)
+
     def _forget(self, peer: SocketPeer) -> None:
         peer.is_gone = True
-        del self._peers[peer.number]
+        del self._peers[peer], self._by_number[peer.number]
         self._loop.sockets.remove(peer.socket)
         peer.end()
 
@@ -365,15 +339,13 @@ def _listen(address: str) -> socket.socket:
     host = host.strip("[]")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        listener = socket.create_server((host, int(port)), family=family, backlog=BACKLOG)
+        return socket.create_server((host, int(port)), family=family, backlog=BACKLOG)
     except OSError as error:
         advice = "perhaps by a CoppeliaSim; " if error.errno == errno.EADDRINUSE else ""
         raise GatewayError(
             f"--zmq cannot listen on {address} ({error.strerror}), {advice}choose another port with --zmq N "
             "(0 finds a free one)"
         ) from None
-    listener.setblocking(False)
-    return listener
 
 
 def _set_up(connected: socket.socket) -> None:

@@ -10,13 +10,11 @@ from collections import deque
 
 from simx_server.service.clients.admission.unfinished import Unfinished
 
+from ..listening import part
 from .zmtp import GREETING, PING, BadPeer, Incoming, framed
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""
-
-_READ, _MOST_READ = 1 << 16, 1 << 20
-"""Least and most bytes to read at a time: the physics thread does other things in between."""
 
 
 def with_number(number: int, payload: bytes) -> bytes:
@@ -92,6 +90,11 @@ class SocketPeer(Peer):
         self.flush()
 
     @property
+    def is_stranger(self) -> bool:
+        """Return whether it has no client yet."""
+        return not self.key
+
+    @property
     def is_ready(self) -> bool:
         """Return whether the peer has said everything that comes before its messages."""
         return self._incoming.is_ready
@@ -115,7 +118,7 @@ class SocketPeer(Peer):
         """
         incoming = self._incoming
         try:
-            data = self.socket.recv(min(incoming.missing, _MOST_READ) if incoming.missing > _READ else _READ)
+            data = self.socket.recv(part(incoming.missing))
         except BlockingIOError:
             return []
         if not data:

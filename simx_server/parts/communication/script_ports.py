@@ -26,8 +26,8 @@ MOST_PORTS = 16
 HIGHEST = 65535
 
 
-class Doors(Protocol):
-    """The network as this part sees it; `gateways/script_doors.py` implements it."""
+class Ports(Protocol):
+    """The network as this part sees it; `gateways/script_ports.py` implements it."""
 
     own: Collection[int]
     """Ports that the server itself offers."""
@@ -36,7 +36,7 @@ class Doors(Protocol):
         """Offer a port to clients. Raises CommandError: it is taken or not allowed."""
         ...
 
-    def close(self, port: int) -> None:
+    def stop(self, port: int) -> None:
         """Close a port soon, with its clients: answers that are on their way still arrive."""
         ...
 
@@ -50,11 +50,11 @@ class ScriptPorts(Part):
         self.named: set[int] = set()
         """Ports in the texts of the scene's scripts; a client that connects to one starts the simulation."""
         self._open: set[int] = set()
-        self._doors: Doors | None = None
+        self._ports: Ports | None = None
 
-    def serve(self, doors: Doors) -> None:
+    def serve(self, ports: Ports) -> None:
         """Open the ports from now on; a server without network has none of them."""
-        self._doors = doors
+        self._ports = ports
         for port in sorted(self.named):
             self._open_named(port)
 
@@ -80,13 +80,13 @@ class ScriptPorts(Part):
         """
         if not 0 < port <= HIGHEST:
             raise CommandError(f"{port} is not a port; those are 1 to {HIGHEST}")
-        if self._doors is None or port in self._open or port in self._doors.own:
+        if self._ports is None or port in self._open or port in self._ports.own:
             return
         if len(self._open) >= MOST_PORTS:
             raise CommandError(
                 f"the scripts of a scene may open {MOST_PORTS} ports; stop some with simRemoteApi.stop"
             )
-        self._doors.open(port)
+        self._ports.open(port)
         self._open.add(port)
         logger.info("clients reach the remote API at port %d too, which a script has started", port)
 
@@ -98,10 +98,10 @@ class ScriptPorts(Part):
 
     def is_offered(self, port: int) -> bool:
         """Return whether clients can connect to a port."""
-        return port in self._open or (self._doors is not None and port in self._doors.own)
+        return port in self._open or (self._ports is not None and port in self._ports.own)
 
     def _open_named(self, port: int) -> None:
-        if self._doors is None:
+        if self._ports is None:
             return
         try:
             self.start(port)
@@ -112,5 +112,5 @@ class ScriptPorts(Part):
     def _close(self, ports: Collection[int]) -> None:
         for port in ports:
             self._open.discard(port)
-            if self._doors is not None:
-                self._doors.close(port)
+            if self._ports is not None:
+                self._ports.stop(port)

@@ -307,7 +307,7 @@ def test_server_keeps_few_lent_files_and_needs_each_one_sent(client, world):
         assert connection.blocking(files._LEND, [f"path{number}", "a.xml", CUBE.encode()]) == 0
     (session,) = world.loop.sessions.values()
     assert list(session.lent_files) == ["path2", "path3", "path4", "path5"]
-    load = files.Shape(BY_NAME["simxLoadModel"])
+    load = files.Marshal(BY_NAME["simxLoadModel"])
     assert connection.blocking(load, ["path0", 1]) == (REMOTE_ERROR, 0)
     assert "has not sent 'path0'" in error_of(client)
     assert connection.blocking(load, ["path5", 1])[0] == 0
@@ -320,7 +320,7 @@ def test_lent_file_under_a_hostile_name_is_refused(client, there):
     paths = ("../../x.xml", "a/x.xml", "/x.xml", "a\\x.xml", "..\\x.xml")
     for name in ("C:\\x.xml", "", "a\0b", "/", "..", "x.xml/", "x" * 300 + ".xml", *paths):
         assert connection.blocking(files._LEND, ["path", name, CUBE.encode()]) == REMOTE_ERROR, name
-        assert connection.blocking(files.Shape(BY_NAME["simxLoadScene"]), ["path", 1]) == REMOTE_ERROR
+        assert connection.blocking(files.Marshal(BY_NAME["simxLoadScene"]), ["path", 1]) == REMOTE_ERROR
     assert "'a/x.xml' is a path; give the file's name alone" in error_of(client)
     assert left_over(there) == []
     assert left_over(there.parent) == ["server"]

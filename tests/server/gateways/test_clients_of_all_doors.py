@@ -12,13 +12,13 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.reports import Client
 from simx_server.gateways.loopback.gateway import LoopbackTransport
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.service.monitoring.report import metrics
 
 
 def test_the_metrics_list_clients_of_every_door_with_port_and_calls(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
-        gateway = LegacyGateway(server.loop, ["127.0.0.1:0"])
+        gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
         own = Connection(
             lambda: LoopbackTransport(server.loop, name="own", port=19997, turns=False),
             where="",

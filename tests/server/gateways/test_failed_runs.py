@@ -21,7 +21,7 @@ from simx_client.errors import CallsFailed, RemoteError
 from simx_client.gym import SimxEnv
 from simx_client.protocol.messages import Pace
 from simx_server.gateways.loopback.gateway import LoopbackTransport
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 
 DIVERGED = "the physics diverged"
 
@@ -57,7 +57,7 @@ def own_client(server: ZmqWorld) -> int:
 
 def test_calls_of_all_doors_that_wait_for_a_step_fail(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
-        gateway = LegacyGateway(server.loop, ["127.0.0.1:0"])
+        gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
         holder, driver = own_client(server), own_client(server)
         for client in (holder, driver):
             v.simxSynchronous(client, True)

@@ -24,8 +24,8 @@ from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.lane.frames import frame, memory_frame
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.messages import Batch, Call, Operation, Reply
-from simx_client.transport.lane import LocalLink
-from simx_client.transport.zenoh import ZenohTransport
+from simx_client.transport.lane import Lane
+from simx_client.transport.lanes import Lanes
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 
@@ -90,11 +90,11 @@ def connect(process: ServerProcess) -> int:
     return client
 
 
-def link_of(client: int) -> LocalLink | None:
+def link_of(client: int) -> Lane | None:
     connection = CLIENTS.get(client)
     assert connection is not None
-    assert isinstance(connection._transport, ZenohTransport)
-    return connection._transport._local
+    assert isinstance(connection._transport, Lanes)
+    return connection._transport.lane
 
 
 def path_in(folder: Path) -> Path:
@@ -238,7 +238,7 @@ def test_a_client_that_dies_in_the_middle_of_a_message_leaves(process: ServerPro
         "from simx_client.connection.clients import CLIENTS\n"
         f"v.simxStart('127.0.0.1', {process.port}, True, True, 5000, 5)\n"
         "v.simxSynchronous(0, True)\n"
-        "CLIENTS.get(0)._transport._local._socket.sendall(b'\\xff\\xff\\0\\0\\0half')\n"
+        "CLIENTS.get(0)._transport.lane._socket.sendall(b'\\xff\\xff\\0\\0\\0half')\n"
         "os.kill(os.getpid(), 9)\n"
     )
     client = connect(process)

@@ -15,7 +15,7 @@ from zmq_world import RawClient, cbor2, zmq_world
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting
 from simx_client.protocol.zenoh import keys
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.ros2.client import Ros2Client
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
@@ -33,7 +33,7 @@ class House:
         loop = self.loop = self.server.loop
         self.zenoh = {name: ZenohGateway(loop, ports=[0]) for name in DOORS[:2]}
         viewers = self.server.on_server(lambda: ZmqGateway(loop, "127.0.0.1:0", may_only_read=True))
-        legacy = LegacyGateway(loop, ["127.0.0.1:0"])
+        legacy = OriginalGateway(loop, ["127.0.0.1:0"])
         self.zmq = {"zmq": self.server.port, "zmq of viewers": viewers.port}
         for gateway in (*self.zenoh.values(), legacy):
             stack.callback(gateway.close)

@@ -61,7 +61,7 @@ def realm(place: ServerProcess) -> str:
 
 def transport(client: int) -> Any:
     connection: Any = CLIENTS.get(client)
-    return connection._transport
+    return connection._transport.zenoh
 
 
 def settled(session: Any, place: ServerProcess) -> None:

@@ -15,8 +15,8 @@ from processes import wait_until
 from zmq_world import ZmqWorld, zmq_world
 
 from simx_server.gateways.lane import gateway as local
-from simx_server.gateways.lane.gateway import LocalGateway
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.lane.gateway import LaneGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zmq import clients, gateway
 from simx_server.limits import LimitReached, Limits
 from simx_server.service.clients.admission.places import Entrance, Places
@@ -81,10 +81,10 @@ def test_one_other_machine_gets_half_of_the_places() -> None:
 
 
 def test_a_door_full_of_clients_does_not_close_the_others(house: ZmqWorld, closing: ExitStack) -> None:
-    legacy = LegacyGateway(house.loop, ["127.0.0.1:0"])
-    closing.callback(legacy.close)
+    legacy = house.on_server(lambda: OriginalGateway(house.loop, ["127.0.0.1:0"]))
+    closing.callback(lambda: house.on_server(legacy.close))
     house.simulation.limits = Limits(clients=32)
-    crowd = Entrance(house.gateway.endpoint)
+    crowd = Entrance(house.gateway.endpoints[0])
 
     def fill() -> None:
         for number in range(30):
@@ -162,8 +162,8 @@ def test_clients_with_one_call_that_read_give_their_places(
 
 
 def test_silent_connections_give_way_to_originals(house: ZmqWorld, closing: ExitStack) -> None:
-    legacy = LegacyGateway(house.loop, ["127.0.0.1:0"])
-    closing.callback(legacy.close)
+    legacy = house.on_server(lambda: OriginalGateway(house.loop, ["127.0.0.1:0"]))
+    closing.callback(lambda: house.on_server(legacy.close))
     house.simulation.limits = Limits(clients=3)
     silent = [
         closing.enter_context(socket.create_connection(("127.0.0.1", legacy.ports[0]), TIMEOUT))
@@ -179,7 +179,7 @@ def test_strangers_at_the_lane_give_way(
     house: ZmqWorld, closing: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(local, "MOST_STRANGERS", 2)
-    lane = house.on_server(lambda: LocalGateway(house.loop))
+    lane = house.on_server(lambda: LaneGateway(house.loop))
     closing.callback(lambda: house.on_server(lane.close))
     strangers = [closing.enter_context(socket.socket(socket.AF_UNIX)) for _ in range(4)]
     for each in strangers:

@@ -15,7 +15,7 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_server.gateways.loopback.gateway import LoopbackTransport
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
 from simx_server.simulation.simulation import SimulationState
 
@@ -82,7 +82,7 @@ def own(server: ZmqWorld) -> Iterator[int]:
 
 @pytest.fixture
 def original_port(server: ZmqWorld) -> Iterator[int]:
-    gateway = LegacyGateway(server.loop, ["127.0.0.1:0"])
+    gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
     yield gateway.ports[0]
     gateway.close()
 

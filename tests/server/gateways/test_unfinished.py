@@ -21,9 +21,9 @@ from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.lane.frames import MESSAGE, frame
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.zenoh import keys, link
-from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.lane.gateway import LaneGateway
 from simx_server.gateways.loopback.gateway import LoopbackTransport
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.zmtp import GREETING, READY
 from simx_server.limits import Limits
@@ -41,9 +41,9 @@ class House:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self.server: ZmqWorld = stack.enter_context(zmq_world(folder))
         self.loop = self.server.loop
-        self.legacy = LegacyGateway(self.loop, ["127.0.0.1:0"])
-        stack.callback(self.legacy.close)
-        self.local = self.server.on_server(lambda: LocalGateway(self.loop))
+        self.legacy = self.server.on_server(lambda: OriginalGateway(self.loop, ["127.0.0.1:0"]))
+        stack.callback(lambda: self.server.on_server(self.legacy.close))
+        self.local = self.server.on_server(lambda: LaneGateway(self.loop))
         stack.callback(lambda: self.server.on_server(self.local.close))
         self.stack = stack
 
@@ -75,7 +75,7 @@ class House:
         transport.greet(TIMEOUT)
 
         def offered() -> Any:
-            self.local.offer(transport.client, self.loop.sessions[transport.client].link)
+            self.local.invite(transport.client, self.loop.sessions[transport.client].link)
             return read_offer(self.local.offer_to(transport.client))
 
         peer = self.stack.enter_context(socket.socket(socket.AF_UNIX))
@@ -170,7 +170,7 @@ def test_memory_comes_back_without_the_collector_of_circles(house: House) -> Non
         assert wait_until(lambda: not house.local._peers, TIMEOUT)
         assert house.server.wait_until(lambda: held() is None)
         with house.begin("zmq"):
-            (there,) = house.server.gateway._peers.values()
+            (there,) = house.server.gateway._peers
             held = weakref.ref(there)
             del there
         assert house.server.wait_until(lambda: held() is None)

@@ -27,7 +27,7 @@ class Doors:
             raise CommandError("port 81 is taken")
         self.are_open.append(port)
 
-    def close(self, port: int) -> None:
+    def stop(self, port: int) -> None:
         self.are_open.remove(port)
 
 

@@ -18,7 +18,7 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE
 from simx_server.gateways.loopback.gateway import LoopbackTransport
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zmq import connection
 from simx_server.recording.records import Kind, Record
 
@@ -129,7 +129,7 @@ def test_a_replay_without_a_message_of_a_function_differs(scene: Path, recording
 
 def test_calls_of_original_clients_replay_to_the_same_states(scene: Path, recording: Path) -> None:
     place = RecordedWorld(scene, recording)
-    gateway = LegacyGateway(place.loop, ["127.0.0.1:0"])
+    gateway = OriginalGateway(place.loop, ["127.0.0.1:0"])
     thread = threading.Thread(target=place.loop.run)
     thread.start()
     try:

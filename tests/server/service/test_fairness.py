@@ -88,6 +88,7 @@ def test_the_order_of_one_clients_messages_is_kept() -> None:
     found: dict[str, list[int]] = {"one": [], "two": []}
     while (arrival := box.wait(0)) is not None:
         assert isinstance(arrival, Arrival)
+        assert isinstance(arrival.work, BatchWork)
         found[arrival.client].append(arrival.work.payload[0])
         box.served(0.01 * (arrival.work.payload[0] % 7))
     assert found == {"one": list(range(0, 200, 2)), "two": list(range(1, 200, 2))}

@@ -27,6 +27,7 @@ def _open(*clients: str, **limits: int) -> Inbox:
 
 
 def _put(inbox: Inbox, arrival: Arrival) -> bool:
+    assert isinstance(arrival.work, BatchWork)
     return inbox.put(arrival.client, arrival.work.payload, arrival.work.size)
 
 

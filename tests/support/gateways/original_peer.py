@@ -13,7 +13,7 @@ from pathlib import Path
 from real_world import RealWorld
 
 from simx_client.protocol.messages import Pace
-from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.original.gateway import OriginalGateway
 
 ONESHOT, BLOCKING, STREAMING = 0x00000, 0x10000, 0x20000
 ONESHOT_SPLIT, STREAMING_SPLIT, DISCONTINUE = 0x30000, 0x40000, 0x50000
@@ -161,10 +161,11 @@ class Peer:
         assert reply.ident[: len(ident)] == ident
         return reply
 
-    def until(self, id: int, *, mode: int | None = None) -> Reply:
-        """Poll until there is a reply to this command."""
+    def until(self, id: int, *commands: bytes, mode: int | None = None) -> Reply:
+        """Send commands, and poll until there is a reply to this one, which may come with the first answer."""
         while True:
-            for reply in self.exchange().replies:
+            answer, commands = self.exchange(*commands), ()
+            for reply in answer.replies:
                 if reply.id == id and mode in (None, reply.mode):
                     return reply
 
@@ -195,7 +196,7 @@ class Served:
     """A server in this process, whose loop runs on a thread."""
 
     world: RealWorld
-    gateway: LegacyGateway
+    gateway: OriginalGateway
 
     @property
     def port(self) -> int:
@@ -211,13 +212,14 @@ class Served:
 def served(scene: str | Path, workspace: Path | None = None, pace: Pace = Pace.FREE) -> Iterator[Served]:
     """A server in this process with one port for original clients."""
     world = RealWorld(scene, workspace=workspace)
-    gateway = LegacyGateway(world.loop, ["127.0.0.1:0"], pace)
+    gateway = OriginalGateway(world.loop, ["127.0.0.1:0"], pace)
     thread = threading.Thread(target=world.loop.run, daemon=True)
     thread.start()
     try:
         yield Served(world, gateway)
     finally:
-        gateway.close()
         world.loop.end()
         thread.join(TIMEOUT)
+        gateway.close()
+        world.loop.close_sockets()
         world.close()

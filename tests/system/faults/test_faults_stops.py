@@ -10,8 +10,6 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from subprocess import Popen
-from types import SimpleNamespace
-from typing import cast
 
 import pytest
 import zenoh
@@ -19,8 +17,6 @@ from processes import read_line, running, server, spawn
 
 import simx_client as v
 from simx_server.gateways.zenoh.gateway import ZenohGateway
-from simx_server.service.clients.admission.places import Entrance
-from simx_server.service.server_loop import ServerLoop
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl, pytest.mark.usefixtures("no_connection_left")]
 
@@ -155,7 +151,5 @@ def test_when_zenoh_gives_up_on_a_client_that_takes_nothing(
 
     gateway = ZenohGateway.__new__(ZenohGateway)
     gateway._session, gateway._zenoh = Stuck(), zenoh
-    gateway._loop = cast(ServerLoop, SimpleNamespace(places=SimpleNamespace(close=lambda _door: None)))
-    gateway._entrance = cast(Entrance, SimpleNamespace(door="zenoh"))
-    gateway.close()
+    gateway._close_session(())
     assert "was not waited for: close operation timed out!" in caplog.text

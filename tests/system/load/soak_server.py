@@ -21,7 +21,9 @@ from simx_server.app.server import open_world
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.handlers import HANDLERS
 from simx_server.scene.trial import helper
-from simx_server.service.clients.sessions import ClientSession, Link
+from simx_server.service.answers.link import Link
+from simx_server.service.calls.work import Work
+from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.clock import Pacer
 from simx_server.service.server_loop import ServerLoop
 from simx_server.settings.settings import Settings
@@ -120,7 +122,7 @@ class SoakServer:
         self.batches = 0
         submit_as = self.loop.submit_as
 
-        def counting(client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
+        def counting(client: str, payload: Any, size: int, read: Callable[[Any], Work]) -> bool:
             self.batches += 1
             return submit_as(client, payload, size, read)
 

@@ -62,8 +62,7 @@ def test_a_stream_value_is_not_taken_for_the_answer_to_a_call_that_still_waits(c
     assert not client.call(0x0001).has_failed
     client.call(0x1007, ints(0))
     client.call(0x3014, text("i"), ints(1))
-    client.exchange(command(0x3011, text("i"), mode=STREAMING))
-    client.until(0x3011)
+    client.until(0x3011, command(0x3011, text("i"), mode=STREAMING))
     number = client.number
     with peer(client.socket.getpeername()[1]) as other:
         other.call(0x0001)
@@ -95,8 +94,7 @@ def test_the_last_of_equal_commands_of_one_message_is_executed_in_the_place_of_t
 def test_a_stream_goes_on_until_it_is_discontinued_and_the_end_is_echoed(client: Peer) -> None:
     client.call(0x0001)
     client.call(0x1007, ints(0))
-    client.exchange(command(0x1021, ints(1), mode=STREAMING))
-    client.until(0x1021, mode=STREAMING)
+    client.until(0x1021, command(0x1021, ints(1), mode=STREAMING), mode=STREAMING)
     for step in (1, 2, 3):
         client.call(0x0003)
         assert [each.time_ms for each in client.seen if each.id == 0x1021][-1] == 50 * step
@@ -111,8 +109,7 @@ def test_a_stream_goes_on_until_it_is_discontinued_and_the_end_is_echoed(client:
 def test_a_blocking_call_ends_the_stream_of_its_key(client: Peer) -> None:
     client.call(0x0001)
     client.call(0x1007, ints(0))
-    client.exchange(command(0x1021, ints(1), mode=STREAMING))
-    client.until(0x1021, mode=STREAMING)
+    client.until(0x1021, command(0x1021, ints(1), mode=STREAMING), mode=STREAMING)
     client.call(0x1021, ints(1))
     del client.seen[:]
     client.call(0x0003)
@@ -122,8 +119,7 @@ def test_a_blocking_call_ends_the_stream_of_its_key(client: Peer) -> None:
 def test_a_stream_with_a_delay_comes_no_more_often(client: Peer) -> None:
     client.call(0x0001)
     client.call(0x1007, ints(0))
-    client.exchange(command(0x1021, ints(1), mode=STREAMING, low=60_000))
-    client.until(0x1021, mode=STREAMING)
+    client.until(0x1021, command(0x1021, ints(1), mode=STREAMING, low=60_000), mode=STREAMING)
     del client.seen[:]
     for _ in range(3):
         client.call(0x0003)
@@ -131,8 +127,7 @@ def test_a_stream_with_a_delay_comes_no_more_often(client: Peer) -> None:
 
 
 def test_unread_parts_of_a_string_stream_are_joined(client: Peer) -> None:
-    client.exchange(command(0x3018, text("s"), mode=STREAMING))
-    client.until(0x3018)
+    client.until(0x3018, command(0x3018, text("s"), mode=STREAMING))
     del client.seen[:]
     client.call(0x0001)
     client.call(0x1007, ints(0))
@@ -143,8 +138,7 @@ def test_unread_parts_of_a_string_stream_are_joined(client: Peer) -> None:
 
 
 def test_get_and_clear_streams_until_its_hit(client: Peer) -> None:
-    client.exchange(command(0x3017, text("s"), mode=STREAMING))
-    assert client.until(0x3017).has_failed
+    assert client.until(0x3017, command(0x3017, text("s"), mode=STREAMING)).has_failed
     client.call(0x3015, text("s"), b"one")
     while (reply := client.until(0x3017)).has_failed:
         pass
@@ -177,9 +171,7 @@ def test_pieces_of_another_size_begin_a_command_again(client: Peer) -> None:
 def test_a_reply_comes_in_pieces_one_for_each_message(client: Peer, mode: int) -> None:
     data, ident = bytes(range(250)) * 4, text("s")
     client.call(0x3015, ident, data)
-    client.exchange(command(0x3012, ident, mode=mode, low=300))
-    first = client.until(0x3012)
-    pieces = [first]
+    pieces = [client.until(0x3012, command(0x3012, ident, mode=mode, low=300))]
     while len(pieces) < 4:
         answer = client.exchange()
         assert answer.number == -1, "nothing was executed"

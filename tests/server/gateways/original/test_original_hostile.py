@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 import socket
 import struct
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -150,33 +149,6 @@ def test_a_client_that_has_said_nothing_is_no_client(server: Served, bystander: 
     with server.connect():
         bystander.exchange()
         assert len(server.world.loop.sessions) == 1
-
-
-def test_a_close_while_a_connection_starts_waits_for_its_thread(
-    server: Served, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    failed: list[BaseException] = []
-    has_closed = threading.Event()
-
-    def close() -> None:
-        try:
-            server.gateway.close()
-        except RuntimeError as error:
-            failed.append(error)
-        has_closed.set()
-
-    start = threading.Thread.start
-
-    def start_late(thread: threading.Thread) -> None:
-        if thread.name == "simx-legacy":
-            start(threading.Thread(target=close))
-            has_closed.wait(0.3)  # as long as the port waits for the thread, this ends only afterwards
-        start(thread)
-
-    monkeypatch.setattr(threading.Thread, "start", start_late)
-    with server.connect():
-        assert has_closed.wait(20)
-    assert failed == []
 
 
 def test_so_many_streams_are_refused_and_the_others_go_on(server: Served, bystander: Peer) -> None:

@@ -51,7 +51,7 @@ def look(server: ZmqWorld) -> None:
 
     def now() -> None:
         server.gateway._next_look = 0.0
-        server.gateway._look()
+        server.gateway.look()
 
     server.on_server(now)
 
@@ -85,7 +85,7 @@ def test_a_client_that_thinks_keeps_its_stepping(server: ZmqWorld) -> None:
     """Its library answers, also while the program computes or stands at a breakpoint."""
     client = server.raw()
     start_stepping(client)
-    (peer,) = server.gateway._peers.values()
+    (peer,) = server.gateway._peers
     for _ in range(2 * LOOKS):
         look(server)
         if peer.silent_looks > 1:

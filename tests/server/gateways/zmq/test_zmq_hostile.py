@@ -14,7 +14,7 @@ import pytest
 from fuzz import zmq_clients
 from zmq_world import ZmqWorld, cbor2, zmq
 
-from simx_server.gateways.zmq import gateway
+from simx_server.gateways import listening
 from simx_server.gateways.zmq.gateway import MOST_UNANSWERED
 from simx_server.gateways.zmq.zmtp import GREETING
 
@@ -148,7 +148,7 @@ def test_a_peer_that_does_not_start_is_cut(
     with socket.create_connection(("127.0.0.1", server.port)) as peer:
         peer.settimeout(20)
         assert peer.recv(100) == GREETING
-        monkeypatch.setattr(gateway, "SILENCE", 0.0)
+        monkeypatch.setattr(server.gateway, "silence", 0.0)
         monkeypatch.setattr(server.gateway, "_next_look", 0.0)
         assert server.wait_until(lambda: "has not started" in caplog.text)
         assert peer.recv(100) == b""
@@ -166,7 +166,7 @@ def test_clients_get_in_when_descriptors_are_free_again(
         return accept(listener)
 
     monkeypatch.setattr(socket.socket, "accept", accept_later)
-    monkeypatch.setattr(gateway, "RETRY", 0.01)
+    monkeypatch.setattr(listening, "RETRY", 0.01)
     assert server.sim().getObject("/box") >= 0
     assert not spent
 

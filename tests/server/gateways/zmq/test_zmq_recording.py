@@ -127,9 +127,7 @@ def test_a_function_that_was_given_up_is_given_up_again(
         raw = server.raw()
         raw.ask("sim.startSimulation")
         assert raw.ask("sim.testCB", 1, "f@func", 1)["func"] == "f"
-        assert server.wait_until(
-            lambda: not any(each.nested is not None for each in server.gateway._peers.values())
-        )
+        assert server.wait_until(lambda: not any(each.nested is not None for each in server.gateway._peers))
         assert "took too long" in raw.ask("_*executed*_", 1)["err"]
         raw.ask("sim.setInt32Signal", "after", 1)
         raw.ask("sim.wait", 0.1)

@@ -1,0 +1,82 @@
+"""The contract of all gateways: where clients reach the server, and what the server asks of each.
+
+A new gateway is a folder here and a line in the list of `app/extensions.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from simx_server.service.server_loop import ServerLoop
+    from simx_server.settings.settings import Settings
+
+
+class Gateway:
+    """Serves the clients of one server loop by one protocol. Physics thread, or before and after it runs."""
+
+    ports: Sequence[int] = ()
+    """Ports of this host at which clients of the remote API find the server."""
+
+    endpoints: Sequence[str] = ()
+    """Where clients reach it, ``PROTOCOL/ADDRESS`` each, for the line that says that the server is ready."""
+
+    def __init__(self, loop: ServerLoop) -> None:
+        """Have the server loop call `look` and `read_while_busy` until the gateway is closed."""
+        self._loop = loop
+        self._is_open = True
+        loop.watches.append(self.look)
+        loop.readers_while_busy.append(self.read_while_busy)
+
+    def look(self) -> None:
+        """Do what is due now and then; called after turns of the loop."""
+
+    def read_while_busy(self) -> None:
+        """Queue what has arrived while the physics thread is busy, so that calls are refused in time. Another thread.
+
+        A gateway whose threads read anyway does nothing.
+        """
+
+    def close(self) -> None:
+        """Close for good, as the server ends; wait for what is on its way. Idempotent."""
+        if self._is_open:
+            self._is_open = False
+            self._loop.watches.remove(self.look)
+            self._loop.readers_while_busy.remove(self.read_while_busy)
+
+    @property
+    def is_closing(self) -> bool:
+        """Return whether something is on its way after `leave`, for which `close` would wait."""
+        return False
+
+    def leave(self) -> None:
+        """Close while the server goes on, without waiting: the clients leave. `close` waits later."""
+        self.close()
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """The server that a gateway is opened for."""
+
+    loop: ServerLoop
+    settings: Settings
+    opened: list[Gateway] = field(default_factory=list[Gateway])
+    """The gateways before it in the list."""
+
+    @property
+    def ports(self) -> list[int]:
+        """Return the ports of the gateways before it."""
+        return [port for gateway in self.opened for port in gateway.ports]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A gateway in the list of `app/extensions.py`."""
+
+    settings: Sequence[str]
+    """Names of the settings each of which lets other processes connect by it, when it is not empty."""
+
+    open: Callable[[Opening], Gateway | None]
+    """Opens it, or returns None: the settings want none. Raises GatewayError: it cannot be opened as they want."""
