@@ -44,7 +44,7 @@ class Function(NamedTuple):
     """Its texts are bytes, as far as it declares no types."""
 
     effect: Effect | None
-    """Its effect; None: there is no such function."""
+    """Its effect; None: no function has this name."""
 
     @property
     def only_reads(self) -> bool:

@@ -1,6 +1,6 @@
 """Execute batches of the table's calls in order; answer each call at once, or when its result is available.
 
-What makes the rest of a batch wait is in `waiting.py`.
+`waiting.py` decides why the rest of a batch waits.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Run calls: handlers of the table, their steps and streams, and functions of the namespaces of scripts.
 
-Each run is timed and counted, and the result or exception becomes an answer. What is being executed, the notes for the
-history and the texts of failures are kept here for all of them.
+Each run is timed and counted, and the result or exception becomes an answer. This file keeps for all of them
+the name of the call that is executed, the notes for the history and the texts of failures.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class LastingCall:
     """A call under way. Physics thread."""
 
     def __init__(self, executor: Executor, session: ClientSession, name: str) -> None:
-        """Make a call that has not begun.
+        """Make a call that has not started.
 
         Args:
             name: of the function, as the client gives it.
@@ -87,7 +87,7 @@ class LastingCall:
         return None
 
     def wait_for(self, rest: Waits) -> None:
-        """Wait for what has begun already."""
+        """Wait for the work that has started already."""
         self._rest = rest
 
     def fail(self, problem: Exception) -> None:

@@ -1,4 +1,4 @@
-"""What makes the rest of a batch wait, and when it goes on.
+"""Reasons for the rest of a batch to wait, and when it goes on.
 
 The calls behind a trigger wait for the simulation step, or for the client's next batch. A paced call (`pacing.py`) does
 the same, and waits itself as well. It also waits for the first images of the streams that its client has armed: in

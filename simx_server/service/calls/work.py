@@ -90,7 +90,7 @@ class TableWork:
             return []
 
     def divide(self) -> tuple[CallsWork | None, TableWork | None]:
-        """Divide it. What is unreadable counts as work without awaited calls."""
+        """Divide it. An unreadable message counts as work without awaited calls."""
         try:
             batch = self.read()
         except CodecError:
