@@ -11,6 +11,7 @@ from functools import cache
 from types import MappingProxyType
 
 from simx_client.protocol import constants
+from simx_server.constant_tables import TABLES
 
 from .api_listing import ApiListingFunctions
 from .base import HANDLE_SELF, ApiPart
@@ -19,7 +20,6 @@ from .clouds.point_clouds import PointCloudFunctions
 from .communication.signals import SignalFunctions
 from .communication.tubes import TubeFunctions
 from .communication.wireless import WirelessFunctions
-from .constant_tables import TABLES
 from .engine import EngineFunctions
 from .graphs import GraphFunctions
 from .kinematics.ik import IkFunctions

@@ -1,4 +1,4 @@
-"""Numbered parameters and properties of objects. `handlers/objects/parameter_tables.py` defines the numbers."""
+"""Numbered parameters and properties of objects. `handlers/quantities/` defines the numbers."""
 
 from __future__ import annotations
 

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from simx_server.errors import Unsupported
+from simx_server.errors import CommandError, Unsupported
+from simx_server.handlers.quantities.objects import OBJECTS
+from simx_server.handlers.quantities.quantity import Getter, Quantity, Setter
 
-from .property_types import BOOL, PropertyType
+from .property_types import BOOL, FLOAT_ARRAY, INT, PropertyType
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
-
-Getter = Callable[["World", int], Any]
-"""Return the value for the handle of a target. Raises CommandError."""
-
-Setter = Callable[["World", int, Any], object]
-"""Set a value, which is of the property's type. Raises CommandError."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +26,46 @@ class Property:
     set: Setter | None = None
     is_large: bool = False
     """Whether `sim.getProperties` may leave it out."""
+
+
+def numbered(
+    name: str, type_: PropertyType, *constants: str, can_be_set: bool = True, inverted: bool = False
+) -> Property:
+    """Return the property that is a numbered quantity of objects, or several of them as a table.
+
+    Args:
+        name: of the property.
+        type_: of the property.
+        constants: of the quantities, without ``sim.``.
+        can_be_set: as a property; otherwise only its number sets it.
+        inverted: whether the property is true where the quantity is 0.
+    """
+    found = view(name, type_, [OBJECTS[constant] for constant in constants], inverted=inverted)
+    return found if can_be_set else replace(found, set=None)
+
+
+def view(
+    name: str, type_: PropertyType, quantities: Sequence[Quantity], *, inverted: bool = False
+) -> Property:
+    """Return the property that is a quantity, or several of them as a table; `inverted`: as for `numbered`."""
+    is_table = type_.family == FLOAT_ARRAY.family
+
+    def get(world: World, handle: int) -> Any:
+        values = [each.get(world, handle) for each in quantities if each.get is not None]
+        if is_table:
+            return values
+        value = int(values[0]) if type_.family == INT.family else values[0]
+        return bool(value) != inverted if type_ is BOOL else value
+
+    def put(world: World, handle: int, value: Any) -> None:
+        values = value if is_table else [value != inverted if type_ is BOOL else value]
+        if len(values) != len(quantities):
+            raise CommandError(f"'{name}' has {len(quantities)} numbers, not {len(values)}")
+        for each, number in zip(quantities, values, strict=True):
+            assert each.set is not None
+            each.set(world, handle, number)
+
+    return Property(name, type_, get, put if all(each.set for each in quantities) else None)
 
 
 def fixed(name: str, type_: PropertyType, value: Any, why: str) -> Property:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import simx_server
 from simx_client.protocol import constants as c
+from simx_server.constant_tables import TABLES
 from simx_server.errors import CommandError
 from simx_server.handlers import parameters
 from simx_server.handlers.objects import objects
@@ -15,7 +16,6 @@ from simx_server.parts.custom_data import APPLICATION, SCENE
 from simx_server.parts.parameters import MAX_ARGUMENTS, PROGRAM_VERSION
 from simx_server.scene.poses.frames import quat_from_euler, xyzw_from_wxyz
 from simx_server.scripting.script import ScriptKind
-from simx_server.sim_api.constant_tables import TABLES
 from simx_server.sim_api.plugins import PLUGINS
 from simx_server.sim_api.properties.entry import Property, fixed, renamed
 from simx_server.sim_api.properties.property_types import (

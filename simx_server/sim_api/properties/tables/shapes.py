@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from simx_server.editing import shape_looks
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import poses, shape_properties
-from simx_server.parts import physics_engine_parameters, shape_colors
-from simx_server.scene.editing import editing
+from simx_server.handlers.objects import poses
+from simx_server.handlers.quantities.engine import ENGINE as ENGINE_QUANTITIES
+from simx_server.parts import shape_colors
 from simx_server.scene.geometry import inertia
 from simx_server.scene.poses.frames import xyzw_from_wxyz
-from simx_server.sim_api.properties.entry import Property
+from simx_server.sim_api.properties.entry import Property, numbered, view
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     COLOR,
@@ -33,51 +33,17 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 
-def _set_dynamic(world: World, handle: int, dynamic: bool) -> None:
-    editing.set_static(world.simulation, handle, not dynamic)
-    world.object_settings.apply_masks()
-
-
-def _set_respondable(world: World, handle: int, respondable: bool) -> None:
-    shape_properties.set_respondable(world.simulation, handle, respondable)
-    world.object_settings.apply_masks()
-
-
-def _first_velocity(name: str, start: int) -> Property:
-    def get(world: World, handle: int) -> list[float]:
-        return list(world.object_settings.first_velocity(handle)[start : start + 3])
-
-    def put(world: World, handle: int, value: list[float]) -> None:
-        for place, each in enumerate(value, start):
-            world.object_settings.set_first_velocity(handle, place, each)
-
-    return Property(name, VECTOR3, get, put)
-
-
 _BEHAVIOUR = (
-    Property(
-        "dynamic",
-        BOOL,
-        lambda world, handle: not shape_properties.is_static(world.simulation, handle),
-        _set_dynamic,
+    numbered("dynamic", BOOL, "shapeintparam_static", inverted=True),
+    numbered("respondable", BOOL, "shapeintparam_respondable"),
+    numbered("respondableMask", INT, "shapeintparam_respondable_mask"),
+    *(
+        numbered(name, VECTOR3, *(f"shapefloatparam_init_velocity_{axis}" for axis in axes))
+        for name, axes in (("initLinearVelocity", "xyz"), ("initAngularVelocity", "abg"))
     ),
-    Property(
-        "respondable",
-        BOOL,
-        lambda world, handle: shape_properties.is_respondable(world.simulation, handle),
-        _set_respondable,
-    ),
-    Property(
-        "respondableMask",
-        INT,
-        lambda world, handle: world.object_settings.mask(handle),
-        lambda world, handle, mask: world.object_settings.set_mask(handle, mask),
-    ),
-    _first_velocity("initLinearVelocity", 0),
-    _first_velocity("initAngularVelocity", 3),
     Property("dynLinearVelocity", VECTOR3, lambda world, handle: poses.get_velocity(world, handle)[0]),
     Property("dynAngularVelocity", VECTOR3, lambda world, handle: poses.get_velocity(world, handle)[1]),
-    Property("compound", BOOL, lambda world, handle: shape_properties.is_compound(world.simulation, handle)),
+    numbered("compound", BOOL, "shapeintparam_compound"),
     Property("primitive", BOOL, lambda world, handle: shape_looks.pure_type(world, handle)[0] != 0),
     Property("convex", BOOL, lambda world, handle: shape_looks.is_convex(world, handle)),
 )
@@ -109,12 +75,7 @@ def _principal(world: World, handle: int) -> tuple[list[float], list[float]]:
 
 
 _MASS = (
-    Property(
-        "mass",
-        FLOAT,
-        lambda world, handle: shape_properties.get_mass(world.simulation, handle),
-        lambda world, handle, mass: shape_properties.set_mass(world.simulation, handle, mass),
-    ),
+    numbered("mass", FLOAT, "shapefloatparam_mass"),
     Property(
         "inertia",
         FLOAT_ARRAY,
@@ -134,23 +95,8 @@ _MASS = (
 
 
 def _engine(name: str, numbers: Sequence[int], type_: PropertyType) -> Property:
-    """Return the property for parameters of the physics engine, several of them as a table."""
-    entries = [physics_engine_parameters.PARAMETERS[number] for number in numbers]
-    is_table = type_ in (FLOAT_ARRAY, VECTOR3)
-
-    def get(world: World, handle: int) -> Any:
-        found = [entry.get(world.simulation, handle) for entry in entries]
-        return found if is_table else int(found[0]) if type_ is INT else found[0]
-
-    def put(world: World, handle: int, value: Any) -> None:
-        values = value if is_table else [value]
-        if len(values) != len(entries):
-            raise CommandError(f"'{name}' has {len(entries)} numbers, not {len(values)}")
-        for entry, each in zip(entries, values, strict=True):
-            assert entry.set is not None
-            entry.set(world.simulation, handle, each)
-
-    return Property(name, type_, get, put)
+    """Return the property for quantities of the physics engine, several of them as a table."""
+    return view(name, type_, [ENGINE_QUANTITIES[number] for number in numbers])
 
 
 _CONTACTS = (
