@@ -158,9 +158,7 @@ def build_world(
         graphs=Graphs(sim, proximity, meters),
         trials=trials,
         user_interface=user_interface,
-        parameters=Parameters(
-            sim, meters, proximity, vision, object_settings, paths, user_interface, arguments=arguments
-        ),
+        parameters=Parameters(sim, arguments),
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     # Scripts are notified after the parts that they call.

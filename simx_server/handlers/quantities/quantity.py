@@ -59,3 +59,27 @@ def kept(name: str, first: float) -> Quantity:
         world.object_settings.keep(handle, number, value)
 
     return quantity(name, get, put)
+
+
+def of_simulator(
+    kind: str,
+    name: str | int,
+    get: Callable[[World], Any] | None,
+    put: Callable[[World, Any], object] | None = None,
+) -> Quantity:
+    """Return the quantity of the simulator that has a constant, or a number without a name.
+
+    Args:
+        kind: bool, int, float, string or array.
+        name: of the constant after its kind, such as ``headless`` of ``sim_boolparam_headless``; or the number.
+        get: returns the value.
+        put: sets the value.
+    """
+    constant = f"{kind}param_{name}"
+    return Quantity(
+        name if isinstance(name, int) else number_of(constant),
+        constant,
+        kind == "int",
+        get and (lambda world, _handle: get(world)),
+        put and (lambda world, _handle, value: put(world, value)),
+    )

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError, Unsupported
+from simx_server.handlers.quantities.engine import ENGINE
 from simx_server.handlers.quantities.objects import OBJECTS
 from simx_server.handlers.quantities.quantity import Getter, Quantity, Setter
+from simx_server.handlers.quantities.simulator import SIMULATOR
 
-from .property_types import BOOL, FLOAT_ARRAY, INT, PropertyType
+from .property_types import BOOL, INT, PropertyType
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -28,10 +30,17 @@ class Property:
     """Whether `sim.getProperties` may leave it out."""
 
 
+_QUANTITIES: Mapping[str, Quantity] = {
+    **OBJECTS,
+    **SIMULATOR,
+    **{each.name: each for each in ENGINE.values()},
+}
+
+
 def numbered(
     name: str, type_: PropertyType, *constants: str, can_be_set: bool = True, inverted: bool = False
 ) -> Property:
-    """Return the property that is a numbered quantity of objects, or several of them as a table.
+    """Return the property that is a numbered quantity, or several of them as a table.
 
     Args:
         name: of the property.
@@ -40,15 +49,8 @@ def numbered(
         can_be_set: as a property; otherwise only its number sets it.
         inverted: whether the property is true where the quantity is 0.
     """
-    found = view(name, type_, [OBJECTS[constant] for constant in constants], inverted=inverted)
-    return found if can_be_set else replace(found, set=None)
-
-
-def view(
-    name: str, type_: PropertyType, quantities: Sequence[Quantity], *, inverted: bool = False
-) -> Property:
-    """Return the property that is a quantity, or several of them as a table; `inverted`: as for `numbered`."""
-    is_table = type_.family == FLOAT_ARRAY.family
+    quantities = [_QUANTITIES[constant] for constant in constants]
+    is_table = len(quantities) > 1
 
     def get(world: World, handle: int) -> Any:
         values = [each.get(world, handle) for each in quantities if each.get is not None]
@@ -65,7 +67,8 @@ def view(
             assert each.set is not None
             each.set(world, handle, number)
 
-    return Property(name, type_, get, put if all(each.set for each in quantities) else None)
+    is_settable = can_be_set and all(each.set is not None for each in quantities)
+    return Property(name, type_, get, put if is_settable else None)
 
 
 def fixed(name: str, type_: PropertyType, value: Any, why: str) -> Property:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -11,11 +10,10 @@ import numpy as np
 from simx_server.editing import shape_looks
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import poses
-from simx_server.handlers.quantities.engine import ENGINE as ENGINE_QUANTITIES
 from simx_server.parts import shape_colors
 from simx_server.scene.geometry import inertia
 from simx_server.scene.poses.frames import xyzw_from_wxyz
-from simx_server.sim_api.properties.entry import Property, numbered, view
+from simx_server.sim_api.properties.entry import Property, numbered
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     COLOR,
@@ -26,7 +24,6 @@ from simx_server.sim_api.properties.property_types import (
     INT_ARRAY,
     QUATERNION,
     VECTOR3,
-    PropertyType,
 )
 
 if TYPE_CHECKING:
@@ -94,35 +91,34 @@ _MASS = (
 """Inertia is about the centre of mass, along the axes of the shape's frame, kg m^2."""
 
 
-def _engine(name: str, numbers: Sequence[int], type_: PropertyType) -> Property:
-    """Return the property for quantities of the physics engine, several of them as a table."""
-    return view(name, type_, [ENGINE_QUANTITIES[number] for number in numbers])
+def _counted(start: str, count: int) -> list[str]:
+    return [f"mujoco_{start}{number}" for number in range(1, count + 1)]
 
 
 _CONTACTS = (
-    _engine("bullet.friction", [6003], FLOAT),
-    _engine("bullet.frictionOld", [6002], FLOAT),
-    _engine("ode.friction", [15001], FLOAT),
-    _engine("vortex.linearPrimaryAxisFrictionValue", [24001], FLOAT),
-    _engine("vortex.linearSecondaryAxisFrictionValue", [24002], FLOAT),
-    _engine("newton.staticFriction", [33001], FLOAT),
-    _engine("newton.kineticFriction", [33002], FLOAT),
-    _engine("mujoco.friction", range(43001, 43004), FLOAT_ARRAY),
-    _engine("mujoco.solref", range(43004, 43006), FLOAT_ARRAY),
-    _engine("mujoco.solimp", range(43006, 43011), FLOAT_ARRAY),
-    _engine("mujoco.solmix", [43011], FLOAT),
-    _engine("mujoco.margin", [43012], FLOAT),
-    _engine("mujoco.condim", [44001], INT),
-    _engine("mujoco.priority", [44002], INT),
+    numbered("bullet.friction", FLOAT, "bullet_body_friction"),
+    numbered("bullet.frictionOld", FLOAT, "bullet_body_oldfriction"),
+    numbered("ode.friction", FLOAT, "ode_body_friction"),
+    numbered("vortex.linearPrimaryAxisFrictionValue", FLOAT, "vortex_body_primlinearaxisfriction"),
+    numbered("vortex.linearSecondaryAxisFrictionValue", FLOAT, "vortex_body_seclinearaxisfriction"),
+    numbered("newton.staticFriction", FLOAT, "newton_body_staticfriction"),
+    numbered("newton.kineticFriction", FLOAT, "newton_body_kineticfriction"),
+    numbered("mujoco.friction", FLOAT_ARRAY, *_counted("body_friction", 3)),
+    numbered("mujoco.solref", FLOAT_ARRAY, *_counted("body_solref", 2)),
+    numbered("mujoco.solimp", FLOAT_ARRAY, *_counted("body_solimp", 5)),
+    numbered("mujoco.solmix", FLOAT, "mujoco_body_solmix"),
+    numbered("mujoco.margin", FLOAT, "mujoco_body_margin"),
+    numbered("mujoco.condim", INT, "mujoco_body_condim"),
+    numbered("mujoco.priority", INT, "mujoco_body_priority"),
 )
 """The frictions of all engines are MuJoCo's sliding friction, as for sim.setEngineFloatParam."""
 
 ENGINE = (
-    _engine("mujoco.impratio", [37002], FLOAT),
-    _engine("mujoco.wind", range(37003, 37006), VECTOR3),
-    _engine("mujoco.density", [37006], FLOAT),
-    _engine("mujoco.viscosity", [37007], FLOAT),
-    _engine("mujoco.iterations", [38002], INT),
+    numbered("mujoco.impratio", FLOAT, "mujoco_global_impratio"),
+    numbered("mujoco.wind", VECTOR3, *_counted("global_wind", 3)),
+    numbered("mujoco.density", FLOAT, "mujoco_global_density"),
+    numbered("mujoco.viscosity", FLOAT, "mujoco_global_viscosity"),
+    numbered("mujoco.iterations", INT, "mujoco_global_iterations"),
 )
 """Options of the whole engine: properties of the scene."""
 
