@@ -35,7 +35,7 @@ class PropertyType:
     """As in the names of the functions: ``sim.getNAMEProperty``."""
     family: str
     what: str
-    """What a property of the type is, in the words of the manual."""
+    """A property of the type in the words of the manual, such as "a number"."""
     convert: Callable[[Any], Any]
     """Return a script's value as one of this type. Raises TypeError that says what the value must be."""
     encode: Callable[[Any], bytes]

@@ -50,8 +50,7 @@ from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation
 from simx_server.simulation.velocities import Velocities
-
-from .world import World
+from simx_server.world.world import World
 
 
 def build_world(
