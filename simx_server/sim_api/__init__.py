@@ -13,7 +13,6 @@ from types import MappingProxyType
 from simx_client.protocol import constants
 from simx_server.constant_tables import TABLES
 
-from .api_listing import ApiListingFunctions
 from .base import HANDLE_SELF, ApiPart
 from .clouds.octrees import OctreeFunctions
 from .clouds.point_clouds import PointCloudFunctions
@@ -25,6 +24,7 @@ from .graphs import GraphFunctions
 from .kinematics.ik import IkFunctions
 from .kinematics.ik_making import IkMakingFunctions
 from .kinematics.sim_ik_worlds import SimIk
+from .listing.api_listing import ApiListingFunctions
 from .looks.colors import ColorFunctions
 from .looks.drawing import DrawingFunctions
 from .looks.particles import ParticleFunctions

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[1]
-HELPERS = tuple(TESTS / "support" / folder for folder in ("", "worlds", "vrep_files"))
+HELPERS = tuple(
+    TESTS / "support" / folder for folder in ("", "worlds", "gateways", "viewer", "vrep_files", "stock")
+)
 
 _PROCESSES = {"server", "spawn", "running"}
 """Functions of tests/processes.py that start processes; the others are for all tests."""

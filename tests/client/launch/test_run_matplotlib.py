@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from launching import output_of, simx_run
 
-from simx_client.launch.keywords import take_old_keywords
+from simx_client.launch.restoring.keywords import take_old_keywords
 from simx_client.protocol.cli.installing import package_line
 
 pytestmark = pytest.mark.slow

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzz import call_costs
-from fuzz.call_costs import (
+from fuzz.costs import calls as call_costs
+from fuzz.costs.calls import (
     EXEMPT,
     Call,
     Target,

@@ -13,7 +13,7 @@ import pytest
 import simx_client as v
 from simx_client.protocol.commands import BY_NAME
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parents[2] / "conformance"
 SCENE = FOLDER / "scene.xml"
 ONESHOT, BLOCKING = v.simx_opmode_oneshot, v.simx_opmode_blocking
 STREAMING, BUFFER = v.simx_opmode_streaming, v.simx_opmode_buffer

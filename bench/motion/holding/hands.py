@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bench.motion.grasps import Hand
+from bench.motion.holding.grasps import Hand
 
 _RG2 = ("RG2_openCloseJoint",)
 _ROBOTIQ = ("ROBOTIQ_85_active1", "ROBOTIQ_85_active2")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import cache
@@ -17,9 +17,8 @@ from types import MappingProxyType
 
 from simx_server import sim_api as api
 from simx_server.scripting.signature import Parameter, Signature
-
-from .namespaces import constants, signatures
-from .properties import listing
+from simx_server.sim_api.namespaces import constants, signatures
+from simx_server.sim_api.properties import listing
 
 
 class Support(StrEnum):
@@ -31,6 +30,9 @@ class Support(StrEnum):
     NONE = "no"
 
 
+LONG = 6
+"""Words of a description that the page does not repeat in another section."""
+
 _MARKS = {Support.NONE: "Not here:", Support.STAND_IN: "Stand-in:", Support.PARTLY: "Partly:"}
 
 PAGE = """\
@@ -40,10 +42,10 @@ Made by `simx-server --script-functions --markdown > docs/script-functions.md`; 
 {count}.
 
 Lua and Python scripts see the same functions. Every function of `sim` also has its old flat name in Lua, made from the
-new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` is what stands for an argument that is
-left out or nil. A function that is not listed raises an error that names it. A stand-in lets a script run that
-only dresses V-REP's window or serves a program that is not there: it keeps values, and says once in the log what is
-missing.
+new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` replaces an argument that is missing or
+nil. A function that is not listed raises an error that names it. A stand-in lets a script run that only dresses
+V-REP's window or serves a missing program: it keeps values, and logs once what is missing. Functions without a mark
+are there in full; functions without a text do what their names say.
 
 {sections}
 """
@@ -140,32 +142,40 @@ def as_records(lines: list[ScriptFunction]) -> list[dict[str, object]]:
 def as_markdown(lines: list[ScriptFunction]) -> str:
     """Return the page docs/script-functions.md."""
     sections: list[str] = []
+    main = {_description(line): line.name for line in lines}
     for space in api.NAMESPACES:
         of_space = [line for line in lines if line.name.startswith(f"{space}.")]
         for topic in dict.fromkeys(line.topic for line in of_space):
-            rows = [
-                f"| `{line.name}({line.arguments})` | {line.support} | {_cell(line)} |"
-                for line in of_space
-                if line.topic == topic
-            ]
-            sections.append(
-                "\n".join(
-                    [
-                        f"## `{space}`: {topic}",
-                        "",
-                        "| function | here | what it does |",
-                        "|---|---|---|",
-                        *rows,
-                    ]
-                )
-            )
+            section = _entries([line for line in of_space if line.topic == topic], main)
+            sections.append("\n".join([f"## `{space}`: {topic}", "", *section]))
     sections.append(listing.as_markdown())
     return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
 
 
-def _cell(line: ScriptFunction) -> str:
+def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str]) -> list[str]:
+    """Return one entry for each description, with all functions that it holds for; those without one come last.
+
+    Args:
+        lines: The functions of a section.
+        main: Description to the function that has it on the page; those of other sections refer to this one.
+    """
+    names: dict[str, list[str]] = {}
+    here = {line.name for line in lines}
+    for line in lines:
+        text = _description(line)
+        repeated = len(text.split()) > LONG and main[text] not in here
+        if repeated and line.support is not Support.STAND_IN:
+            text = f"As `{main[text]}`."
+        names.setdefault(text, []).append(f"`{line.name}({line.arguments})`")
+    plain = names.pop("", [])
+    found = [f"* {', '.join(functions)}: {description}" for description, functions in names.items()]
+    return [*found, *([f"* {', '.join(plain)}"] if plain else [])]
+
+
+def _description(line: ScriptFunction) -> str:
+    level = f"*{line.support}*" if line.support is not Support.FULL else ""
     differs = f"*{line.differs}*" if line.differs else ""
-    return " ".join(text for text in (line.doc, differs) if text).replace("|", "\\|")
+    return " ".join(text for text in (level, line.doc, differs) if text)
 
 
 def _count(lines: list[ScriptFunction]) -> str:

@@ -15,7 +15,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
-from .after_import import Patch
+from simx_client.launch.after_import import Patch
+
 from .immutable import set_attributes
 from .keywords import calling, give_missing, take_old_keywords
 from .numpy_aliases import give_back_aliases

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from simx_server import sim_api as api
 from simx_server.scripting.interpreter import OLD_SPACES
 from simx_server.scripting.modules import own_module, own_modules
+from simx_server.sim_api.namespaces import constants
 
 from .coverage import Support, script_functions
-from .namespaces import constants
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.report import Report

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import ApiPart
+from simx_server.sim_api.base import ApiPart
 
 _FUNCTIONS_ONLY, _CONSTANTS_ONLY = "+", "-"
 """Prefixes of the word to complete."""

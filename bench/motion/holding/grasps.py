@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.motion.held_objects import add_object, add_pedestal
+from bench.motion.holding.held_objects import add_object, add_pedestal
 from bench.motion.models import build_model, read_model
 from simx_client.protocol.constants import sim_buttonproperty_isdown
 from simx_server.scene.formats.annotations import PREFIX

@@ -14,7 +14,8 @@ from simx_client.protocol import constants as c
 from .poses import Place, Pose, as_array, handle_of
 
 if TYPE_CHECKING:
-    from .channel import Channel
+    from simx_client.client.channel import Channel
+
     from .poses import Array, Numbers
 
 T = TypeVar("T")

@@ -1,4 +1,4 @@
-"""A Zenoh program that is no client of ours: ``python tests/support/raw_peer.py PORT MODE END``.
+"""A Zenoh program that is no client of ours: ``python tests/support/gateways/raw_peer.py PORT MODE END``.
 
 It connects with Zenoh's own defaults, sends what takes shared memory where that is offered, and ends: END is ``leave``
 or ``kill``.

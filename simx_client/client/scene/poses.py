@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, SupportsFloat, TypeVar
 
 from simx_client.calls.strict import Strict, misspelt
+from simx_client.client.channel import Channel, Subject
 from simx_client.connection.calls import Calls
-
-from .channel import Channel, Subject
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,12 +11,17 @@ from __future__ import annotations
 import contextlib
 import random
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
+
 from simx_client.protocol.codec import CodecError, decode_batch, decode_greeting
 from simx_client.protocol.lane.frames import BadFrame, Frames
+from simx_server.browsers import is_of_another_page
+from simx_server.classroom import channel
+from simx_server.classroom.page.http import BadRequest, read_head
 from simx_server.gateways.original import messages as original
 from simx_server.gateways.original.containers import Containers
 from simx_server.gateways.original.packets import HEAD, BadPeer, read_message
@@ -25,8 +30,13 @@ from simx_server.gateways.zmq.zmtp import GREETING, READY, Incoming
 from simx_server.gateways.zmq.zmtp import BadPeer as BadZmqPeer
 from simx_server.limits import Limits
 from simx_server.ros2_messages import BY_NAME, MessageError
+from simx_server.viewer.browser_messages import BadMessage
+from simx_server.viewer.browser_messages import check as check_browser_message
+from simx_server.viewer.page.gate import MOST_HEAD, Refused, Rules
+from simx_server.viewer.page.websocket_size import BadFrame as BadWebFrame
+from simx_server.viewer.page.websocket_size import MessageSize
 
-from .costs import BUDGET, SLACK, least_seconds
+from .measuring import BUDGET, SLACK, least_seconds
 
 PER_BYTE = 20e-9
 """Seconds of processor time for a byte of a message."""
@@ -109,6 +119,46 @@ def _ros2(data: bytes) -> None:
             BY_NAME[name].decode(data)
 
 
+def _heads(data: bytes) -> Iterator[bytes]:
+    """Yield heads of requests, of which none is longer than the pages read."""
+    for head in data.split(b"\r\n\r\n"):
+        for start in range(0, max(1, len(head)), MOST_HEAD):
+            yield head[start : start + MOST_HEAD] + b"\r\n\r\n"
+
+
+def _gate(data: bytes) -> None:
+    for head in _heads(data):
+        for token in (None, "token"):
+            with contextlib.suppress(Refused):
+                Rules(token, "cookie").checked(head)
+
+
+def _class_page(data: bytes) -> None:
+    for head in _heads(data):
+        with contextlib.suppress(BadRequest):
+            request = read_head(head)
+            request.cookie("seat")
+            is_of_another_page(request.headers)
+
+
+def _channel(data: bytes) -> None:
+    with contextlib.suppress(ValueError):
+        channel.unpacked(data)
+
+
+def _web_socket(data: bytes) -> None:
+    size = MessageSize()
+    with contextlib.suppress(BadWebFrame):
+        for start in range(0, len(data), 65_536):
+            size.add(data[start : start + 65_536])
+
+
+def _browser(data: bytes) -> None:
+    with contextlib.suppress(BadMessage, msgspec.DecodeError, RecursionError):
+        check_browser_message(data)
+        msgspec.msgpack.decode(data)
+
+
 _FLOAT = b"\xfb" + struct.pack(">d", 0.1)
 
 
@@ -116,6 +166,15 @@ def _command(number: int, body: bytes, full: int = 0) -> bytes:
     size = original.COMMAND.size + len(body)
     return original.COMMAND.pack(size, full or size, 0, 0, number, 0, 0, 0, 0) + body
 
+
+_LINES = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\n", b"GET /?", b"GET /?token=", b"GET / HTTP/1.1\r\nHost: localhost\r\nCookie: ",
+    b"GET / HTTP/1.1\r\nHost: ", b"GET / HTTP/1.1\r\nHost: a\r\nOrigin: http://", b"",
+)  # fmt: skip
+_PARTS_OF_HEADS = (
+    b"a:\r\n", b"a", b" ", b"\r\n", b"a=b;", b"cookie=;", b"&a=", b"token=a&", b"%41", b"/", b":", b"[", b"]", b"@", b"1", b"0.", b"\xff",
+    b"\t", b"Connection: close\r\n", b"Content-Length: 1\r\n", b" HTTP/1.1\r\n", b"\r\n\r\nGET / HTTP/1.1\r\nHost: localhost\r\n",
+)  # fmt: skip
 
 DOORS: Mapping[str, Door] = {
     "zmq": Door(
@@ -152,6 +211,27 @@ DOORS: Mapping[str, Door] = {
         _ros2,
         tuple(b"\0\1\0\0" + struct.pack("<I", n) for n in (100, 1000, 10_000)),
         (bytes(4), bytes(16), b"\1\0\0\0\0\0\0\0", b"\2\0\0\0a\0\0\0", b"\0\1\0\0"),
+    ),
+    "gate": Door(_gate, _LINES, _PARTS_OF_HEADS, (b"", b"\r\n\r\n")),
+    "class page": Door(_class_page, _LINES, _PARTS_OF_HEADS, (b"", b"\r\n\r\n")),
+    "class channel": Door(
+        _channel, (b"", b'{"a":', b'{"reset":['), (b"[", b'{"a":', b'"', b"\\", b"1", b"0.1e9,", b"{},", b'"a":1,', b"\\ud800", b" "),
+    ),
+    "web socket": Door(
+        _web_socket,
+        (b"", b"\x02\x85abcda"),
+        (
+            b"\x82\0", b"\x02\0", b"\0\0", b"\x89\0", b"\x82\x81abcdx", b"\x00\x81abcdx", b"\x89\x81abcdx", b"\x82\x7e\0\1a",
+            b"\x82\x7f" + bytes(7) + b"\1a", b"\xc2\0", b"\x82",
+        ),
+    ),
+    "browser": Door(
+        _browser,
+        (b"", b"\x82\xa4type\xa1a\xa1a", b"\x82\xa4type\xa1a\xa1a\xdd\0\0\x0f\0", b"\xdd\0\x0f\0\0", b"\x81\xa1a\xdf\0\0\0\xff"),
+        (
+            b"\x90", b"\x80", b"\x91", b"\x81", b"\x01", b"\xcb" + bytes(8), b"\xa1a", b"\xc4\x01a", b"\xd4\x05a", b"\xd6\xff" + bytes(4),
+            b"\xc6\x00\x00\x40\x00", b"\xdd\x7f\xff\xff\xff", b"\xdb\x7f\xff\xff\xff", b"\xc1",
+        ),
     ),
 }  # fmt: skip
 

@@ -14,7 +14,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
-from .after_import import Patch
+from simx_client.launch.after_import import Patch
+
 from .keywords import DROPPED, calling, give_missing, take_old_keywords
 
 _ARTISTS = ("artists", "collections", "images", "lines", "patches", "tables", "texts")

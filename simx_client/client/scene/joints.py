@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .channel import Channel
+    from simx_client.client.channel import Channel
+
     from .poses import Array, Numbers
 
 _TARGETS = "targets are write only: the legacy API has no call that reads them; keep what was set"

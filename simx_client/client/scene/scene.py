@@ -7,12 +7,12 @@ from types import MappingProxyType
 from typing import TypeVar, cast
 
 from simx_client.calls.strict import Strict
+from simx_client.client.channel import Channel, Generation
 from simx_client.connection.calls import Calls
 from simx_client.errors import NoSuchObject, WrongKind
 from simx_client.protocol import constants as c
 
 from .camera import Camera
-from .channel import Channel, Generation
 from .joints import Joint
 from .listing import Objects
 from .objects import KINDS, Dummy, Object, SceneObject, Shape

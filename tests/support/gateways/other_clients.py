@@ -9,7 +9,7 @@ from pathlib import Path
 
 from simx_client.protocol.cli.installing import line
 
-CLIENTS = Path(__file__).parents[2] / ".clients"
+CLIENTS = Path(__file__).parents[3] / ".clients"
 
 
 def client_folder(requirement: str) -> Path:

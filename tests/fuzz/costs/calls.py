@@ -27,8 +27,8 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.scripting.signature import MOST_CHARACTERS, MOST_ITEMS, MOST_TEXTS, MOST_VALUES, Most
 from simx_server.sim_api.namespaces import Namespaces, signatures
 
-from .costs import BUDGET, SLACK, peak_megabytes
-from .scene import SCENE
+from ..scene import SCENE
+from .measuring import BUDGET, SLACK, peak_megabytes
 
 MEGABYTES = 64
 """Memory that a call may take beside its arguments and results."""

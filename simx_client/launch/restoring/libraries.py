@@ -11,7 +11,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any, cast
 
-from .after_import import Patch
+from simx_client.launch.after_import import Patch
+
 from .immutable import set_attributes
 from .keywords import give_missing
 
