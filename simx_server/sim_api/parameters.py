@@ -23,10 +23,6 @@ class ParameterFunctions(ApiPart):
 
     CONSTANTS = MappingProxyType(
         {
-            "intparam_program_full_version": 39,
-            "stringparam_scene_path": 14,
-            "stringparam_scene_name": 15,
-            "stringparam_remoteapi_temp_file_dir": 16,
             "physics_bullet": 0,
             "physics_ode": 1,
             "physics_vortex": 2,

@@ -19,14 +19,6 @@ class ObjectParameterFunctions(ApiPart):
     CONSTANTS = MappingProxyType(
         {
             "objectspecialproperty_detectable": 496,
-            "objintparam_visible": 36,
-            "jointintparam_dynctrlmode": 2039,
-            "dummyfloatparam_size": 10003,
-            "rendermode_opengl": 0,
-            "rendermode_auxchannels": 1,
-            "rendermode_colorcoded": 2,
-            "rendermode_povray": 3,
-            "rendermode_opengl3": 7,
         }
     )
 
