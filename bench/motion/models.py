@@ -7,10 +7,10 @@ from typing import Any
 
 import mujoco
 
+from simx_server.app.building import build_world
 from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.specs import read_spec
-from simx_server.world.building import build_world
 from simx_server.world.world import World
 
 _SHIPPED_SCENES = Path(__file__).parents[2] / "scenes"

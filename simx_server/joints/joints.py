@@ -14,7 +14,7 @@ from simx_server.scene.poses.poses import Pose, Quaternion
 from . import profiles
 from .intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
 from .machine import Machine
-from .parameters import READ, WRITE, describe
+from .parameters import reader, writer
 from .servo import UNDRIVEN, Rule, rule_of, write_force_limit
 from .state import Binding, JointMode, JointState
 
@@ -322,9 +322,7 @@ class Joints(Machine):
         Raises:
             CommandError: the parameter is unknown; the text lists the known ones.
         """
-        if parameter not in READ:
-            raise CommandError(f"joint parameter {parameter} is not known; known: {describe(READ)}")
-        return READ[parameter][1](self, handle)
+        return reader(parameter)(self, handle)
 
     def set_parameter(self, handle: int, parameter: int, value: float) -> None:
         """Set a parameter by number.
@@ -332,11 +330,8 @@ class Joints(Machine):
         Raises:
             CommandError: the parameter cannot be set; the text lists those that can.
         """
-        if parameter not in WRITE:
-            raise CommandError(
-                f"joint parameter {parameter} cannot be set; those that can: {describe(WRITE)}"
-            )
-        WRITE[parameter][1](self, handle, _finite(value, WRITE[parameter][0]))
+        name, write = writer(parameter)
+        write(self, handle, _finite(value, name))
 
     def state(self, handle: int) -> JointState:
         """Return the settings of a joint that has a single value; change them through `change` only."""

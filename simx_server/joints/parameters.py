@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from simx_server.constant_tables import number_of
 from simx_server.errors import CommandError
 from simx_server.scene.poses.frames import euler_from_quat, xyzw_from_wxyz
 from simx_server.scene.poses.poses import normalised, rotation_vector
@@ -129,48 +130,74 @@ def _write_control_mode(joints: Joints, handle: int, value: float) -> None:
     joints.change(handle, pushes=0, **_CONTROL_MODES[int(value)])
 
 
-_SETTINGS: dict[int, tuple[str, tuple[Reader, Writer]]] = {
-    2000: ("motor_enabled", _flag("motor")),
-    2001: ("ctrl_enabled", _flag("control_loop")),
-    2002: ("pid_p", _number("p", "the proportional gain")),
-    2003: ("pid_i", _number("i", "the integral gain")),
-    2004: ("pid_d", _number("d", "the derivative gain")),
-    2017: ("upper_limit", _number("upper_velocity", "the upper velocity")),
-    2018: ("kc_k", _number("k", "the spring constant", may_be_negative=True)),
-    2019: ("kc_c", _number("c", "the damping", may_be_negative=True)),
-    2021: ("ik_weight", _number("ik_weight", "the weight in inverse kinematics")),
-    2030: ("velocity_lock", _flag("lock")),
-    2031: ("vortex_dep_handle", _dependency("master", int)),
-    2032: ("vortex_dep_multiplication", _dependency("factor", float)),
-    2033: ("vortex_dep_offset", _dependency("shift", float)),
-    2036: ("maxvel", _number("upper_velocity", "the upper velocity")),
-    2037: ("maxaccel", _number("acceleration", "the upper acceleration")),
-    2038: ("maxjerk", _number("jerk", "the upper jerk")),
-    CONTROL_MODE: ("dynctrlmode", (_read_control_mode, _write_control_mode)),
+JointParameter = tuple[str, Reader | None, Writer | None]
+"""Constant without ``sim_``, and how to read and set it; None where that is not possible."""
+
+_SETTINGS: dict[str, tuple[Reader, Writer]] = {
+    "intparam_motor_enabled": _flag("motor"),
+    "intparam_ctrl_enabled": _flag("control_loop"),
+    "floatparam_pid_p": _number("p", "the proportional gain"),
+    "floatparam_pid_i": _number("i", "the integral gain"),
+    "floatparam_pid_d": _number("d", "the derivative gain"),
+    "floatparam_upper_limit": _number("upper_velocity", "the upper velocity"),
+    "floatparam_kc_k": _number("k", "the spring constant", may_be_negative=True),
+    "floatparam_kc_c": _number("c", "the damping", may_be_negative=True),
+    "floatparam_ik_weight": _number("ik_weight", "the weight in inverse kinematics"),
+    "intparam_velocity_lock": _flag("lock"),
+    "intparam_vortex_dep_handle": _dependency("master", int),
+    "floatparam_vortex_dep_multiplication": _dependency("factor", float),
+    "floatparam_vortex_dep_offset": _dependency("shift", float),
+    "floatparam_maxvel": _number("upper_velocity", "the upper velocity"),
+    "floatparam_maxaccel": _number("acceleration", "the upper acceleration"),
+    "floatparam_maxjerk": _number("jerk", "the upper jerk"),
+    "intparam_dynctrlmode": (_read_control_mode, _write_control_mode),
 }
 
 _PARTS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _ERRORS = ("x", "y", "z", "a", "b", "g", "pos", "angle")
 
-READ: Mapping[int, tuple[str, Reader]] = MappingProxyType(
-    {
-        **{number: (name, pair[0]) for number, (name, pair) in _SETTINGS.items()},
-        **{2005 + i: (f"intrinsic_{part}", _intrinsic(i)) for i, part in enumerate(_PARTS)},
-        2012: ("velocity", lambda joints, handle: joints.velocity(handle)),
-        **{2022 + i: (f"error_{part}", _error(i)) for i, part in enumerate(_ERRORS)},
-    }
+
+def _velocity(joints: Joints, handle: int) -> float:
+    return joints.velocity(handle)
+
+
+_NAMED: tuple[JointParameter, ...] = (
+    *((name, *pair) for name, pair in _SETTINGS.items()),
+    *((f"floatparam_intrinsic_{part}", _intrinsic(i), None) for i, part in enumerate(_PARTS)),
+    ("floatparam_velocity", _velocity, None),
+    *((f"floatparam_error_{part}", _error(i), None) for i, part in enumerate(_ERRORS)),
+    *((f"floatparam_spherical_{part}", None, _spherical(i)) for i, part in enumerate(_PARTS[3:])),
 )
-"""Maps a number to (name, reader)."""
 
-WRITE: Mapping[int, tuple[str, Writer]] = MappingProxyType(
-    {
-        **{number: (name, pair[1]) for number, (name, pair) in _SETTINGS.items()},
-        **{2013 + i: (f"spherical_{part}", _spherical(i)) for i, part in enumerate(_PARTS[3:])},
-    }
+PARAMETERS: Mapping[int, JointParameter] = MappingProxyType(
+    {number_of(f"joint{name}"): (f"joint{name}", read, write) for name, read, write in _NAMED}
 )
-"""Maps a number to (name, writer)."""
+"""All of them by number."""
 
 
-def describe(table: Mapping[int, tuple[str, object]]) -> str:
-    """Return the table in one line, for messages."""
-    return ", ".join(f"{number} {name}" for number, (name, _) in sorted(table.items()))
+def reader(number: int) -> Reader:
+    """Return how a parameter is read. Raises CommandError that lists those that can be."""
+    _, read, _ = PARAMETERS.get(number, _UNKNOWN)
+    if read is None:
+        raise CommandError(f"joint parameter {number} is not known; known: {_list(1)}")
+    return read
+
+
+def writer(number: int) -> tuple[str, Writer]:
+    """Return the name of a parameter and how it is set. Raises CommandError that lists those that can be."""
+    name, _, write = PARAMETERS.get(number, _UNKNOWN)
+    if write is None:
+        raise CommandError(f"joint parameter {number} cannot be set; those that can: {_list(2)}")
+    return _short(name), write
+
+
+_UNKNOWN: JointParameter = ("", None, None)
+
+
+def _list(place: int) -> str:
+    known = sorted(number for number, each in PARAMETERS.items() if each[place] is not None)
+    return ", ".join(f"{number} {_short(PARAMETERS[number][0])}" for number in known)
+
+
+def _short(name: str) -> str:
+    return name.partition("param_")[2]

@@ -11,6 +11,7 @@ from functools import cache
 from types import MappingProxyType
 
 from simx_client.protocol import constants
+from simx_server.constant_tables import TABLES
 
 from .base import HANDLE_SELF, ApiPart
 from .clouds.octrees import OctreeFunctions
@@ -18,7 +19,6 @@ from .clouds.point_clouds import PointCloudFunctions
 from .communication.signals import SignalFunctions
 from .communication.tubes import TubeFunctions
 from .communication.wireless import WirelessFunctions
-from .constant_tables import TABLES
 from .engine import EngineFunctions
 from .graphs import GraphFunctions
 from .kinematics.ik import IkFunctions

@@ -1,14 +1,14 @@
-"""Parameters of the physics engine, see `physics_engine_parameters.py` of the server."""
+"""Parameters of the physics engine, see `handlers/quantities/engine.py` of the server."""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 
+from simx_server.constant_tables.engines import ENGINES
 from simx_server.errors import Unsupported
-from simx_server.parts import physics_engine_parameters
+from simx_server.handlers.quantities.engine import ENGINE, find
 
 from .base import ApiPart
-from .constant_tables.engines import ENGINES
 from .effects import reads
 
 OTHER_ENGINES = frozenset(ENGINES.values())
@@ -17,9 +17,7 @@ OTHER_ENGINES = frozenset(ENGINES.values())
 class EngineFunctions(ApiPart, effect="changes"):
     """Parameters of a shape, or with handle -1 of the engine: sim.mujoco_, and the friction of other engines."""
 
-    CONSTANTS = MappingProxyType(
-        {entry.name: number for number, entry in physics_engine_parameters.PARAMETERS.items()}
-    )
+    CONSTANTS = MappingProxyType({each.name: number for number, each in ENGINE.items()})
 
     @reads
     def getEngineFloatParam(self, number: int, handle: int = -1) -> float:
@@ -71,7 +69,9 @@ class EngineFunctions(ApiPart, effect="changes"):
         own = self._self(handle)
         if self._is_of_others(number):
             return self._world.object_settings.kept(own, number, 0.0)
-        return physics_engine_parameters.find(number, is_integer=is_integer).get(self._sim, own)
+        get = find(number, is_integer=is_integer).get
+        assert get is not None
+        return get(self._world, own)
 
     def _set(self, number: int, handle: int, value: float, *, is_integer: bool) -> int:
         own = self._self(handle)
@@ -81,13 +81,13 @@ class EngineFunctions(ApiPart, effect="changes"):
             )
             self._world.object_settings.keep(own, number, value)
             return 1
-        entry = physics_engine_parameters.find(number, is_integer=is_integer)
+        entry = find(number, is_integer=is_integer)
         if entry.set is None:
             raise Unsupported(f"{entry.name} can only be read; it follows from the scene's timestep and pass")
-        entry.set(self._sim, own, value)
+        entry.set(self._world, own, value)
         return 1
 
     @staticmethod
     def _is_of_others(number: int) -> bool:
         """Return whether a parameter of V-REP's engines has no counterpart in MuJoCo."""
-        return number in OTHER_ENGINES and number not in physics_engine_parameters.PARAMETERS
+        return number in OTHER_ENGINES and number not in ENGINE

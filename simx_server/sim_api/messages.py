@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from types import MappingProxyType
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
@@ -27,31 +26,6 @@ _CLOSED = {0: 3, 1: 1, 2: 0, 3: 0}
 
 class MessageFunctions(ApiPart, effect="changes"):
     """Functions for messages. The server stores every message and shows it in its web viewer."""
-
-    CONSTANTS = MappingProxyType(
-        {
-            "verbosity_default": 400,
-            "verbosity_questions": 410,
-            "verbosity_tracelua": 800,
-            "verbosity_traceall": 900,
-            "verbosity_undecorated": _UNDECORATED,
-            "verbosity_onlyterminal": 0x10000,
-            "verbosity_once": _ONCE,
-            "msgbox_type_info": 0,
-            "msgbox_type_question": 1,
-            "msgbox_type_warning": 2,
-            "msgbox_type_critical": 3,
-            "msgbox_buttons_ok": 0,
-            "msgbox_buttons_yesno": 1,
-            "msgbox_buttons_yesnocancel": 2,
-            "msgbox_buttons_okcancel": 3,
-            "msgbox_return_cancel": 0,
-            "msgbox_return_no": 1,
-            "msgbox_return_yes": 2,
-            "msgbox_return_ok": 3,
-            "msgbox_return_error": 4,
-        }
-    )
 
     def addStatusbarMessage(self, text: str | None = None) -> None:
         """Add a line to the status bar. Nil, which cleared V-REP's status bar, adds nothing."""

@@ -1,4 +1,4 @@
-"""Numbered parameters of the simulator. `parameters.py` of the server defines the numbers."""
+"""Numbered parameters of the simulator. `handlers/quantities/simulator.py` defines the numbers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from types import MappingProxyType
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers import parameters
+from simx_server.handlers.quantities.simulator import STRINGS
 from simx_server.parts.custom_data import APPLICATION, NAMED
 
 from .base import ApiPart
@@ -23,10 +24,6 @@ class ParameterFunctions(ApiPart, effect="changes"):
 
     CONSTANTS = MappingProxyType(
         {
-            "intparam_program_full_version": 39,
-            "stringparam_scene_path": 14,
-            "stringparam_scene_name": 15,
-            "stringparam_remoteapi_temp_file_dir": 16,
             "physics_bullet": 0,
             "physics_ode": 1,
             "physics_vortex": 2,
@@ -75,7 +72,7 @@ class ParameterFunctions(ApiPart, effect="changes"):
         return parameters.get_string_parameter(self._world, number)
 
     def setStringParam(self, number: int, value: str) -> int:
-        self._world.parameters.strings.set(number, value)
+        STRINGS.set(self._world, number, value)
         return 1
 
     @reads

@@ -10,6 +10,7 @@ from simx_client.protocol import constants as c
 from simx_client.protocol.files import is_vrep_name
 from simx_server.errors import Unsupported
 from simx_server.handlers import script_files
+from simx_server.handlers.quantities.simulator import BOOLEANS
 from simx_server.handlers.simulation import simulation_state
 
 from .base import ApiPart
@@ -106,12 +107,12 @@ class SimulationFunctions(ApiPart, effect="changes"):
 
     def quitSimulator(self) -> None:
         """Stop the server, only while the simulation is stopped."""
-        self._world.parameters.booleans.set(c.sim_boolparam_exit_request, True)
+        BOOLEANS.set(self._world, c.sim_boolparam_exit_request, True)
 
     @reads
     def getRealTimeSimulation(self) -> int:
         """Return 1 when simulated time follows the wall clock, else 0."""
-        return int(self._world.parameters.booleans.get(c.sim_boolparam_realtime_simulation))
+        return int(BOOLEANS.get(self._world, c.sim_boolparam_realtime_simulation))
 
     @reads
     def getSystemTime(self) -> float:

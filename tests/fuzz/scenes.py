@@ -12,12 +12,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from simx_server.app.building import build_world
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
 from simx_server.scene.formats.annotations import GRAMMAR
 from simx_server.scene.formats.loader import load_scene
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.world.building import build_world
 
 from .codec import Bytes
 from .scene import SCENE

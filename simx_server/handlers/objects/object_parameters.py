@@ -1,13 +1,13 @@
-"""Read and set numbered parameters of single objects. `parameter_tables.py` defines the meaning of the numbers."""
+"""Read and set numbered parameters of single objects. `handlers/quantities/` defines the meaning of the numbers."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from simx_server.errors import Unsupported
+from simx_server.handlers.quantities.objects import entries_of
+from simx_server.handlers.quantities.quantity import Quantity
 from simx_server.service.calls.registry import handler
-
-from .parameter_tables import Entry, entries_of
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
@@ -18,7 +18,7 @@ NOT_THERE = 0
 """Result of V-REP's functions for a parameter that an object does not have."""
 
 
-def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: bool) -> Entry:
+def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: bool) -> Quantity:
     item = sim.scene.get(handle)
     known = entries_of(item.kind)
     entry = known.get(number)

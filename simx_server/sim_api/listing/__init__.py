@@ -1,1 +1,1 @@
-"""The functions that the API offers, and those that a file lacks: lists for people, tools and the log of an import."""
+"""Lists of the API and of the gaps of a file: for people, tools and the log of an import."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,15 +24,6 @@ _NOTHING: Vector = (0.0, 0.0, 0.0)
 
 class DynamicsFunctions(ApiPart, effect="changes"):
     """Functions for dynamics: newtons, newton metres, kilograms. A force on a static shape has no effect."""
-
-    CONSTANTS = MappingProxyType(
-        {
-            "handleflag_abscoords": 0x800000,
-            "handleflag_resetforce": 0x400000,
-            "handleflag_resettorque": 0x800000,
-            "handleflag_resetforcetorque": 0xC00000,
-        }
-    )
 
     def addForce(self, shape: int, position: list[float], force: list[float]) -> int:
         """Add a force at a point (metres) of the shape; point and force are in the shape's frame.

@@ -1,4 +1,4 @@
-"""Numbered parameters and properties of objects. `handlers/objects/parameter_tables.py` defines the numbers."""
+"""Numbered parameters and properties of objects. `handlers/quantities/` defines the numbers."""
 
 from __future__ import annotations
 
@@ -20,14 +20,6 @@ class ObjectParameterFunctions(ApiPart, effect="changes"):
     CONSTANTS = MappingProxyType(
         {
             "objectspecialproperty_detectable": 496,
-            "objintparam_visible": 36,
-            "jointintparam_dynctrlmode": 2039,
-            "dummyfloatparam_size": 10003,
-            "rendermode_opengl": 0,
-            "rendermode_auxchannels": 1,
-            "rendermode_colorcoded": 2,
-            "rendermode_povray": 3,
-            "rendermode_opengl3": 7,
         }
     )
 

@@ -31,11 +31,7 @@ class PoseFunctions(ApiPart, effect="changes"):
 
     CONSTANTS = MappingProxyType(
         {
-            "handle_world": -1,
-            "handle_inverse": -14,
-            "handleflag_wxyzquat": 0x1000000,
             "handleflag_wxyzquaternion": 0x400000,
-            "handleflag_reljointbaseframe": 0x400000,
         }
     )
 

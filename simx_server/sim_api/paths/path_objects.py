@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import ClassVar
-
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.scene.geometry.curve import ControlPoint
 from simx_server.scene.poses.frames import euler_from_quat, quat_from_euler
 from simx_server.scene.poses.poses import Pose
-from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.matrices import vector
@@ -27,10 +22,6 @@ _MOST_COUNT = 1000
 
 class PathObjectFunctions(ApiPart, effect="changes"):
     """Functions for path objects: metres along the path by its own method, or shares of its length, 0 to 1."""
-
-    CONSTANTS: ClassVar[Mapping[str, Constant]] = MappingProxyType(
-        {"dummyintparam_follow_path": 10001, "dummyfloatparam_follow_path_offset": 10002}
-    )
 
     @reads
     def getPathLength(self, path: int) -> float:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from simx_server.errors import Unsupported
+from simx_server.errors import CommandError, Unsupported
+from simx_server.handlers.quantities.engine import ENGINE
+from simx_server.handlers.quantities.objects import OBJECTS
+from simx_server.handlers.quantities.quantity import Getter, Quantity, Setter
+from simx_server.handlers.quantities.simulator import SIMULATOR
 
-from .property_types import BOOL, PropertyType
+from .property_types import BOOL, INT, PropertyType
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
-
-Getter = Callable[["World", int], Any]
-"""Return the value for the handle of a target. Raises CommandError."""
-
-Setter = Callable[["World", int, Any], object]
-"""Set a value, which is of the property's type. Raises CommandError."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +28,47 @@ class Property:
     set: Setter | None = None
     is_large: bool = False
     """Whether `sim.getProperties` may leave it out."""
+
+
+_QUANTITIES: Mapping[str, Quantity] = {
+    **OBJECTS,
+    **SIMULATOR,
+    **{each.name: each for each in ENGINE.values()},
+}
+
+
+def numbered(
+    name: str, type_: PropertyType, *constants: str, can_be_set: bool = True, inverted: bool = False
+) -> Property:
+    """Return the property that is a numbered quantity, or several of them as a table.
+
+    Args:
+        name: of the property.
+        type_: of the property.
+        constants: of the quantities, without ``sim.``.
+        can_be_set: as a property; otherwise only its number sets it.
+        inverted: whether the property is true where the quantity is 0.
+    """
+    quantities = [_QUANTITIES[constant] for constant in constants]
+    is_table = len(quantities) > 1
+
+    def get(world: World, handle: int) -> Any:
+        values = [each.get(world, handle) for each in quantities if each.get is not None]
+        if is_table:
+            return values
+        value = int(values[0]) if type_.family == INT.family else values[0]
+        return bool(value) != inverted if type_ is BOOL else value
+
+    def put(world: World, handle: int, value: Any) -> None:
+        values = value if is_table else [value != inverted if type_ is BOOL else value]
+        if len(values) != len(quantities):
+            raise CommandError(f"'{name}' has {len(quantities)} numbers, not {len(values)}")
+        for each, number in zip(quantities, values, strict=True):
+            assert each.set is not None
+            each.set(world, handle, number)
+
+    is_settable = can_be_set and all(each.set is not None for each in quantities)
+    return Property(name, type_, get, put if is_settable else None)
 
 
 def fixed(name: str, type_: PropertyType, value: Any, why: str) -> Property:

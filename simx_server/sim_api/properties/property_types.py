@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, cast
 
+from simx_server.constant_tables import TABLES
 from simx_server.errors import CommandError
 from simx_server.scripting.signature import (
     to_bool,
@@ -21,7 +22,6 @@ from simx_server.scripting.signature import (
     to_list,
     to_text,
 )
-from simx_server.sim_api.constant_tables import TABLES
 from simx_server.sim_api.values.tables import pack_table, unpack_table
 
 _LONG = 1 << 63
@@ -35,7 +35,7 @@ class PropertyType:
     """As in the names of the functions: ``sim.getNAMEProperty``."""
     family: str
     what: str
-    """Words of the manual for a property of the type."""
+    """A property of the type in the words of the manual, such as "a number"."""
     convert: Callable[[Any], Any]
     """Return a script's value as one of this type. Raises TypeError that says what the value must be."""
     encode: Callable[[Any], bytes]

@@ -8,10 +8,10 @@ from __future__ import annotations
 import struct
 from types import MappingProxyType
 
+from simx_server.constant_tables.counting import counted
 from simx_server.errors import CommandError
 from simx_server.parts.custom_data import HIDDEN
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.constant_tables.counting import counted
 
 _HEADERS = HIDDEN + "ros_bridge/"
 """Prefix of the names under which the numbers of an object are stored, per header."""

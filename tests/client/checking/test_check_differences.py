@@ -9,7 +9,7 @@ from checked_programs import check, page_of, write
 
 from simx_client.checking.idioms import COMMON_PARAMETERS, HABITS
 from simx_client.protocol.differences import DIFFERENCES, NEVER
-from simx_server.handlers.objects.parameter_tables import entries_of
+from simx_server.handlers.quantities.objects import entries_of
 from simx_server.scene.objects import ObjectKind
 
 ROOT = Path(__file__).parents[3]

@@ -15,7 +15,7 @@ from handler_calls import World
 
 from simx_server.editing.compounds import grouping, relocating, ungrouping
 from simx_server.errors import CommandError
-from simx_server.parts.physics_engine_parameters import PARAMETERS
+from simx_server.handlers.quantities.engine import ENGINE
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.geometry.inertia import set_inertia
 from simx_server.scene.objects import ObjectKind
@@ -153,7 +153,7 @@ def extreme_change(sim: Simulation, choose: random.Random) -> tuple[str, list[An
             ("setShapeMassAndInertia", [shape, number(), inertia, numbers(3), place]),
             ("setShapeInertia", [shape, inertia, place]),
             ("computeMassAndInertia", [shape, number()]),
-            ("setEngineFloatParam", [choose.choice(list(PARAMETERS)), shape, number()]),
+            ("setEngineFloatParam", [choose.choice(list(ENGINE)), shape, number()]),
             (
                 "setObjectFloatParam",
                 [choose.choice(handles), choose.choice((2002, 2017, 2018, 3005)), number()],

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from simx_client.protocol import constants as legacy
-from simx_server.sim_api.constant_tables import TABLES
-from simx_server.sim_api.constant_tables.counting import counted
+from simx_server.constant_tables import TABLES
+from simx_server.constant_tables.counting import counted
 from simx_server.sim_api.namespaces import constants
 
 

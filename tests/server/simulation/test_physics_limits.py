@@ -13,12 +13,12 @@ from handler_calls import World
 from observing import observe
 
 from simx_server.errors import CommandError
+from simx_server.handlers.quantities.engine import find
 from simx_server.joints import watch
 from simx_server.limits import LimitReached, Limits
-from simx_server.parts.physics_engine_parameters import find
 from simx_server.scene.formats.loader import SceneError
 from simx_server.simulation import physics_warnings
-from simx_server.simulation.simulation import Simulation, SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 FALLING = """
 <mujoco>
@@ -278,13 +278,13 @@ def test_solvers_make_no_endless_iterations(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="option iterations is 2000000000; at most 10000 are valid"):
         world.sim.load(path)
     with pytest.raises(CommandError, match="must not be above 10000"):
-        set_parameter(38002, world.sim, 2_000_000_000)
+        set_parameter(38002, world, 2_000_000_000)
 
 
-def set_parameter(number: int, sim: Simulation, value: float) -> None:
+def set_parameter(number: int, world: World, value: float) -> None:
     put = find(number, is_integer=True).set
     assert put is not None
-    put(sim, -1, value)
+    put(world.parts, -1, value)
 
 
 @pytest.mark.parametrize("has_controller", [False, True], ids=["free", "with a controller"])

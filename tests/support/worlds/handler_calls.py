@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from simx_client.protocol.commands import BY_NAME
+from simx_server.app.building import build_world
 from simx_server.handlers import HANDLERS
 from simx_server.scene.cameras.image import CameraImage, CameraView
 from simx_server.scene.formats.loader import load_text
 from simx_server.service.calls.background import at_once
-from simx_server.world.building import build_world
 
 
 class PaintingThread:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from simx_server.app.building import build_world
 from simx_server.scene.formats.loader import load_text
-from simx_server.world.building import build_world
 from simx_server.world.world import World
 
 ARM = """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.errors import CommandError
 from simx_server.parts.clouds.clouds import UNSTRUCTURED
 from simx_server.sim_api.clouds.values import size_of
-from simx_server.sim_api.properties.entry import Property
+from simx_server.sim_api.properties.entry import Property, numbered
 from simx_server.sim_api.properties.property_types import BOOL, FLOAT, FLOAT_ARRAY, INT
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ POINT_CLOUDS = (
 )
 
 OCTREES = (
-    Property("voxelSize", FLOAT, lambda world, handle: world.clouds.settings(handle).voxel),
+    numbered("voxelSize", FLOAT, "octreefloatparam_voxelsize", can_be_set=False),
     Property(
         "voxels",
         FLOAT_ARRAY,

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.joints import JointMode
-from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.scene.poses.frames import xyzw_from_wxyz
 from simx_server.scene.poses.poses import normalised
-from simx_server.sim_api.properties.entry import Property, renamed
+from simx_server.sim_api.properties.entry import Property, numbered, renamed
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     FLOAT,
@@ -55,7 +54,7 @@ _POSITION = (
     Property("jointPosition", FLOAT, joints.get_joint_position, joints.set_joint_position),
     Property("jointQuaternion", QUATERNION, _quaternion, _set_quaternion),
     Property("jointType", INT, lambda world, handle: _joints(world).joint_type(handle)),
-    Property("calcVelocity", FLOAT, lambda world, handle: _joints(world).velocity(handle)),
+    numbered("calcVelocity", FLOAT, "jointfloatparam_velocity"),
     Property("intrinsicPose", POSE, lambda world, handle: as_numbers(_joints(world).intrinsic(handle))),
     Property("intrinsicError", POSE, lambda world, handle: as_numbers(_joints(world).separation(handle))),
 )
@@ -122,12 +121,7 @@ def _force(world: World, handle: int) -> float:
 
 _CONTROL = (
     Property("jointMode", INT, lambda world, handle: int(_joints(world).mode(handle)), _set_mode),
-    Property(
-        "dynCtrlMode",
-        INT,
-        lambda world, handle: int(_joints(world).get_parameter(handle, CONTROL_MODE)),
-        lambda world, handle, mode: _joints(world).set_parameter(handle, CONTROL_MODE, mode),
-    ),
+    numbered("dynCtrlMode", INT, "jointintparam_dynctrlmode"),
     Property(
         "targetPos",
         FLOAT,
@@ -168,12 +162,7 @@ def _set_dependency(world: World, handle: int, values: list[float]) -> None:
     _joints(world).set_dependency(handle, shift=shift, factor=factor)
 
 
-_MASTER = Property(
-    "dependencyMasterHandle",
-    INT,
-    lambda world, handle: _joints(world).state(handle).master,
-    lambda world, handle, master: _joints(world).set_dependency(handle, master=master),
-)
+_MASTER = numbered("dependencyMasterHandle", INT, "jointintparam_vortex_dep_handle")
 
 _DEPENDENCY = (
     _MASTER,

@@ -11,7 +11,7 @@ from simx_server.handlers.objects import object_flags, objects
 from simx_server.scene.editing import renaming
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
 from simx_server.scene.properties import SCRIPTS_INACTIVE
-from simx_server.sim_api.properties.entry import Property, bit_of, renamed
+from simx_server.sim_api.properties.entry import Property, bit_of, numbered, renamed
 from simx_server.sim_api.properties.property_types import BOOL, HANDLE, HANDLE_ARRAY, INT, LONG, STRING
 
 if TYPE_CHECKING:
@@ -83,13 +83,8 @@ _TREE = (
 )
 
 _VISIBILITY = (
-    Property("visible", BOOL, lambda world, handle: world.object_settings.is_visible(handle)),
-    Property(
-        "layer",
-        INT,
-        lambda world, handle: world.object_settings.layers(handle),
-        lambda world, handle, layers: world.object_settings.set_layers(handle, layers),
-    ),
+    numbered("visible", BOOL, "objintparam_visible"),
+    numbered("layer", INT, "objintparam_visibility_layer"),
     Property(
         "modelInvisible",
         BOOL,

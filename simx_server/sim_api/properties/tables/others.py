@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_client.protocol import constants as c
+from simx_server.constant_tables import TABLES
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import lights
 from simx_server.scripting.script import Order, Script
-from simx_server.sim_api.constant_tables import TABLES
-from simx_server.sim_api.properties.entry import Property, renamed
+from simx_server.sim_api.properties.entry import Property, numbered, renamed
 from simx_server.sim_api.properties.property_types import BOOL, COLOR, FLOAT, FLOAT_ARRAY, HANDLE, INT, STRING
 
 if TYPE_CHECKING:
@@ -44,12 +44,7 @@ def _dummy_type(world: World, handle: int) -> int:
 
 
 DUMMIES = (
-    Property(
-        "dummySize",
-        FLOAT,
-        lambda world, handle: editing.dummy_size(world.simulation, handle),
-        lambda world, handle, size: editing.set_dummy_size(world.simulation, handle, size),
-    ),
+    numbered("dummySize", FLOAT, "dummyfloatparam_size"),
     _LINKED,
     renamed(_LINKED, "linkedDummyHandle", INT),
     Property(
@@ -117,10 +112,6 @@ def _set_attenuation(world: World, handle: int, factors: list[float]) -> None:
     sim.changed()
 
 
-def _casts_shadows(world: World, handle: int) -> bool:
-    return bool(world.simulation.model.light_castshadow[world.simulation.scene.get(handle).id])
-
-
 LIGHTS = (
     Property("enabled", BOOL, lambda world, handle: lights.light(world.simulation, handle)[0], _switch_light),
     Property("lightType", INT, _light_type),
@@ -155,12 +146,7 @@ LIGHTS = (
         ].tolist(),
         _set_attenuation,
     ),
-    Property(
-        "povray.castShadows",
-        BOOL,
-        _casts_shadows,
-        _set_light_number("povray.castShadows", "light_castshadow", lambda _: None),
-    ),
+    numbered("povray.castShadows", BOOL, "lightintparam_pov_casts_shadows"),
     _light_color("color.diffuse", 0),
     _light_color("color.specular", 1),
 )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import simx_server
 from simx_client.protocol import constants as c
@@ -15,9 +14,8 @@ from simx_server.parts.custom_data import APPLICATION, SCENE
 from simx_server.parts.parameters import MAX_ARGUMENTS, PROGRAM_VERSION
 from simx_server.scene.poses.frames import quat_from_euler, xyzw_from_wxyz
 from simx_server.scripting.script import ScriptKind
-from simx_server.sim_api.constant_tables import TABLES
 from simx_server.sim_api.plugins import PLUGINS
-from simx_server.sim_api.properties.entry import Property, fixed, renamed
+from simx_server.sim_api.properties.entry import Property, fixed, numbered, renamed
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     COLOR,
@@ -30,7 +28,6 @@ from simx_server.sim_api.properties.property_types import (
     STRING,
     STRING_ARRAY,
     VECTOR3,
-    PropertyType,
 )
 
 from .shapes import ENGINE
@@ -39,38 +36,6 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 _NO_WINDOW = "it needs a window, and this server has none"
-
-
-def _number(name: str) -> int:
-    """Return the number of a parameter of the simulator, such as ``intparam_platform``."""
-    return TABLES[name] if name in TABLES else getattr(c, f"sim_{name}")
-
-
-def _set_string(world: World, number: int, text: str) -> None:
-    world.parameters.strings.set(number, text)
-
-
-_Access = tuple[Callable[["World", int], Any], Callable[["World", int, Any], object]]
-
-_ACCESS: dict[str, _Access] = {
-    "bool": (parameters.get_boolean_parameter, parameters.set_boolean_parameter),
-    "int": (parameters.get_integer_parameter, parameters.set_integer_parameter),
-    "float": (parameters.get_floating_parameter, parameters.set_floating_parameter),
-    "array": (parameters.get_array_parameter, parameters.set_array_parameter),
-    "string": (parameters.get_string_parameter, _set_string),
-}
-"""How the numbered parameters of a kind are read and set."""
-
-
-def _parameter(name: str, type_: PropertyType, parameter: str, *, can_be_set: bool = False) -> Property:
-    """Return the property for a numbered parameter of the simulator."""
-    kind, number = parameter.partition("param_")[0], _number(parameter)
-    read, write = _ACCESS[kind]
-
-    def put(world: World, _handle: int, value: Any) -> None:
-        write(world, number, value)
-
-    return Property(name, type_, lambda world, _handle: read(world, number), put if can_be_set else None)
 
 
 def _set_time_step(world: World, _handle: int, seconds: float) -> None:
@@ -130,7 +95,7 @@ OF_SCENE = (
         lambda world, _handle, seconds: world.simulation.set_physics_step(seconds),
     ),
     Property("ambientLight", COLOR, _ambient_light),
-    _parameter("gravity", VECTOR3, "arrayparam_gravity", can_be_set=True),
+    numbered("gravity", VECTOR3, "arrayparam_gravity"),
     Property(
         "dynamicsEnabled", BOOL, lambda world, _handle: world.simulation.dynamics_enabled, _set_dynamics
     ),
@@ -139,11 +104,11 @@ OF_SCENE = (
     Property("simulationTime", FLOAT, lambda world, _handle: world.simulation.time),
     Property("stepCount", INT, lambda world, _handle: world.simulation.step_count),
     Property("simulationState", INT, lambda world, _handle: simulation_state(world)),
-    _parameter("realtimeSimulation", BOOL, "boolparam_realtime_simulation", can_be_set=True),
-    _parameter("speedModifier", INT, "intparam_speedmodifier", can_be_set=True),
-    _parameter("visibilityLayers", INT, "intparam_visible_layers", can_be_set=True),
-    _parameter("scenePath", STRING, "stringparam_scene_path_and_name"),
-    _parameter("sceneUid", INT, "intparam_scene_unique_id"),
+    numbered("realtimeSimulation", BOOL, "boolparam_realtime_simulation"),
+    numbered("speedModifier", INT, "intparam_speedmodifier"),
+    numbered("visibilityLayers", INT, "intparam_visible_layers"),
+    numbered("scenePath", STRING, "stringparam_scene_path_and_name"),
+    numbered("sceneUid", INT, "intparam_scene_unique_id"),
     Property("mainScript", HANDLE, _main_script),
     _ALL,
     renamed(_ALL, "objectHandles", INT_ARRAY),
@@ -166,19 +131,19 @@ OF_APP = (
     Property("handle", HANDLE, lambda _world, _handle: APPLICATION),
     Property("objectType", STRING, lambda _world, _handle: "app"),
     Property("productVersion", STRING, lambda _world, _handle: f"{_VERSION}{PROGRAM_VERSION % 100})"),
-    _parameter("productVersionNb", INT, "intparam_program_full_version"),
-    _parameter("platform", INT, "intparam_platform"),
-    _parameter("idleFps", INT, "intparam_idle_fps", can_be_set=True),
-    _parameter("appPath", STRING, "stringparam_application_path"),
-    _parameter("tempPath", STRING, "stringparam_remoteapi_temp_file_dir"),
-    _parameter("scenePath", STRING, "stringparam_scenedefaultdir"),
-    _parameter("modelPath", STRING, "stringparam_modeldefaultdir"),
+    numbered("productVersionNb", INT, "intparam_program_full_version"),
+    numbered("platform", INT, "intparam_platform"),
+    numbered("idleFps", INT, "intparam_idle_fps"),
+    numbered("appPath", STRING, "stringparam_application_path"),
+    numbered("tempPath", STRING, "stringparam_remoteapi_temp_file_dir"),
+    numbered("scenePath", STRING, "stringparam_scenedefaultdir"),
+    numbered("modelPath", STRING, "stringparam_modeldefaultdir"),
     Property("appArgs", STRING_ARRAY, lambda world, _handle: list(world.parameters.arguments)),
     *(
-        _parameter(f"appArg{place}", STRING, f"stringparam_app_arg{place}", can_be_set=True)
+        numbered(f"appArg{place}", STRING, f"stringparam_app_arg{place}")
         for place in range(1, MAX_ARGUMENTS + 1)
     ),
-    _parameter("randomFloat", FLOAT, "floatparam_rand"),
+    numbered("randomFloat", FLOAT, "floatparam_rand"),
     Property("randomQuaternion", QUATERNION, _random_turn),
     Property("execUnsafe", BOOL, lambda world, _handle: world.scripts.allows_code),
     Property("execUnsafeExt", BOOL, lambda world, _handle: world.scripts.allows_code),

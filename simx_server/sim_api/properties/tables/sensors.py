@@ -10,7 +10,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers import sensors
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import GRAMMAR, VOLUMES, Annotation, Value
-from simx_server.sim_api.properties.entry import Getter, Property, fixed
+from simx_server.sim_api.properties.entry import Getter, Property, fixed, numbered
 from simx_server.sim_api.properties.property_types import BOOL, FLOAT, FLOAT_ARRAY, HANDLE, INT, VECTOR3
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def _detected(take: Callable[[Detection], Any], nothing: Any) -> Getter:
 
 
 PROXIMITY = (
-    Property("sensorType", INT, lambda world, handle: world.proximity.volume_type(handle)),
+    numbered("sensorType", INT, "proxintparam_volume_type"),
     Property(
         "explicitHandling",
         BOOL,

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from simx_server.editing import shape_looks
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import poses, shape_properties
-from simx_server.parts import physics_engine_parameters, shape_colors
-from simx_server.scene.editing import editing
+from simx_server.handlers.objects import poses
+from simx_server.parts import shape_colors
 from simx_server.scene.geometry import inertia
 from simx_server.scene.poses.frames import xyzw_from_wxyz
-from simx_server.sim_api.properties.entry import Property
+from simx_server.sim_api.properties.entry import Property, numbered
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     COLOR,
@@ -26,58 +24,23 @@ from simx_server.sim_api.properties.property_types import (
     INT_ARRAY,
     QUATERNION,
     VECTOR3,
-    PropertyType,
 )
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
 
-def _set_dynamic(world: World, handle: int, dynamic: bool) -> None:
-    editing.set_static(world.simulation, handle, not dynamic)
-    world.object_settings.apply_masks()
-
-
-def _set_respondable(world: World, handle: int, respondable: bool) -> None:
-    shape_properties.set_respondable(world.simulation, handle, respondable)
-    world.object_settings.apply_masks()
-
-
-def _first_velocity(name: str, start: int) -> Property:
-    def get(world: World, handle: int) -> list[float]:
-        return list(world.object_settings.first_velocity(handle)[start : start + 3])
-
-    def put(world: World, handle: int, value: list[float]) -> None:
-        for place, each in enumerate(value, start):
-            world.object_settings.set_first_velocity(handle, place, each)
-
-    return Property(name, VECTOR3, get, put)
-
-
 _BEHAVIOUR = (
-    Property(
-        "dynamic",
-        BOOL,
-        lambda world, handle: not shape_properties.is_static(world.simulation, handle),
-        _set_dynamic,
+    numbered("dynamic", BOOL, "shapeintparam_static", inverted=True),
+    numbered("respondable", BOOL, "shapeintparam_respondable"),
+    numbered("respondableMask", INT, "shapeintparam_respondable_mask"),
+    *(
+        numbered(name, VECTOR3, *(f"shapefloatparam_init_velocity_{axis}" for axis in axes))
+        for name, axes in (("initLinearVelocity", "xyz"), ("initAngularVelocity", "abg"))
     ),
-    Property(
-        "respondable",
-        BOOL,
-        lambda world, handle: shape_properties.is_respondable(world.simulation, handle),
-        _set_respondable,
-    ),
-    Property(
-        "respondableMask",
-        INT,
-        lambda world, handle: world.object_settings.mask(handle),
-        lambda world, handle, mask: world.object_settings.set_mask(handle, mask),
-    ),
-    _first_velocity("initLinearVelocity", 0),
-    _first_velocity("initAngularVelocity", 3),
     Property("dynLinearVelocity", VECTOR3, lambda world, handle: poses.get_velocity(world, handle)[0]),
     Property("dynAngularVelocity", VECTOR3, lambda world, handle: poses.get_velocity(world, handle)[1]),
-    Property("compound", BOOL, lambda world, handle: shape_properties.is_compound(world.simulation, handle)),
+    numbered("compound", BOOL, "shapeintparam_compound"),
     Property("primitive", BOOL, lambda world, handle: shape_looks.pure_type(world, handle)[0] != 0),
     Property("convex", BOOL, lambda world, handle: shape_looks.is_convex(world, handle)),
 )
@@ -109,12 +72,7 @@ def _principal(world: World, handle: int) -> tuple[list[float], list[float]]:
 
 
 _MASS = (
-    Property(
-        "mass",
-        FLOAT,
-        lambda world, handle: shape_properties.get_mass(world.simulation, handle),
-        lambda world, handle, mass: shape_properties.set_mass(world.simulation, handle, mass),
-    ),
+    numbered("mass", FLOAT, "shapefloatparam_mass"),
     Property(
         "inertia",
         FLOAT_ARRAY,
@@ -133,50 +91,34 @@ _MASS = (
 """Inertia is about the centre of mass, along the axes of the shape's frame, kg m^2."""
 
 
-def _engine(name: str, numbers: Sequence[int], type_: PropertyType) -> Property:
-    """Return the property for parameters of the physics engine, several of them as a table."""
-    entries = [physics_engine_parameters.PARAMETERS[number] for number in numbers]
-    is_table = type_ in (FLOAT_ARRAY, VECTOR3)
-
-    def get(world: World, handle: int) -> Any:
-        found = [entry.get(world.simulation, handle) for entry in entries]
-        return found if is_table else int(found[0]) if type_ is INT else found[0]
-
-    def put(world: World, handle: int, value: Any) -> None:
-        values = value if is_table else [value]
-        if len(values) != len(entries):
-            raise CommandError(f"'{name}' has {len(entries)} numbers, not {len(values)}")
-        for entry, each in zip(entries, values, strict=True):
-            assert entry.set is not None
-            entry.set(world.simulation, handle, each)
-
-    return Property(name, type_, get, put)
+def _counted(start: str, count: int) -> list[str]:
+    return [f"mujoco_{start}{number}" for number in range(1, count + 1)]
 
 
 _CONTACTS = (
-    _engine("bullet.friction", [6003], FLOAT),
-    _engine("bullet.frictionOld", [6002], FLOAT),
-    _engine("ode.friction", [15001], FLOAT),
-    _engine("vortex.linearPrimaryAxisFrictionValue", [24001], FLOAT),
-    _engine("vortex.linearSecondaryAxisFrictionValue", [24002], FLOAT),
-    _engine("newton.staticFriction", [33001], FLOAT),
-    _engine("newton.kineticFriction", [33002], FLOAT),
-    _engine("mujoco.friction", range(43001, 43004), FLOAT_ARRAY),
-    _engine("mujoco.solref", range(43004, 43006), FLOAT_ARRAY),
-    _engine("mujoco.solimp", range(43006, 43011), FLOAT_ARRAY),
-    _engine("mujoco.solmix", [43011], FLOAT),
-    _engine("mujoco.margin", [43012], FLOAT),
-    _engine("mujoco.condim", [44001], INT),
-    _engine("mujoco.priority", [44002], INT),
+    numbered("bullet.friction", FLOAT, "bullet_body_friction"),
+    numbered("bullet.frictionOld", FLOAT, "bullet_body_oldfriction"),
+    numbered("ode.friction", FLOAT, "ode_body_friction"),
+    numbered("vortex.linearPrimaryAxisFrictionValue", FLOAT, "vortex_body_primlinearaxisfriction"),
+    numbered("vortex.linearSecondaryAxisFrictionValue", FLOAT, "vortex_body_seclinearaxisfriction"),
+    numbered("newton.staticFriction", FLOAT, "newton_body_staticfriction"),
+    numbered("newton.kineticFriction", FLOAT, "newton_body_kineticfriction"),
+    numbered("mujoco.friction", FLOAT_ARRAY, *_counted("body_friction", 3)),
+    numbered("mujoco.solref", FLOAT_ARRAY, *_counted("body_solref", 2)),
+    numbered("mujoco.solimp", FLOAT_ARRAY, *_counted("body_solimp", 5)),
+    numbered("mujoco.solmix", FLOAT, "mujoco_body_solmix"),
+    numbered("mujoco.margin", FLOAT, "mujoco_body_margin"),
+    numbered("mujoco.condim", INT, "mujoco_body_condim"),
+    numbered("mujoco.priority", INT, "mujoco_body_priority"),
 )
 """The frictions of all engines are MuJoCo's sliding friction, as for sim.setEngineFloatParam."""
 
 ENGINE = (
-    _engine("mujoco.impratio", [37002], FLOAT),
-    _engine("mujoco.wind", range(37003, 37006), VECTOR3),
-    _engine("mujoco.density", [37006], FLOAT),
-    _engine("mujoco.viscosity", [37007], FLOAT),
-    _engine("mujoco.iterations", [38002], INT),
+    numbered("mujoco.impratio", FLOAT, "mujoco_global_impratio"),
+    numbered("mujoco.wind", VECTOR3, *_counted("global_wind", 3)),
+    numbered("mujoco.density", FLOAT, "mujoco_global_density"),
+    numbered("mujoco.viscosity", FLOAT, "mujoco_global_viscosity"),
+    numbered("mujoco.iterations", INT, "mujoco_global_iterations"),
 )
 """Options of the whole engine: properties of the scene."""
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.handlers import vision
-from simx_server.handlers.objects.parameter_tables import render_mode, set_render_mode
 from simx_server.scripting.callbacks.images import wait_for
-from simx_server.sim_api.properties.entry import Property, fixed
+from simx_server.sim_api.properties.entry import Property, fixed, numbered
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     BUFFER,
@@ -67,12 +66,7 @@ def _corner(place: int) -> Any:
 
 
 CAMERAS = (
-    Property(
-        "viewAngle",
-        FLOAT,
-        lambda world, handle: _settings(world, handle).angle,
-        lambda world, handle, angle: world.vision.change(handle, angle=angle),
-    ),
+    numbered("viewAngle", FLOAT, "visionfloatparam_perspective_angle"),
     Property("viewSize", FLOAT, _size, _set_size),
     Property("clippingPlanes", FLOAT_ARRAY, _clipping, _set_clipping),
     Property("perspective", BOOL, lambda world, handle: _settings(world, handle).orthographic_size is None),
@@ -148,7 +142,7 @@ VISION = (
         lambda world, handle: [_settings(world, handle).width, _settings(world, handle).height],
         _set_resolution,
     ),
-    Property("renderMode", INT, lambda world, handle: int(render_mode(world, handle)), set_render_mode),
+    numbered("renderMode", INT, "visionintparam_render_mode"),
     Property("backgroundColor", COLOR, _background, _set_background),
     Property(
         "backgroundColorFromEnvironment",

@@ -154,22 +154,22 @@ def test_the_settings_of_the_scene_arrive() -> None:
         dynamics=False,
     )
     world, _ = opened(settings=settings)
-    sim, parameters = world.sim, world.parts.parameters
+    sim = world.sim
     assert sim.time_step == 0.02
     assert sim.model.opt.gravity.tolist() == [0.0, 1.0, -5.0]
-    assert parameters.integers.get(c.sim_intparam_dynamic_engine) == 3
-    assert parameters.integers.get(c.sim_intparam_visible_layers) == 0x1234
-    assert not parameters.booleans.get(c.sim_boolparam_dynamics_handling_enabled)
+    assert world.call("simxGetIntegerParameter", c.sim_intparam_dynamic_engine) == 3
+    assert world.call("simxGetIntegerParameter", c.sim_intparam_visible_layers) == 0x1234
+    assert not world.call("simxGetBooleanParameter", c.sim_boolparam_dynamics_handling_enabled)
 
 
 def test_another_engine_than_the_files_or_mujoco_is_refused() -> None:
     world, _ = opened(settings=Settings(engine=Engine.ODE))
-    integers = world.parts.parameters.integers
-    integers.set(c.sim_intparam_dynamic_engine, 1)
-    integers.set(c.sim_intparam_dynamic_engine, 4)
+    engine = c.sim_intparam_dynamic_engine
+    world.call("simxSetIntegerParameter", engine, 1)
+    world.call("simxSetIntegerParameter", engine, 4)
     with pytest.raises(Exception, match="it stays 1"):
-        integers.set(c.sim_intparam_dynamic_engine, 0)
-    assert integers.get(c.sim_intparam_dynamic_engine) == 1
+        world.call("simxSetIntegerParameter", engine, 0)
+    assert world.call("simxGetIntegerParameter", engine) == 1
 
 
 def test_a_model_brings_no_settings() -> None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from simx_client.protocol import constants
+
 from .engines import ENGINES
 from .interface import INTERFACE
 from .kinds import KINDS
@@ -16,3 +18,8 @@ from .numbers import NUMBERS
 
 TABLES: Mapping[str, int] = MappingProxyType({**ENGINES, **INTERFACE, **KINDS, **NUMBERS})
 """All of them, by name without ``sim``."""
+
+
+def number_of(name: str) -> int:
+    """Return the number of a constant of these tables or of the legacy remote API, by its name without ``sim``."""
+    return TABLES[name] if name in TABLES else getattr(constants, f"sim_{name}")

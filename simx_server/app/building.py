@@ -50,8 +50,7 @@ from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation
 from simx_server.simulation.velocities import Velocities
-
-from .world import World
+from simx_server.world.world import World
 
 
 def build_world(
@@ -158,9 +157,7 @@ def build_world(
         graphs=Graphs(sim, proximity, meters),
         trials=trials,
         user_interface=user_interface,
-        parameters=Parameters(
-            sim, meters, proximity, vision, object_settings, paths, user_interface, arguments=arguments
-        ),
+        parameters=Parameters(sim, arguments),
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     # Scripts are notified after the parts that they call.
