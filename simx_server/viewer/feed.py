@@ -324,7 +324,7 @@ class Feed(Part):
 
     def _interface(self) -> dict[str, Any]:
         """Return what programs show; of growing texts, the end."""
-        shown = self._world.user_interface.describe()
+        shown = self._world.user_interface.view()
         shown["status_bar"] = [text[:_MOST_LETTERS] for text in shown["status_bar"][-_MOST_LINES:]]
         for console in shown["consoles"]:
             console["lines"] = [line[:_MOST_LETTERS] for line in console["lines"][-_MOST_LINES:]]

@@ -182,7 +182,7 @@ class Survey(TypedDict):
     joints: dict[int, JointView]
     signals: Signals
     interface: dict[str, Any]
-    """As `user_interface.UserInterface.describe`, the end of growing texts."""
+    """As `user_interface.UserInterface.view`, the end of growing texts."""
 
     messages: int
     """Messages ever added to the status bar."""

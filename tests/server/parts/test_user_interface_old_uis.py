@@ -57,7 +57,7 @@ def test_a_scene_brings_its_uis(world: World) -> None:
     ui = world.call("simxGetUIHandle", "panel")
     assert world.call("simxGetUISlider", ui, 1) == 250
     assert world.call("simxGetUIButtonProperty", ui, 2) == BUTTON
-    shown = world.parts.user_interface.custom_uis.describe()[0]
+    shown = world.parts.user_interface.describe()["custom_uis"][0]
     assert shown["title"] == "Panel"
     assert shown["elements"][1]["colors"] == [(1.0, 0.0, 0.0), None, None]
     assert world.parts.user_interface.old_uis.owner(ui) == world.handle("robot")
@@ -66,12 +66,12 @@ def test_a_scene_brings_its_uis(world: World) -> None:
 def test_a_ui_for_simulations_only_cannot_be_used_while_stopped(world: World) -> None:
     people = world.parts.user_interface.custom_uis
     ui = world.call("simxGetUIHandle", "panel")
-    assert not people.describe()[0]["visible"]
+    assert not people.get(ui).is_there
     with pytest.raises(Exception, match="only during a simulation; start it first"):
-        people.click(ui, 2)
+        people.get(ui).click(2)
     world.run(0)
-    people.click(ui, 2)
-    assert people.describe()[0]["visible"]
+    people.get(ui).click(2)
+    assert people.get(ui).is_there
     assert world.call("simxGetUIEventButton", ui) == (2, [BUTTON, 1])
 
 
