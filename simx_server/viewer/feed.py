@@ -162,7 +162,7 @@ class Feed(Part):
             "state": get_state(sim.model, sim.data).tobytes(),
             "running": sim.state.value,
             "time": sim.time,
-            "passes": sim.step_count,
+            "steps": sim.step_count,
             "scene": sim.scene.name,
             "selection": self._selection(),
         }
@@ -195,7 +195,7 @@ class Feed(Part):
             "state": moment.state.tobytes(),
             "running": "running",
             "time": step * sim.time_step,
-            "passes": step,
+            "steps": step,
             "scene": sim.scene.name,
             "selection": self._selection(),
         }

@@ -37,7 +37,7 @@ class Look(TypedDict):
 
     running: State
     time: float
-    passes: int
+    steps: int
     scene: str
     selection: list[int]
 
@@ -46,7 +46,7 @@ class Past(TypedDict):
     """The world after a past simulation step."""
 
     look: Look
-    """`running`, `time` and `passes` are those of the past; the selection is the present one."""
+    """`running`, `time` and `steps` are those of the past; the selection is the present one."""
 
     step: PastStep
 
