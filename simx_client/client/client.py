@@ -18,14 +18,14 @@ from simx_client.connection.exchange import connection_of
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.protocol import constants as c
 
-from .camera import Camera
 from .channel import Channel
-from .joints import Joint, Joints
-from .listing import Objects
-from .objects import Dummy, Object, SceneObject, Shape
 from .opening import open_connection, open_embedded, split_port
-from .scene import Scene
-from .sensors import ForceSensor, ProximitySensor
+from .scene.camera import Camera
+from .scene.joints import Joint, Joints
+from .scene.listing import Objects
+from .scene.objects import Dummy, Object, SceneObject, Shape
+from .scene.scene import Scene
+from .scene.sensors import ForceSensor, ProximitySensor
 from .servers import Servers
 from .signals import Signals
 from .simulation import Simulation

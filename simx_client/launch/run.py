@@ -28,13 +28,13 @@ from . import script
 from .after_import import AfterImport, Patch, in_turn
 from .bindings import BindingFinder
 from .hints import hint, misplaced_flags, no_script
-from .libraries import LIBRARIES
-from .matplotlib_aliases import MATPLOTLIB
-from .numpy_arrays import NUMPY
 from .paths import BackslashPaths
 from .python2.convert import Converted, decode
 from .python2.loading import IsPython2, Python2Finder, convert_if_python2
-from .python_aliases import ALIASES
+from .restoring.libraries import LIBRARIES
+from .restoring.matplotlib_aliases import MATPLOTLIB
+from .restoring.numpy_arrays import NUMPY
+from .restoring.python_aliases import ALIASES
 from .server import OwnServer, ServerNotReady
 from .windows.patch import patch_cv2
 from .zmq_clients import OldName, send_clients_to, uses_zmq

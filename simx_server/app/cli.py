@@ -267,7 +267,7 @@ def _print_list(name: str, form: Collection[str]) -> int:
     import_mujoco()
     from simx_server.gateways.zmq.listing import offered
     from simx_server.handlers import HANDLERS
-    from simx_server.sim_api import coverage as script_coverage
+    from simx_server.sim_api.listing import coverage as script_coverage
 
     from . import coverage
 

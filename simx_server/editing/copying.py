@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -19,6 +18,7 @@ import numpy as np
 
 from simx_server.scene import properties
 from simx_server.scene.editing.extracting import extract
+from simx_server.scene.editing.kept import Kept
 from simx_server.scene.editing.transplant import move_body, move_leaf
 from simx_server.scene.editing.welding import body_name, start_pose
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
@@ -34,25 +34,12 @@ if TYPE_CHECKING:
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.scene.live import LiveScene
     from simx_server.scene.objects import Scene
+    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 _CARRIER_MASS = 1e-3
 """Mass in kg of the body that replaces a copied joint's missing child, and its inertia in kg m^2."""
-
-
-@dataclass(frozen=True)
-class Kept:
-    """Settings that copies share with their originals."""
-
-    models: bool = True
-    """A model base is copied with all below it."""
-    scripts: bool = True
-    data: bool = True
-    """Custom data."""
-    references: bool = True
-    """References of objects to others (sim.setReferencedHandles)."""
-    textures: bool = True
 
 
 def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> list[int]:
@@ -62,14 +49,15 @@ def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> 
     """
     sim = world.simulation
     kept = kept or Kept()
-    world.scripts.of_objects.before_copy(_chosen(sim.scene, handles, kept)[1])
+    about_to_be_copied = _chosen(sim.scene, handles, kept)[1]
+    sim.tell(lambda part: part.copying_objects(about_to_be_copied))
     scene = sim.scene
     shown, chosen = _chosen(scene, handles, kept)
     if not chosen:
         return []
     sim.refresh()
-    pruned = _Pruned(world, chosen)
-    added = graft(world, pruned.graft(kept))
+    pruned = _Pruned(sim, chosen)
+    added = graft(sim, pruned.graft(kept))
     items = {handle: scene.objects[handle] for handle in sorted(chosen)}
     copies = {
         handle: added[item.element, item.element_name]
@@ -86,12 +74,7 @@ def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> 
         _color_plainly(sim, copies)
     properties.apply(sim)
     sim.joints.copy_settings(copies)
-    world.vision.copy_settings(copies)
-    world.object_settings.copy_settings(copies)
-    world.paths.copy_settings(copies)
-    world.clouds.copy_settings(copies)
-    world.custom_data.copy(copies, data=kept.data, references=kept.references)
-    world.scripts.of_objects.copied(sorted(chosen))
+    sim.tell(lambda part: part.objects_copied(copies, kept))
     sim.changed()
     return [copies[handle] for handle in shown if handle in copies]
 
@@ -111,9 +94,8 @@ def _chosen(scene: Scene, handles: list[int], kept: Kept) -> tuple[list[int], se
 class _Pruned:
     """A spec that contains only the chosen objects, those without a carrier at the top."""
 
-    def __init__(self, world: World, chosen: set[int]) -> None:
-        self.world = world
-        self.sim = sim = world.simulation
+    def __init__(self, sim: Simulation, chosen: set[int]) -> None:
+        self.sim = sim
         self.items = [sim.scene.objects[handle] for handle in sorted(chosen)]
         self.chosen = {(item.element, item.element_name) for item in self.items}
         self.moved: set[Element] = set()
@@ -145,7 +127,7 @@ class _Pruned:
                 for item in self.items
                 if item.annotations
             },
-            registered=_concerning(self.world, {item.name for item in self.items}),
+            registered=_concerning(self.sim, {item.name for item in self.items}),
             copies=True,
             moved=self.moved,
             hidden=(bodies & scene.hidden_bodies) | self.carriers,
@@ -277,19 +259,14 @@ def _let_fall(body: Any) -> None:
             _let_fall(child)
 
 
-def _concerning(world: World, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
+def _concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
     """Return the registered entries that concern objects with these names and are alive, as `concerned`."""
+    present = sim.scene.annotations.registered
     alive = {
-        "collection": world.collections.names(),
-        "collision": world.meters.collisions.names(),
-        "distance": world.meters.distances.names(),
-        "ik": world.ik_groups.names(),
-        "old_ui": world.user_interface.old_uis.names(),
+        kind: {name: present[kind][name] for name in names if name in present.get(kind, {})}
+        for kind, names in sim.registered_names().items()
     }
-    present = world.simulation.scene.annotations.registered
-    return concerned(
-        {kind: {name: present[kind][name] for name in names} for kind, names in alive.items()}, objects
-    )
+    return concerned(alive, objects)
 
 
 def _joints(sim: LiveScene, body: int) -> list[str]:

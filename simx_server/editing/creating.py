@@ -85,7 +85,7 @@ def add(
     build(spec, name)
     prepare(spec)
     annotations = {name: {kind: dict(note) for kind, note in notes.items()}} if notes else {}
-    handles = graft(world, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
+    handles = graft(sim, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
     world.object_settings.apply_masks()
     sim.changed()
     return handles[element, name]

@@ -23,7 +23,7 @@ from simx_server.scene.tree import GRAFT_END, Addition
 from simx_server.simulation import physics_warnings
 
 if TYPE_CHECKING:
-    from simx_server.world.world import World
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
@@ -56,16 +56,15 @@ class Graft:
     """Names of its bodies that belong to the scene's sets of this name."""
 
 
-def graft(world: World, addition: Graft) -> dict[Element, int]:
+def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     """Add the spec at the top of the tree, stopped or running; return the handle of each object by element.
 
     An object without its element (a tendon without its sites) is left out. Raises CommandError.
     """
-    sim = world.simulation
     scene = sim.scene
     first = scene.next_handle
     prefix = f"{first}{GRAFT_END}"
-    names = _names(world, addition)
+    names = _names(sim, addition)
     _strip(addition.spec)
     part = addition.spec
     brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
@@ -121,14 +120,12 @@ def graft(world: World, addition: Graft) -> dict[Element, int]:
     }
 
 
-def _names(world: World, addition: Graft) -> dict[str, str]:
+def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
     """Return the new name of each added object: all copy numbers rise alike, as in V-REP."""
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
-    taken: Collection[str] = world.simulation.scene.by_names().keys()
+    taken: Collection[str] = sim.scene.by_names().keys()
     if addition.registered:
-        meters = world.meters.collisions, world.meters.distances, world.ik_groups
-        taken = taken | {name for each in (world.collections, *meters) for name in each.names()}
-        taken |= {ui.name for ui in world.user_interface.custom_uis}
+        taken = taken | {name for names in sim.registered_names().values() for name in names}
     return copy_names(wanted, taken)
 
 

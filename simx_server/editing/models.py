@@ -59,7 +59,7 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
     else:
         settle_loose_meshes(spec)
     handles = graft(
-        world,
+        sim,
         Graft(
             spec=spec,
             names={(item.element, item.element_name): item.name for item in objects.values()},

@@ -6,28 +6,22 @@ with the fourth, as in V-REP.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.joints.scaling import scale_joint
 from simx_server.scene.editing import editing, renaming
 from simx_server.scene.editing.scaling.geoms import scale_shape
 from simx_server.scene.formats.annotations import numbers_of
-from simx_server.scene.objects import ObjectKind
+from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses import frames
 
 if TYPE_CHECKING:
+    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
-
-_SLIDE, _BALL = 11, 12
-
-_SENSOR_LENGTHS = (
-    *("offset", "range", "radius", "radius_far", "size_x", "size_y", "size_x_far", "size_y_far"),
-    *("height", "min_distance"),
-)
-"""Lengths in the annotation of a proximity sensor."""
 
 _ONE = (1.0, 1.0, 1.0)
 
@@ -61,7 +55,7 @@ def scale_object(world: World, handle: int, factors: Sequence[float]) -> None:
             f"'{item.name}', a {item.kind.text}, can only be scaled alike along all axes, not by {x:g}, {y:g}, {z:g}"
         )
     else:
-        _SCALE.get(item.kind, _nothing)(world, handle, x)
+        _scale_alike(world.simulation, item, x)
     _count(world, handle, (x, y, z))
 
 
@@ -116,78 +110,15 @@ def _count(world: World, handle: int, factors: tuple[float, float, float]) -> No
     renaming.annotate(world.simulation, handle, "object", dict(note))
 
 
-def _nothing(_world: World, _handle: int, _factor: float) -> None:
-    """Change nothing: of this kind only the place in the scene has lengths."""
+def _scale_alike(sim: Simulation, item: SceneObject, factor: float) -> None:
+    """Scale an object other than a shape; the parts scale what they know of it."""
+    if item.kind == ObjectKind.JOINT:
+        scale_joint(sim.joints, item.handle, factor)
+    elif item.kind == ObjectKind.DUMMY:
+        _scale_dummy(sim, item.handle, factor)
+    sim.tell(lambda part: part.object_scaled(item.handle, factor))
 
 
-def _scale_joint(world: World, handle: int, factor: float) -> None:
-    joints = world.simulation.joints
-    kind = joints.joint_type(handle)
-    if kind == _BALL:
-        return
-    state = joints.state(handle)
-    is_slide = kind == _SLIDE
-    force = factor ** (3 if is_slide else 4)
-    stiffness = factor ** (2 if is_slide else 4)
-    position = joints.position(handle)
-    if state.max_force < 1e9:
-        joints.set_max_force(handle, state.max_force * force)
-    joints.change(handle, k=state.k * stiffness, c=state.c * stiffness)
-    if not is_slide:
-        return
-    cyclic, least, extent = joints.interval(handle)
-    if extent < 1e9:
-        joints.set_interval(handle, cyclic, least * factor, extent * factor)
-    joints.change(
-        handle,
-        target_position=state.target_position * factor,
-        target_velocity=state.target_velocity * factor,
-        upper_velocity=state.upper_velocity * factor,
-    )
-    if joints.state(handle).master < 0:
-        joints.set_position(handle, position * factor)
-
-
-def _scale_dummy(world: World, handle: int, factor: float) -> None:
-    sim = world.simulation
+def _scale_dummy(sim: Simulation, handle: int, factor: float) -> None:
     if sim.scene.get(handle).element == "site":
         editing.set_dummy_size(sim, handle, editing.dummy_size(sim, handle) * factor)
-
-
-def _scale_proximity(world: World, handle: int, factor: float) -> None:
-    note = world.simulation.scene.get(handle).annotations.get("proximity", {})
-    lengths = {key: float(note[key]) * factor for key in _SENSOR_LENGTHS if key in note}
-    if lengths:
-        renaming.annotate(world.simulation, handle, "proximity", dict(lengths))
-        world.proximity.look_again(handle)
-
-
-def _scale_vision(world: World, handle: int, factor: float) -> None:
-    settings = world.vision.settings(handle)
-    changes = {"near": settings.near * factor, "far": settings.far * factor}
-    if settings.orthographic_size is not None:
-        changes["orthographic_size"] = settings.orthographic_size * factor
-    world.vision.change(handle, **changes)
-
-
-def _scale_force(world: World, handle: int, factor: float) -> None:
-    note = world.simulation.scene.get(handle).annotations.get("force", {})
-    powers = {"max_force": 3, "max_torque": 4}
-    limits = {key: float(note[key]) * factor**power for key, power in powers.items() if key in note}
-    if limits:
-        renaming.annotate(world.simulation, handle, "force", dict(limits))
-
-
-def _scale_points(world: World, handle: int, factor: float) -> None:
-    world.clouds.scale(handle, factor)
-
-
-_SCALE: Mapping[ObjectKind, Callable[[World, int, float], None]] = {
-    ObjectKind.JOINT: _scale_joint,
-    ObjectKind.DUMMY: _scale_dummy,
-    ObjectKind.PROXIMITY_SENSOR: _scale_proximity,
-    ObjectKind.VISION_SENSOR: _scale_vision,
-    ObjectKind.FORCE_SENSOR: _scale_force,
-    ObjectKind.POINT_CLOUD: _scale_points,
-    ObjectKind.OCTREE: _scale_points,
-}

@@ -142,8 +142,9 @@ class Keeper(Part):
                 self._writer.seconds = 0.0
 
     def _run(self) -> Run:
-        sim = self._sim
-        clients = {client: (each.name, each.is_stepping) for client, each in self._loop.sessions.items()}
+        sim, returning = self._sim, self._loop.returning
+        clients = {} if returning is None else returning.awaited()
+        clients |= {client: (each.name, each.is_stepping) for client, each in self._loop.sessions.items()}
         return sim.state.value, sim.time_step, sim.physics_step, sim.scene_is_of_client, clients
 
     def _note(self, moment: Moment, block: Block, used: set[int]) -> None:

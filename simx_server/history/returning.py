@@ -40,7 +40,7 @@ class Returning:
         Returns whether it is one of those.
         """
         former = self._former(session)
-        if former not in self._clients or (former in self._back and not self._is_early):
+        if former not in self._clients or (former in self._back and not self.is_early):
             return False
         self._back.add(former)
         session.errors.append(self.text)
@@ -54,14 +54,15 @@ class Returning:
             return 0.0
         return max(0.0, self._until - time.monotonic())
 
-    def are_awaited(self, prefix: str) -> bool:
-        """Return whether clients with ids of this prefix may still come back."""
-        return self._is_early and any(
-            client.startswith(prefix) for client in self._clients.keys() - self._back
-        )
+    def awaited(self) -> dict[str, tuple[str, bool]]:
+        """Return the clients that may still come back, as given: a further server may have to expect them."""
+        if not self.is_early:
+            return {}
+        return {client: each for client, each in self._clients.items() if client not in self._back}
 
     @property
-    def _is_early(self) -> bool:
+    def is_early(self) -> bool:
+        """Return whether peers that come now may be those of the crashed server."""
         return time.monotonic() < self._until
 
     def _former(self, session: ClientSession) -> str:

@@ -147,6 +147,9 @@ class IkGroups(Part):
     def __contains__(self, handle: int) -> bool:
         return handle in self.all()
 
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"ik": self.names()}
+
     def names(self) -> list[str]:
         """Return the names of the groups that the scene registers and no script has removed."""
         return [name for handle, (name, _) in self._registry.all().items() if handle not in self._removed]

@@ -21,6 +21,7 @@ from simx_server.scene.properties import FIRST_LAYER, SHOWN_LAYERS
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.kept import Kept
     from simx_server.simulation.simulation import Simulation
 
 _LAYERS = 0xFFFF
@@ -70,8 +71,7 @@ class ObjectSettings(Part):
         known, placed, kept = memory
         self._known, self._placed, self._kept = dict(known), set(placed), dict(kept)
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy the settings of originals to their copies (handle of the original to that of the copy)."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
         self.apply_masks()
 

@@ -9,6 +9,7 @@ create more collections, and change any of them: until the stop, if it did so wh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -144,6 +145,9 @@ class Collections(Part):
     def find(self, name: str) -> int | None:
         """Return the handle of a collection, or None."""
         return next((handle for handle, known in self._all().items() if known == name), None)
+
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"collection": self.names()}
 
     def names(self) -> list[str]:
         """Return the names of the collections that the scene registers."""

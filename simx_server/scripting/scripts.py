@@ -27,6 +27,7 @@ from .targets import find_target, split_target
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.sensors.force import ForceSensors
@@ -129,6 +130,12 @@ class Scripts(Part):
     def model_changed(self, twins: Twins | None) -> None:
         self._find_more()
         self._phases.objects.note_changes()
+
+    def copying_objects(self, handles: Collection[int]) -> None:
+        self.of_objects.before_copy(handles)
+
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        self.of_objects.copied(copies)
 
     def run_starting(self) -> None:
         self._phases.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION)

@@ -254,6 +254,18 @@ class ServerLoop(Part):
             self._inbox.sockets = Sockets()
         return self._inbox.sockets
 
+    def others_wait_for(self, client: str) -> bool:
+        """Return whether others wait for the end of a client's call: their messages, or the simulation that they use.
+
+        Those who only look on do not count, nor does the simulation of a client that steps it. Physics thread.
+        """
+        if self._inbox.has_something_of_others(client):
+            return True
+        session = self.sessions.get(client)
+        if self.simulation.state is not SimulationState.RUNNING or (session and session.is_stepping):
+            return False
+        return any(each is not session and not each.is_onlooker for each in self.sessions.values())
+
     @property
     def executing(self) -> str:
         """Return the client whose call is being executed; empty if there is none."""

@@ -12,7 +12,6 @@ from types import MappingProxyType
 
 from simx_client.protocol import constants
 
-from .api_listing import ApiListingFunctions
 from .base import HANDLE_SELF, ApiPart
 from .clouds.octrees import OctreeFunctions
 from .clouds.point_clouds import PointCloudFunctions
@@ -25,6 +24,7 @@ from .graphs import GraphFunctions
 from .kinematics.ik import IkFunctions
 from .kinematics.ik_making import IkMakingFunctions
 from .kinematics.sim_ik_worlds import SimIk
+from .listing.api_listing import ApiListingFunctions
 from .looks.colors import ColorFunctions
 from .looks.drawing import DrawingFunctions
 from .looks.particles import ParticleFunctions
@@ -60,8 +60,7 @@ from .planning.ompl_flat import FlatOmplFunctions
 from .plugins import PluginFunctions
 from .processes import ProcessFunctions
 from .properties.functions import PropertyFunctions
-from .properties.several_values import TablePropertyFunctions
-from .properties.single_values import SinglePropertyFunctions
+from .properties.typed_functions import SinglePropertyFunctions, TablePropertyFunctions
 from .remote_api import RemoteApiFunctions, RemoteApiNamespace
 from .ros2.sim_ros2 import SimRos2
 from .scripts.attributes import ScriptAttributeFunctions

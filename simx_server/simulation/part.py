@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.sources import Sources
     from simx_server.scene.formats.vrep.report import Report
@@ -32,6 +34,32 @@ class Part:
         Args:
             twins: the elements that an edit kept; None after a load, a close, and a stop that reverts an edit.
         """
+
+    def copying_objects(self, handles: Collection[int]) -> None:
+        """React before objects are copied. The scene may be changed here; objects that are removed are not copied."""
+
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        """Give the copies what this part knows of their originals; `model_changed` was called before.
+
+        Args:
+            copies: the handle of each original, rising, with that of its copy.
+            kept: what the copies share with the originals.
+        """
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        """Scale the lengths, masses and forces that this part knows of an object other than a shape.
+
+        Args:
+            handle: one object; those below it are reported separately.
+            factor: along each axis, above 0.
+        """
+
+    def registered_names(self) -> Mapping[str, Collection[str]]:
+        """Return the names of what exists in this part beside objects, by its kind of annotation.
+
+        Copies and loaded models get other names, and what copied objects belong to is copied if it is among these.
+        """
+        return {}
 
     def run_starting(self) -> None:
         """React before a run starts. The state is not saved yet: changes made here stay after the run."""

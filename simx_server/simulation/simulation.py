@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -159,6 +159,10 @@ class Simulation:
         """Notify all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
         for part in tuple(self._parts):
             event(part)
+
+    def registered_names(self) -> dict[str, Collection[str]]:
+        """Return the names of what exists in the parts beside objects, by its kind of annotation."""
+        return {kind: names for part in self._parts for kind, names in part.registered_names().items()}
 
     @property
     def time(self) -> float:

@@ -44,8 +44,8 @@ from simx_server.sensors.instant import Instants
 from simx_server.sensors.proximity.proximity import ProximitySensors
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
-from simx_server.sim_api.coverage import descriptions
-from simx_server.sim_api.import_log import ImportLog
+from simx_server.sim_api.listing.coverage import descriptions
+from simx_server.sim_api.listing.import_log import ImportLog
 from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation

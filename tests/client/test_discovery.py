@@ -25,7 +25,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, Status
 from simx_client.transport.endpoints import ServerAddress, find_address
 from simx_server.service.monitoring.load import LoadMeter
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
 TIMEOUT = 20.0

@@ -20,6 +20,8 @@ from simx_client.protocol.messages import Batch, Call, Operation, Pace
 from simx_server.service.calls.batches import MOST_ROUNDS
 from simx_server.service.calls.pacing import MOST_REMEMBERED, PacedCalls
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
 GRIPPER = 3
 STEP_COUNTERS = range(10, 16)

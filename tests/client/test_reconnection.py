@@ -17,7 +17,7 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS as CONNECTIONS
 from simx_client.errors import NoAnswer
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING, BUFFER, STREAMING = v.simx_opmode_blocking, v.simx_opmode_buffer, v.simx_opmode_streaming
 CLIENTS = 10

@@ -17,6 +17,8 @@ import simx_client as v
 from simx_client.protocol.commands import BY_NAME
 from simx_server.simulation.simulation import SimulationState
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 
 def test_01_the_code_is_that_of_the_previous_reply_and_values_are_defaults(world: Any, cid: int) -> None:
     assert v.simxGetObjectPosition(cid, NO_OBJECT, -1, ONESHOT) == (NOVALUE, [0.0] * 3)

@@ -26,6 +26,8 @@ from simx_server.classroom import command as classroom
 from simx_server.settings.settings import Settings
 from simx_server.viewer.page import command as view
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = """
 import vrep, sys
 client = vrep.simxStart("127.0.0.1", 19997, True, True, 5000, 5)

@@ -16,6 +16,7 @@ if __name__ == "__main__":
     sys.path[:0] = [
         str(Path(__file__).resolve().parents[1] / "support"),
         str(Path(__file__).resolve().parents[1] / "support" / "worlds"),
+        str(Path(__file__).resolve().parents[1] / "support" / "gateways"),
         *map(str, Path(__file__).resolve().parents[1:3]),
     ]
 

@@ -15,6 +15,8 @@ from launching import output_of
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def clientID() -> Iterator[int]:

@@ -12,6 +12,8 @@ from idiom_world import connect, handle, idiom_world, start_stepped
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 WIDTH, HEIGHT = 8, 6
 
 

@@ -10,6 +10,8 @@ from idiom_world import IdiomWorld, connect, handle, idiom_world, start_stepped
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def world() -> Iterator[IdiomWorld]:

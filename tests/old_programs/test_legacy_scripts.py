@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 from launching import environment
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 FOLDER = Path(__file__).parent / "programs"
 SCENES = {
     "pioneer_avoid": "pioneer_room.xml",  # Python 2; 16 sensors streamed, wheels driven by streamed velocities

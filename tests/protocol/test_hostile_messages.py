@@ -19,6 +19,8 @@ from simx_client.protocol.messages import STATUS_REMOTE_ERROR, Batch, Call
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.limits import Limits
 
+pytestmark = pytest.mark.slow
+
 CASES = 6000
 
 

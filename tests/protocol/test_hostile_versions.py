@@ -12,7 +12,7 @@ from processes import ROOT, read_line, running
 import simx_client as v
 from simx_client.protocol.messages import PROTOCOL_VERSION
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 SERVER = """
 import logging, runpy, sys

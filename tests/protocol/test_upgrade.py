@@ -22,6 +22,8 @@ from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, cho
 from simx_client.protocol.zenoh import link
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 FIXTURES = Path(__file__).parent / "fixtures"
 V1 = FIXTURES / "protocol_1"
 CLIENT = "a1b2c3"

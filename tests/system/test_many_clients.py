@@ -8,9 +8,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import pytest
 from processes import PENDULUM, ROOT, read_line, running, server, wait_until
 
 from simx_client.connection.discovery import find_servers
+
+pytestmark = pytest.mark.slow
 
 PROCESSES, EACH = 4, 16
 TIMEOUT = 60.0

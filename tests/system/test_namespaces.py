@@ -21,6 +21,8 @@ from typing import Any
 import pytest
 from processes import ROOT, read_line, running, wait_until
 
+pytestmark = pytest.mark.slow
+
 TIMEOUT = 30.0
 HOSTS = ("client", "north", "east")
 READ = """

@@ -24,6 +24,8 @@ from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
 from simx_client.protocol.zenoh import keys, link
 
+pytestmark = pytest.mark.slow
+
 REMOTE_ERROR = v.simx_return_remote_error_flag
 TIMEOUT = 5000
 CHANGING_READERS = {"simxGetAndClearStringSignal", "simxReadStringStream", "simxGetUIEventButton"}

@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from launching import python, write_script
 
+pytestmark = pytest.mark.slow
+
 BESIDE = Path(__file__).parents[3] / "shared" / "seed" / "robotControl.py"
 TUTORIAL = os.environ.get("TUTORIAL_SCRIPT") or (str(BESIDE) if BESIDE.exists() else "")
 

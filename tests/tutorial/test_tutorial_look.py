@@ -16,6 +16,8 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 POSE = np.radians([95.98, -55.02, 85.55, 9.75, -87.13, 0.5])
 """The arm where the tutorial's author took his picture."""
 

@@ -21,6 +21,7 @@ BLOCKING = v.simx_opmode_blocking
 
 missing = [tool for tool in TOOLS if shutil.which(tool) is None]
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(bool(missing), reason=f"{missing} missing: apt-get install xvfb xdotool"),
     pytest.mark.skipif(not PROGRAM.exists(), reason="the tutorial's program is not beside this repository"),
 ]

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from simx_server.scene.formats.loader import load_scene
 from simx_server.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 
 SCENES = Path(__file__).parents[2] / "scenes"

@@ -182,9 +182,7 @@ class ClassPage:
     async def _picture(self, request: Request, seat: Seat) -> Response:
         size = request.query.get("size", "small")
         if size not in IMAGE_AGE:
-            return _refusal(
-                HTTPStatus.BAD_REQUEST, f"There is no such size; valid: {', '.join(IMAGE_AGE)}."
-            )
+            return _refusal(HTTPStatus.BAD_REQUEST, f"There is no such size; valid: {', '.join(IMAGE_AGE)}.")
         try:
             return Response(HTTPStatus.OK, await self.views[seat.number].picture(size), "image/jpeg")
         except NoImage as problem:

@@ -133,7 +133,7 @@ def _add_parts(world: World, item: SceneObject, parts: list[list[str]], is_free:
             copy_geom(sim.scene.spec.geom(geom), body.add_geom(), sim.model, geom, IDENTITY)
     stem = _stem(item)
     made = graft(
-        world,
+        sim,
         Graft(
             addition,
             {("body", name): f"{stem}{number}" for number, name in enumerate(names)},

@@ -226,8 +226,9 @@ class ZmqGateway:
     def _look(self) -> None:
         """Close connections that do not start, and accept again if descriptors may be free; after each turn."""
         now = time.monotonic()
-        if (returning := self._loop.returning) is not None and returning.are_awaited(f"{self._prefix}zmq-"):
+        if (returning := self._loop.returning) is not None and returning.is_early:
             self._answer_lost_calls(returning.text, now - QUIET)
+        self._clients.look()
         if now < self._next_look:
             return
         self._next_look = now + RETRY
@@ -245,7 +246,8 @@ class ZmqGateway:
         """Send an error to the peers that have been here since before a time and have sent nothing.
 
         A socket of ZeroMQ reconnects automatically, but it never repeats a request whose answer is lost: its program
-        would wait for ever. A socket that does not wait drops the answer when it sends its next request.
+        would wait for ever. A socket that does not wait drops the answer when it sends its next request, so all
+        silent peers get one: which of them had a call is not known, as its first call may have crashed the server.
         """
         for peer in list(self._peers.values()):
             if peer.is_ready and not peer.key and not peer.was_told and peer.since < before:

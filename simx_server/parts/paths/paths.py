@@ -22,6 +22,7 @@ from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.simulation.simulation import Simulation
 
@@ -88,8 +89,7 @@ class Paths(Part):
         self._tracks, self._followers = dict(tracks), dict(followers)
         self.version += 1
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy the curves and settings of originals to their copies (handle of the original to that of the copy)."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self._tracks |= {copies[handle]: each for handle, each in self._tracks.items() if handle in copies}
         self._followers |= {
             copies[handle]: each for handle, each in self._followers.items() if handle in copies

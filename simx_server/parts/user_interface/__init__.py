@@ -7,6 +7,7 @@ forms of the three APIs, `UserInterface.view` to the web viewer in the one form 
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +74,9 @@ class UserInterface(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self.old_uis.update()
+
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"old_ui": self.old_uis.names(), "ui": [ui.name for ui in self.custom_uis]}
 
     def load(self, file: str) -> Steps[list[int]]:
         """Load the custom UIs of a file and return their handles in the file's order.

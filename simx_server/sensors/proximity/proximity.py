@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from simx_server.errors import NotHandledYet
 from simx_server.scene.collection import ALL
+from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
@@ -39,6 +40,13 @@ __all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
 
 DEFAULT_RANGE = 10.0
 """Range in metres of a rangefinder without a range (annotation or the sensor's cutoff)."""
+
+
+_LENGTHS = (
+    *("offset", "range", "radius", "radius_far", "size_x", "size_y", "size_x_far", "size_y_far"),
+    *("height", "min_distance"),
+)
+"""Lengths in the annotation of a sensor."""
 
 
 class ProximitySensors(Part):
@@ -347,6 +355,11 @@ class ProximitySensors(Part):
         """Return the randomness of a sensor's next reading: the same in each run with the same readings."""
         self._throws[handle] += 1
         return np.random.default_rng((self._sim.step_count, handle, self._throws[handle]))
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        if self._sim.scene.get(handle).kind == ObjectKind.PROXIMITY_SENSOR:
+            renaming.scale_annotation(self._sim, handle, "proximity", dict.fromkeys(_LENGTHS, 1), factor)
+            self.look_again(handle)
 
     def look_again(self, handle: int) -> None:
         """Read the annotation of a sensor again before the next detection: it has changed."""

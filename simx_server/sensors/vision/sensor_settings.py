@@ -19,6 +19,7 @@ from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.objects import Scene
     from simx_server.simulation.simulation import Simulation
 
@@ -99,8 +100,8 @@ class SensorSettings:
             self._collections.entity(entity)
         self.change(handle, entity=entity)
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy settings of sensors to their copies; `copies` maps the handle of the original to that of the copy."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        """Copy the settings of sensors to their copies, without images."""
         for handle, copy in copies.items():
             if handle in self._settings:
                 self._settings[copy] = replace(
@@ -111,6 +112,16 @@ class SensorSettings:
                     processed=None,
                     work=None,
                 )
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        """Scale what a sensor sees: its distances, and the size of an orthographic view."""
+        if self._sim.scene.get(handle).kind != ObjectKind.VISION_SENSOR:
+            return
+        settings = self.settings(handle)
+        changes = {"near": settings.near * factor, "far": settings.far * factor}
+        if settings.orthographic_size is not None:
+            changes["orthographic_size"] = settings.orthographic_size * factor
+        self.change(handle, **changes)
 
     def views(self) -> list[CameraView]:
         """Return the view of each vision sensor with its present settings."""

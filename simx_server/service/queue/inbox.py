@@ -447,6 +447,11 @@ class Inbox:
         """Return whether anything waits apart from the last item taken."""
         return bool(self._turns) or self._ready.qsize() > 0
 
+    def has_something_of_others(self, client: str) -> bool:
+        """Return whether a message of another client waits to be executed."""
+        boxes = self._boxes.copy().items()
+        return any(box.items and not box.is_waiting for key, box in boxes if key != client)
+
     def others_have_come(self) -> bool:
         """Return whether anything waits apart from the last item taken, at a socket too."""
         if self.sockets is not None:

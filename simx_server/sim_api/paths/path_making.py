@@ -177,7 +177,7 @@ class PathMakingFunctions(ApiPart):
             names["site", name] = name
             notes[name] = {"object": {"alias": "ctrlPt"}}
         prepare(spec)
-        handles = graft(self._world, Graft(spec, names, notes))
+        handles = graft(self._sim, Graft(spec, names, notes))
         path = handles["site", "Path"]
         points = [handles["site", f"Path_ctrlPt{index}"] for index in range(len(control))]
         self._sim.scene.override_parents(dict.fromkeys(points, path))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from simx_server.errors import CommandError
@@ -15,6 +15,41 @@ from .property_types import PropertyType
 
 class PropertyPart(ApiPart):
     """Reads and sets properties by type."""
+
+    def __init_subclass__(cls, types: Sequence[PropertyType] = ()) -> None:
+        """Add a function that reads and one that sets for each type."""
+        super().__init_subclass__()
+        for kind in types:
+            cls._add_property_function(
+                f"get{kind.name}Property",
+                f"Return a property that is {kind.what}.",
+                cls._property_reader(kind),
+            )
+            cls._add_property_function(
+                f"set{kind.name}Property", f"Set a property that is {kind.what}.", cls._property_writer(kind)
+            )
+
+    @classmethod
+    def _add_property_function(cls, name: str, doc: str, function: Callable[..., Any]) -> None:
+        function.__name__, function.__qualname__ = name, f"{cls.__name__}.{name}"
+        function.__doc__ = doc
+        setattr(cls, name, function)
+
+    @staticmethod
+    def _property_reader(kind: PropertyType) -> Callable[..., Any]:
+        def read(self: PropertyPart, target: int, name: str, options: dict[str, Any] | None = None) -> Any:
+            return self._read_property(kind, target, name, options)
+
+        return read
+
+    @staticmethod
+    def _property_writer(kind: PropertyType) -> Callable[..., Any]:
+        def write(
+            self: PropertyPart, target: int, name: str, value: Any, options: dict[str, Any] | None = None
+        ) -> None:
+            self._write_property(kind, target, name, value, options)
+
+        return write
 
     def _read_property(
         self, wanted: PropertyType | None, target: int, name: str, options: dict[str, Any] | None

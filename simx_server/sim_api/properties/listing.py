@@ -16,23 +16,23 @@ function contains the type. A target is an object, `sim.handle_scene` or `sim.ha
 
 
 def as_markdown() -> str:
-    """Return a section with a table for each kind of target."""
+    """Return a section with a list for each kind of target."""
     return "\n\n".join([_HEAD, *(_section(target, found) for target, found in by_target().items())])
 
 
 def _section(target: str, properties: Sequence[Property]) -> str:
     types = list(dict.fromkeys(each.type.name for each in properties))
     rows = [_row(name, [each for each in properties if each.type.name == name]) for name in types]
-    head = ["| type | read and set | read only | set only |", "|---|---|---|---|"]
-    return "\n".join([f"### {target[0].upper()}{target[1:]}", "", *head, *rows])
+    return "\n".join([f"### {target[0].upper()}{target[1:]}", "", *rows])
 
 
 def _row(name: str, properties: Sequence[Property]) -> str:
     both = [each.name for each in properties if each.get and each.set]
     read = [each.name for each in properties if each.set is None]
     only_set = [each.name for each in properties if each.get is None]
-    return f"| {name} | {_cell(both)} | {_cell(read)} | {_cell(only_set)} |"
+    groups = {"": both, "read only ": read, "set only ": only_set}
+    return f"* {name}: {'; '.join(how + _names(names) for how, names in groups.items() if names)}"
 
 
-def _cell(names: Sequence[str]) -> str:
+def _names(names: Sequence[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)

@@ -34,6 +34,8 @@ class PropertyType:
     name: str
     """As in the names of the functions: ``sim.getNAMEProperty``."""
     family: str
+    what: str
+    """What a property of the type is, in the words of the manual."""
     convert: Callable[[Any], Any]
     """Return a script's value as one of this type. Raises TypeError that says what the value must be."""
     encode: Callable[[Any], bytes]
@@ -95,8 +97,8 @@ def _number(letter: str) -> tuple[Callable[[Any], bytes], Callable[[bytes], Any]
     return lambda value: encode([value]), lambda data: unpack(data)[0]
 
 
-def _floats(name: str, tag: str, count: int, what: str) -> PropertyType:
-    return PropertyType(name, "floats", _exactly(count, to_float, what), *_numbers("d"), tag)
+def _floats(name: str, what: str, tag: str, count: int, form: str) -> PropertyType:
+    return PropertyType(name, "floats", what, _exactly(count, to_float, form), *_numbers("d"), tag)
 
 
 def _colour(value: Any) -> list[float]:
@@ -130,27 +132,42 @@ _COLOUR = "a table of 3 numbers from 0 to 1: red, green, blue"
 _BIGGEST_SINGLE = 3.4e38
 """Greatest number of single precision, in which colours are stored."""
 
-BOOL = PropertyType("Bool", "bool", to_bool, lambda value: struct.pack("<i", value), _unpack_bool, "&bool&.")
-INT = PropertyType("Int", "integer", to_int, *_number("i"), "&int&.")
-LONG = PropertyType("Long", "integer", _to_long, *_number("q"), "&lng&.")
-HANDLE = PropertyType("Handle", "integer", to_int, *_number("q"), "&han&.")
-FLOAT = PropertyType("Float", "float", to_float, *_number("d"), "&dbl&.")
-STRING = PropertyType("String", "text", to_text, _to_utf8, _from_utf8, "&str&.")
-BUFFER = PropertyType("Buffer", "text", to_bytes, bytes, bytes)
-TABLE = PropertyType("Table", "table", _to_table, pack_table, unpack_table, "&tbl&.")
-VECTOR2 = _floats("Vector2", "&vect2&.", 2, "a table of 2 numbers")
-VECTOR3 = _floats("Vector3", "&vect3&.", 3, "a table of 3 numbers: x, y, z")
-QUATERNION = _floats("Quaternion", "&quat&.", 4, "a table of 4 numbers: x, y, z, w")
-POSE = _floats("Pose", "&pose&.", 7, "a table of 7 numbers: x, y, z, then a quaternion x, y, z, w")
-COLOR = PropertyType("Color", "floats", _colour, *_numbers("f"), "&col&.")
-FLOAT_ARRAY = PropertyType("FloatArray", "floats", to_list(to_float), *_numbers("d"), "&vect&.")
-INT_ARRAY = PropertyType("IntArray", "integers", to_list(to_int), *_numbers("i"), "&ivect&.")
-INT_ARRAY2 = PropertyType(
-    "IntArray2", "integers", _exactly(2, to_int, "a table of 2 integers"), *_numbers("i"), "&ivect2&."
+BOOL = PropertyType(
+    "Bool", "bool", "true or false", to_bool, lambda value: struct.pack("<i", value), _unpack_bool, "&bool&."
 )
-HANDLE_ARRAY = PropertyType("HandleArray", "integers", to_list(to_int), *_numbers("q"), "&hanvect&.")
+INT = PropertyType("Int", "integer", "an integer", to_int, *_number("i"), "&int&.")
+LONG = PropertyType("Long", "integer", "an integer of 64 bits", _to_long, *_number("q"), "&lng&.")
+HANDLE = PropertyType("Handle", "integer", "a handle", to_int, *_number("q"), "&han&.")
+FLOAT = PropertyType("Float", "float", "a number", to_float, *_number("d"), "&dbl&.")
+STRING = PropertyType("String", "text", "text", to_text, _to_utf8, _from_utf8, "&str&.")
+BUFFER = PropertyType("Buffer", "text", "a string of bytes", to_bytes, bytes, bytes)
+TABLE = PropertyType("Table", "table", "a table", _to_table, pack_table, unpack_table, "&tbl&.")
+VECTOR2 = _floats("Vector2", "2 numbers", "&vect2&.", 2, "a table of 2 numbers")
+VECTOR3 = _floats("Vector3", "x, y, z", "&vect3&.", 3, "a table of 3 numbers: x, y, z")
+QUATERNION = _floats("Quaternion", "x, y, z, w", "&quat&.", 4, "a table of 4 numbers: x, y, z, w")
+POSE = _floats(
+    "Pose",
+    "x, y, z, then the quaternion x, y, z, w",
+    "&pose&.",
+    7,
+    "a table of 7 numbers: x, y, z, then a quaternion x, y, z, w",
+)
+COLOR = PropertyType("Color", "floats", "red, green, blue, 0 to 1", _colour, *_numbers("f"), "&col&.")
+FLOAT_ARRAY = PropertyType("FloatArray", "floats", "numbers", to_list(to_float), *_numbers("d"), "&vect&.")
+INT_ARRAY = PropertyType("IntArray", "integers", "integers", to_list(to_int), *_numbers("i"), "&ivect&.")
+INT_ARRAY2 = PropertyType(
+    "IntArray2",
+    "integers",
+    "2 integers",
+    _exactly(2, to_int, "a table of 2 integers"),
+    *_numbers("i"),
+    "&ivect2&.",
+)
+HANDLE_ARRAY = PropertyType(
+    "HandleArray", "integers", "handles", to_list(to_int), *_numbers("q"), "&hanvect&."
+)
 STRING_ARRAY = PropertyType(
-    "StringArray", "texts", to_list(to_text), _pack_texts, _unpack_texts, "&strvect&."
+    "StringArray", "texts", "texts", to_list(to_text), _pack_texts, _unpack_texts, "&strvect&."
 )
 
 TYPES: Mapping[str, PropertyType] = MappingProxyType(

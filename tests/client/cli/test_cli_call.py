@@ -21,6 +21,8 @@ from simx_client.cli.values.arguments import WrongUse, bare, command_named, pars
 from simx_client.cli.values.formatting import as_text
 from simx_client.cli.values.png import png, samples_16
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <option gravity="0 0 0"/>

@@ -30,6 +30,8 @@ from simx_client.protocol.cli.exit_codes import (
 from simx_server.app import cli, server
 from simx_server.settings.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 
 def code_of(main: Callable[[list[str]], int], *arguments: object) -> int:
     """What a program would end with, also when argparse ends it."""

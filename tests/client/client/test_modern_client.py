@@ -20,6 +20,8 @@ from simx_client import Client, errors
 from simx_client.connection.clients import CLIENTS
 from simx_client.transport.redirect import VARIABLE, format_redirects
 
+pytestmark = pytest.mark.slow
+
 # --- what goes wrong -----------------------------------------------------------------------------
 
 

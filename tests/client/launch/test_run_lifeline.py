@@ -14,6 +14,8 @@ import pytest
 from launching import environment, write_script
 from processes import PENDULUM, read_line, running, wait_until
 
+pytestmark = pytest.mark.slow
+
 TIMEOUT = 30.0
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 

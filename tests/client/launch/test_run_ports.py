@@ -10,6 +10,8 @@ from launching import output_of, simx_run
 from simx_client.launch.server import _redirects
 from simx_client.transport.redirect import VARIABLE, redirected
 
+pytestmark = pytest.mark.slow
+
 PORTS = """
     import threading, multiprocessing
     import vrep

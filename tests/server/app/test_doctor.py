@@ -22,6 +22,8 @@ from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
 from simx_server.settings.settings import Settings
 
+pytestmark = pytest.mark.gl
+
 SCENE = """
 <mujoco>
   <worldbody>

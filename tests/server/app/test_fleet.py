@@ -39,6 +39,8 @@ def count(ints, floats, strings, buffer):
 MEGABYTE = 1024  # in the kilobytes of /proc
 
 pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.gl,
     pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork"),
     pytest.mark.usefixtures("no_connection_left"),
 ]

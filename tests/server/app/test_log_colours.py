@@ -18,6 +18,8 @@ from simx_client.protocol.cli import terminal
 from simx_client.protocol.cli.terminal import Paint
 from simx_server.processes import log_format
 
+pytestmark = pytest.mark.slow
+
 pty = pytest.importorskip("pty", reason="needs pseudo-terminals, which Windows has not")
 
 REFUSED = ["-m", "simx_server", "no_such_scene", "--port", "0"]

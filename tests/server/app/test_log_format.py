@@ -22,6 +22,8 @@ from processes import PENDULUM, ROOT, read_line, running
 from simx_server.processes import log_format
 from simx_server.settings.settings import SettingError, Settings
 
+pytestmark = pytest.mark.slow
+
 Configure = Callable[..., io.StringIO]
 
 

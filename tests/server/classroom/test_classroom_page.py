@@ -20,6 +20,8 @@ from simx_server.classroom.plan import ClassPlan, Seat, make_seats
 from simx_server.classroom.tokens import make_tokens
 from simx_server.settings.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 PORT = 8088
 REPORT = {
     "state": "running", "scene": "room", "time": 1.5, "clients": [{"name": "<b>x</b>", "reads": False}],

@@ -24,6 +24,8 @@ from simx_server.history.succession import Succession
 from simx_server.history.writing import Kind
 from simx_server.settings.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
 

@@ -14,6 +14,8 @@ from simx_server.editing.copying import Kept, copy_objects
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 
+pytestmark = pytest.mark.slow
+
 HAND = """
 <mujoco>
   <option timestep="0.002" integrator="implicitfast"/>

@@ -18,6 +18,8 @@ from simx_server.scene.editing import editing, recompile
 from simx_server.scene.objects import Scene
 from simx_server.scene.tree import Builder
 
+pytestmark = pytest.mark.slow
+
 SMALL, LARGE = 40, 160
 
 

@@ -18,6 +18,8 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow
+
 GRIPPER = """
 <mujoco model="gripper">
   <compiler angle="degree" eulerseq="XYZ"/>

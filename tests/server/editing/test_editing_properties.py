@@ -13,6 +13,8 @@ from simx_server.errors import CommandError, UnknownHandle
 from simx_server.scene.editing import editing
 from simx_server.scene.poses import frames
 
+pytestmark = pytest.mark.slow
+
 DROP = """
 <mujoco>
   <option timestep="0.002" integrator="implicitfast"/>

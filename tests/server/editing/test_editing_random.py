@@ -23,7 +23,9 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.simulation import Simulation
 
-SCENE = Path(__file__).parents[3] / "conformance" / "scene.xml"
+pytestmark = pytest.mark.slow
+
+SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
 EDITS = 80
 MOST_OBJECTS = 60
 

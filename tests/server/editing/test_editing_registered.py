@@ -11,6 +11,8 @@ from scenes_for_tests import ARM, world_of
 from simx_server.errors import CommandError
 from simx_server.scene.formats.loader import load_text
 
+pytestmark = pytest.mark.slow
+
 TOOL = """
 <mujoco model="tool">
   <worldbody>

@@ -15,6 +15,8 @@ from simx_server.scene.poses import frames
 from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
 
+pytestmark = pytest.mark.slow
+
 
 def at(sim: Simulation, name: str, relative_to: int = -1) -> list[float]:
     return frames.get_position(sim, sim.scene.resolve(name), relative_to)

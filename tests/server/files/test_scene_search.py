@@ -28,6 +28,8 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def world(tmp_path: Path) -> World:

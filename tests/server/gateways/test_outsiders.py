@@ -217,7 +217,11 @@ def raw_peers(place: ServerProcess, count: int) -> Iterator[None]:
                 running(
                     subprocess.Popen(
                         [
-                            *(sys.executable, ROOT / "tests" / "support" / "raw_peer.py", str(place.port)),
+                            *(
+                                sys.executable,
+                                ROOT / "tests" / "support" / "gateways" / "raw_peer.py",
+                                str(place.port),
+                            ),
                             *(MODES[number % 2], "kill" if number % 4 < 2 else "leave"),
                         ],
                         stdin=subprocess.PIPE,

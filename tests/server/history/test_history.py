@@ -24,6 +24,8 @@ from simx_server.recording import state
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY
 
+pytestmark = pytest.mark.slow
+
 Open = Callable[[str], Lab]
 
 

@@ -136,6 +136,21 @@ def test_it_is_told_in_the_status_bar_and_to_the_clients_that_come_back(servers:
     assert not newcomer.is_stepping
 
 
+def test_who_has_not_come_back_before_the_next_crash_is_expected_after_it(servers: Servers) -> None:
+    first = servers.open_lab(MACHINE)
+    servers.begin(first)
+    first.start()
+    first.run_to(4)
+    (former,) = first.loop.sessions
+    for _ in range(2):
+        successor = servers.open_lab(first.scene_path)
+        successor.loop.sessions.clear()
+        servers.begin(successor, back=0)
+        assert successor.loop.returning is not None
+        assert [*successor.loop.returning.awaited()] == [former]
+        assert successor.loop.returning.seconds_left() > 0
+
+
 def test_what_cannot_be_continued_is_told_and_the_scene_is_as_it_was_loaded(servers: Servers) -> None:
     lab = servers.open_lab(MACHINE)
     servers.journal.restart([])

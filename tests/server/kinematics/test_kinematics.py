@@ -22,6 +22,8 @@ from simx_server.scene.poses.poses import conjugate, multiply, rotation_vector
 from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
 
+pytestmark = pytest.mark.slow
+
 ARM = """
 <mujoco model="arm">
   <compiler angle="degree"/>

@@ -24,6 +24,8 @@ from simx_server.kinematics.planning.tasks import MARGIN
 from simx_server.kinematics.planning.validity import of_joints
 from simx_server.scene.poses.frames import get_position
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <option gravity="0 0 0"/>

@@ -35,6 +35,8 @@ from simx_server.outputs.filming.shot import first_image
 from simx_server.outputs.packages import NewFile, OutputError
 from simx_server.settings.settings import SettingError, Settings
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 av = pytest.importorskip("av", reason="needs the extra video")
 
 

@@ -33,6 +33,8 @@ from simx_server.scene.poses.frames import get_pose
 from simx_server.scene.poses.placing import object_pose
 from simx_server.settings.settings import SettingError, Settings
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 NEEDED = "needs the extra log"
 pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)
 reader = pytest.importorskip("mcap.reader", reason=NEEDED)

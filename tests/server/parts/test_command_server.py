@@ -17,6 +17,8 @@ from simx_server.files.library import find_scene
 from simx_server.parts.communication.command_server import COMMAND_SERVER, add_command_server
 from simx_server.settings.settings import Settings
 
+pytestmark = pytest.mark.slow
+
 ROOM = """
 <mujoco model="room">
   <compiler angle="degree"/>

@@ -17,6 +17,8 @@ from simx_server.parts.user_interface.xml_reading import (
 from simx_server.parts.user_interface.xml_windows import XmlWindow, XmlWindows
 from simx_server.simulation.simulation import Simulation
 
+pytestmark = pytest.mark.slow
+
 ALL = """
 <ui title="Drive" closeable="true" on-close="closed" position="10,20">
   <label text="R & D" id="1"/>

@@ -29,6 +29,8 @@ from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, ONE_STEP, SPEED, SURVEY
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:

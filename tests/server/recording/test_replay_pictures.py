@@ -26,6 +26,8 @@ from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
 from simx_server.settings.settings import SettingError, Settings
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 SMALL = "64x48"
 
 

@@ -18,6 +18,8 @@ from simx_server.scene.poses.frames import JOINT_BASE_FLAG, PARENT, WORLD
 from simx_server.scene.poses.poses import Pose
 from simx_server.world.world import World
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <option integrator="implicitfast" gravity="0 0 0"/>

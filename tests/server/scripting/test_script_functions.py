@@ -10,7 +10,7 @@ import pytest
 
 from simx_server.app import cli
 from simx_server.sim_api import NAMESPACES
-from simx_server.sim_api.coverage import Support, script_functions
+from simx_server.sim_api.listing.coverage import Support, script_functions
 from simx_server.sim_api.namespaces import signatures
 
 ROOT = Path(__file__).parents[3]

@@ -22,6 +22,8 @@ from simx_client.protocol.messages import Batch, Call
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scripting import script
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
 

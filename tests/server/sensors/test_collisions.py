@@ -17,6 +17,8 @@ from simx_server.sensors.distance import measuring
 from simx_server.sensors.distance.box_tree import BoxTree, Placed
 from simx_server.sensors.distance.triangle_pairs import least_gap
 
+pytestmark = pytest.mark.slow
+
 ALL = -2
 
 SCENE = """

@@ -27,6 +27,8 @@ from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
 from simx_server.world.warm_up import WarmUp, wait_until_warm, warm_up
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 __all__ = ["opengl_name"]
 
 TUTORIAL = "ur5_rg2_kinect"

@@ -16,6 +16,8 @@ from simx_server.sensors.opengl.backend import Backend, choose_backend, probe_in
 from simx_server.sensors.opengl.probe import what_is_wrong
 from simx_server.sensors.opengl.renderer import OpenGLRenderer
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ROOT = Path(__file__).resolve().parents[3]
 
 

@@ -25,6 +25,8 @@ from simx_server.sensors.vision.image_queue import ImageQueue
 from simx_server.sensors.vision.newest import NewestImages
 from simx_server.sensors.vision.render_thread import RenderThread
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 WAIT = 30.0
 TWIN = '<camera name="twin" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>'
 

@@ -27,6 +27,8 @@ from simx_server.sensors.opengl.renderer import OpenGLRenderer
 from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["make_renderer", "opengl_name"]
 
 ONE_GREY_LEVEL = 1 / 255
@@ -137,6 +139,7 @@ def test_depth_of_a_plane_is_as_much_farther_as_half_its_slope(
     assert np.abs(metres - expected).max() < 1e-4
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize(("below", "colour"), [(0.25, "wall"), (0.75, "floor")])
 def test_the_polygon_offset_moves_the_line_where_a_floor_meets_a_wall_by_half_a_pixel(
     opengl_name: str, below: float, colour: str
@@ -329,6 +332,7 @@ def test_a_camera_that_is_not_in_the_model_is_an_error(make_renderer) -> None:
         image_of(make_renderer, view=dataclasses.replace(FRONT, camera_id=7))
 
 
+@pytest.mark.gl
 def test_both_renderers_see_the_same(opengl_name: str) -> None:
     xml = """
     <mujoco>
@@ -391,6 +395,7 @@ TEXTURED = """
 """
 
 
+@pytest.mark.gl
 def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(opengl_name: str) -> None:
     blue, red = load(TEXTURED.format("0 0 1")), load(TEXTURED.format("1 0 0"))
     renderers = [OpenGLRenderer(red[0], opengl_name), OpenGLRenderer(blue[0], opengl_name)]
@@ -409,6 +414,7 @@ def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(o
     assert len(np.unique(fresh.rgb.reshape(-1, 3), axis=0)) > 100
 
 
+@pytest.mark.gl
 def test_a_driver_that_gives_no_display_lists_is_an_error(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -422,6 +428,7 @@ def test_a_driver_that_gives_no_display_lists_is_an_error(
         renderer.close()
 
 
+@pytest.mark.gl
 def test_what_is_left_of_a_failed_renderer_changes_no_picture_of_another(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -456,6 +463,7 @@ def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     )
 
 
+@pytest.mark.gl
 def test_round_things_far_away_look_the_same_with_fewer_corners(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -481,6 +489,7 @@ def test_round_things_far_away_look_the_same_with_fewer_corners(
     assert np.mean(np.abs(coarse.depth - fine.depth) > 1e-3) < 0.002
 
 
+@pytest.mark.gl
 def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_picture() -> None:
     def is_coarse(distance: float, **view: float) -> bool:
         model, data = row_of_cylinders(distance)

@@ -12,6 +12,8 @@ from simx_server.errors import CommandError
 from simx_server.scene.cameras.image import CameraImage
 from simx_server.sensors.vision.judging import statistics
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <statistic extent="1"/>

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzz import call_costs
-from fuzz.call_costs import (
+from fuzz.costs import calls as call_costs
+from fuzz.costs.calls import (
     EXEMPT,
     Call,
     Target,
@@ -24,6 +24,8 @@ from fuzz.call_costs import (
 from simx_server.errors import CommandError
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import answer_of
 from simx_server.sim_api.vision.vision import _as_table
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

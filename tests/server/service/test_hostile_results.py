@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 import simx_client as v
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def scripts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scripts]:

@@ -14,6 +14,8 @@ import simx_client as v
 from simx_client.protocol.commands import ANSWERED, Command, Effect, Place
 from simx_client.protocol.constants import sim_handle_all
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
 READERS = [command for name, command in ANSWERED.items() if command.only_reads and name == command.name]
 NUMBERS = (0, 1, 2, 3, 5, 8, 9, 10, 13, 109, 1000, 1002, 2012, 3003, -1)

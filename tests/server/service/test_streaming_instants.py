@@ -21,6 +21,8 @@ import simx_client as v
 from bench.measuring.resources import private_mb
 from simx_client.connection.discovery import find_servers
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 BLOCKING, STREAMING, BUFFER = v.simx_opmode_blocking, v.simx_opmode_streaming, v.simx_opmode_buffer
 
 BALLS = 50
@@ -214,7 +216,7 @@ def test_what_one_client_says_in_a_pause_others_see_whole_or_not_at_all(
 _DEAF = """
 import sys
 import simx_client as v
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 link.CLIENT["transport/link/tx/lease"] = 60_000  # so that nothing but a full queue can cut it off here
 assert v.simxStart("127.0.0.1", {port}, True, True, 20_000, 5) == 0
 handle = lambda name: v.simxGetObjectHandle(0, name, v.simx_opmode_blocking)[1]

@@ -15,6 +15,8 @@ from sim_api_calls import ScriptWorld, world
 
 from simx_server.scene.poses import frames
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["world"]
 
 BODY = """
@@ -350,7 +352,7 @@ end
 
 
 def test_a_threaded_script_moves_an_arm_through_two_configurations(tmp_path: Path) -> None:
-    scene = Path(__file__).parents[4] / "scenes" / "ur5.xml"
+    scene = Path(__file__).parents[3] / "scenes" / "ur5.xml"
     text = scene.read_text().replace('file="', f'file="{scene.parent}/')
     text = text.replace(f'data="file={scene.parent}/', 'data="file=')
     (tmp_path / "arm.lua").write_text(UR5)

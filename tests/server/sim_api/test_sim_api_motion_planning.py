@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from sim_api_calls import ScriptWorld
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <option gravity="0 0 0"/>

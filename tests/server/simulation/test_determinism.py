@@ -21,6 +21,8 @@ from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.editing.model_state import get_state
 from simx_server.viewer.launching import missing
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 PASSES = 30
 
 Run = Callable[[int], list[list[float]]]

@@ -33,6 +33,8 @@ from simx_server.viewer.page.tools.plot import Curve, vertical_axis
 from simx_server.viewer.page.view.ground import is_ground
 from simx_server.viewer.page.view.world import World
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["browser"]
 
 SCENE = """

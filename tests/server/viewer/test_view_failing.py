@@ -21,6 +21,8 @@ from simx_server.viewer.page.panels.objects import Objects
 from simx_server.viewer.page.quiet_viser import open_browser_server
 from simx_server.viewer.page.view import world
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <worldbody>

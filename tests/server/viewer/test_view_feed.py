@@ -22,6 +22,8 @@ from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import LOOK, ONE_STEP, SPEED, SURVEY
 from simx_server.viewer.page.mirror import Mirror
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <worldbody>

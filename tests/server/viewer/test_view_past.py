@@ -19,6 +19,8 @@ from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.messages import ADD_ON
 from simx_server.viewer.page.panels.time_slider import TimeSlider, calls_as_html
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["browser"]  # a fixture
 
 SCENE = """

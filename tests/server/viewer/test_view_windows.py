@@ -30,6 +30,8 @@ from simx_server.viewer.windows import (
     Windows,
 )
 
+pytestmark = pytest.mark.slow
+
 JPEG = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
 
 

@@ -27,6 +27,8 @@ from simx_server.viewer.page.view.selected import Selected
 from simx_server.viewer.page.view.smoothing import smoothed
 from simx_server.viewer.page.view.world import World, contact_forces
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["browser"]
 
 SCENE = """

@@ -22,7 +22,7 @@ def opengl_name() -> str:
     return backend.name
 
 
-@pytest.fixture(params=["opengl", "raycast"])
+@pytest.fixture(params=[pytest.param("opengl", marks=pytest.mark.gl), "raycast"])
 def make_renderer(request: pytest.FixtureRequest) -> Iterator[Callable[[mujoco.MjModel], Renderer]]:
     """Makes renderers of one kind, and closes them."""
     made: list[Renderer] = []

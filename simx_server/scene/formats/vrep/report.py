@@ -49,7 +49,7 @@ class Report:
     missing_functions: Counter[str] = field(default_factory=Counter[str])
     """Functions, constants and modules that the scripts need and the server lacks, with the number of scripts.
 
-    `simx_server/sim_api/lacking.py` fills it.
+    `simx_server/sim_api/listing/lacking.py` fills it.
     """
     rehearsal: Rehearsal | None = None
     """The start of its scripts; None if they were not started."""

@@ -13,6 +13,8 @@ from original_peer import Peer, floats, ints, peer, served, text
 from simx_client.protocol.table.original_wire import RESERVED
 from simx_server.gateways.original.translation import WIRES
 
+pytestmark = pytest.mark.gl
+
 SCENE = Path(__file__).parents[3] / "conformance" / "scene.xml"
 NO_OBJECT = 777_776
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)

