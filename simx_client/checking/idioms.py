@@ -208,7 +208,7 @@ def _assembly(difference: Difference, wants: Wants) -> Iterator[str]:
             yield use.called
 
 
-@_habit("a grey picture")
+@_habit("a grey image")
 def _grey(difference: Difference, wants: Wants) -> Iterable[str]:
     return (use.called for use in _uses_of(difference, wants) if _constant(use.argument("options")))
 

@@ -415,25 +415,25 @@ DIFFERENCES: tuple[Difference, ...] = (
         "simxCheckDistance",
     ),
     Difference(
-        "While stopped, and before the first pass, pictures show the scene as it is.",
+        "While stopped, and before the first simulation step, images show the scene as it is.",
         "V-REP gave the background colour and depth 1.",
         "tests/server/handlers/test_handlers_vision.py::test_image_is_rgb_or_grey_bytes_without_a_running_simulation",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
         when=NEVER,
     ),
     Difference(
-        "With vision sensors switched off (boolean parameter 10) pictures are the background.",
-        "In V-REP the last picture stayed. simxReadVisionSensor is 8 in both.",
+        "With vision sensors switched off (boolean parameter 10) images are the background.",
+        "In V-REP the last image stayed. simxReadVisionSensor is 8 in both.",
         "tests/server/sensors/test_sensors_vision.py::test_switched_off_handling_shows_the_background",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
         when="cameras are switched off",
     ),
     Difference(
-        "Any options but 0 mean a grey picture.",
+        "Any options but 0 mean a grey image.",
         "With 2 and the like V-REP sent colours, of which its Python binding took the first third.",
         _SENSORS + "test_a_grey_picture_is_the_mean_of_the_colours",
         "simxGetVisionSensorImage",
-        when="a grey picture",
+        when="a grey image",
     ),
     Difference(
         "An image given to a sensor with external input goes with the stop, and its statistics last until then.",
@@ -457,7 +457,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Parameters of V-REP's drawing and machinery read as they were set and change nothing:",
         "fog, background and ambient light, video, the window, threads, warnings and so on. The colour of the fog is "
-        "the background of pictures.",
+        "the background of images.",
         "tests/server/parts/test_parameters.py::test_settings_of_vreps_own_drawing_and_machinery_are_kept",
         "simxGetIntegerParameter simxSetIntegerParameter simxGetFloatingParameter simxSetFloatingParameter "
         "simxGetStringParameter simxGetArrayParameter simxSetArrayParameter",

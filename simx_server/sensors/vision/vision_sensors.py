@@ -79,16 +79,16 @@ class VisionSensors(SensorSettings, Part):
         if given is not None:
             return done((size, (grey(given) if as_grey else given).tobytes()))
         if settings.shows_depth:
-            picture = self._picture(handle, depth=True, asker=asker)
+            image = self._image(handle, depth=True, asker=asker)
         else:
-            picture = self._picture(handle, rgb=True, asker=asker)
+            image = self._image(handle, rgb=True, asker=asker)
         shows_depth = settings.shows_depth
 
         def convert(made: CameraImage) -> tuple[list[int], bytes]:
             pixels = shown(made, shows_depth)
             return size, (grey(pixels) if as_grey else pixels).tobytes()
 
-        return then(picture, convert)
+        return then(image, convert)
 
     def depth(self, handle: int, *, asker: str = "") -> Future[tuple[list[int], bytes]]:
         """Return [width, height] and float32 values 0..1, rows bottom first."""
@@ -103,7 +103,7 @@ class VisionSensors(SensorSettings, Part):
             processed = self._processed(handle, asker)
             if processed is not None:
                 return then(processed, convert)
-        return then(self._picture(handle, depth=True, asker=asker), convert)
+        return then(self._image(handle, depth=True, asker=asker), convert)
 
     def read(self, handle: int, *, asker: str = "") -> Future[tuple[bool, list[list[float]]]]:
         """Return whether the sensor detects, and [15 numbers].
@@ -121,7 +121,7 @@ class VisionSensors(SensorSettings, Part):
         settings = self._sensor(handle)
         drawn = settings.drawn
         by_itself = self._is_automatic(settings)
-        handled = settings.picture is not None or (by_itself and self._are_sensed)
+        handled = settings.image is not None or (by_itself and self._are_sensed)
         if drawn is None and not handled:
             name = self._sim.scene.get(handle).name
             raise NotHandledYet(
@@ -131,15 +131,15 @@ class VisionSensors(SensorSettings, Part):
             )
         verdict = settings.verdict
         if (processed := self._processed(handle, asker)) is not None:
-            return then(processed, lambda made: judged(settings, made.picture, False, verdict, made))
+            return then(processed, lambda made: judged(settings, made.image, False, verdict, made))
         shows_depth = settings.shows_depth and drawn is None
-        picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
+        image = self._image(handle, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
 
         def convert(made: CameraImage) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else CameraImage(drawn, made.depth)
             return judged(settings, seen, shows_depth, verdict)
 
-        return then(picture, convert)
+        return then(image, convert)
 
     def check(self, handle: int, entity: int = ALL) -> Future[tuple[bool, list[list[float]]]]:
         """Return the same as `read`, from an image of an entity rendered now, whatever was handled or set.
@@ -149,11 +149,11 @@ class VisionSensors(SensorSettings, Part):
             CommandError: the entity does not exist.
         """
         settings = self._sensor(handle)
-        picture = self.image_of(handle, entity)
+        image = self.image_of(handle, entity)
         if settings.chain is None:
-            return then(picture, lambda made: judged(settings, made, settings.shows_depth))
+            return then(image, lambda made: judged(settings, made, settings.shows_depth))
         process = self._process(settings, keeps_work=False)
-        return then(picture, lambda made: judged(settings, made, False, None, process(made)))
+        return then(image, lambda made: judged(settings, made, False, None, process(made)))
 
     def image_of(self, handle: int, entity: int) -> Future[CameraImage]:
         """Return both channels of an entity as a sensor sees it now.
@@ -174,7 +174,7 @@ class VisionSensors(SensorSettings, Part):
         if settings.external:
             return
         if not self.enabled:
-            settings.picture = None
+            settings.image = None
             return
         self._take(settings, handle, self._sim.step_count)
         self.on_image(handle)
@@ -189,7 +189,7 @@ class VisionSensors(SensorSettings, Part):
         settings = self._sensor(handle)
         if not self._is_automatic(settings):
             return False
-        if settings.picture is None or settings.image_step <= self._sim.step_count:
+        if settings.image is None or settings.image_step <= self._sim.step_count:
             self._take(settings, handle, self._sim.step_count + 1)
         return True
 
@@ -230,8 +230,8 @@ class VisionSensors(SensorSettings, Part):
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
         settings.drawn, settings.filtered, settings.verdict = rgb, None, None
         if settings.chain is not None:
-            picture = CameraImage(rgb, np.ones((height, width), np.float32))
-            settings.processed = done(self._process(settings)(picture))
+            as_set = CameraImage(rgb, np.ones((height, width), np.float32))
+            settings.processed = done(self._process(settings)(as_set))
         settings.image_step = max(settings.image_step, self._sim.step_count)
         self.on_image(handle)
 
@@ -249,10 +249,10 @@ class VisionSensors(SensorSettings, Part):
     def _take(self, settings: VisionSettings, handle: int, until: int) -> None:
         settings.forget()
         self._check_room(settings)
-        settings.picture = self._request(handle, rgb=True, depth=True)
+        settings.image = self._request(handle, rgb=True, depth=True)
         settings.image_step = until
         if settings.chain is not None:
-            settings.processed = then(settings.picture, self._process(settings))
+            settings.processed = then(settings.image, self._process(settings))
 
     def _process(
         self, settings: VisionSettings, *, keeps_work: bool = True
@@ -275,13 +275,13 @@ class VisionSensors(SensorSettings, Part):
         if settings.processed is not None:
             return settings.processed
         self._check_room(settings)
-        if settings.picture is None and not self._is_automatic(settings):
+        if settings.image is None and not self._is_automatic(settings):
             blank = self._background(settings)
             assert blank.rgb is not None
             assert blank.depth is not None
             return done(Processed(blank, blank.rgb, blank.depth))
-        picture = self._picture(handle, rgb=True, depth=True, asker=asker)
-        return then(picture, self._process(settings, keeps_work=False))
+        image = self._image(handle, rgb=True, depth=True, asker=asker)
+        return then(image, self._process(settings, keeps_work=False))
 
     def _is_automatic(self, settings: VisionSettings) -> bool:
         """Return whether each simulation step handles a sensor."""
@@ -316,17 +316,17 @@ class VisionSensors(SensorSettings, Part):
         self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
         settings = self.settings(handle)
         if not settings.explicit and settings.image_step < self._sim.step_count:
-            settings.picture = None
+            settings.image = None
             if not settings.external:
                 settings.forget()
         return settings
 
-    def _picture(
+    def _image(
         self, handle: int, *, rgb: bool = False, depth: bool = False, asker: str = ""
     ) -> Future[CameraImage]:
         settings = self.settings(handle)
-        if settings.picture is not None:
-            return settings.picture
+        if settings.image is not None:
+            return settings.image
         if not self._is_automatic(settings):
             return done(self._background(settings))
         return self._request(handle, rgb=rgb, depth=depth, asker=asker)
@@ -345,9 +345,9 @@ class VisionSensors(SensorSettings, Part):
             return made
         return then(
             made,
-            lambda picture: CameraImage(
-                picture.rgb if with_rgb else np.zeros((*shape, 3), np.uint8),
-                picture.depth if with_depth else np.ones(shape, np.float32),
+            lambda image: CameraImage(
+                image.rgb if with_rgb else np.zeros((*shape, 3), np.uint8),
+                image.depth if with_depth else np.ones(shape, np.float32),
             ),
         )
 
