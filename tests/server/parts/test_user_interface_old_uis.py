@@ -141,3 +141,18 @@ def test_a_wrong_value_leaves_the_ui_out_and_says_why(
     world = World(scene(text("panel", **wrong), text("free")))
     assert names(world) == ["free"]
     assert "the scene's UI 'panel' is not there" in caplog.text
+
+
+def test_the_viewer_gets_elements_by_row_as_they_look_now() -> None:
+    roll = BUTTON | v.sim_buttonproperty_rollupaction | v.sim_buttonproperty_staydown
+    label = {"id": 3, "property": v.sim_buttonproperty_label, "place": [0, 0, 1, 1], "label": "&&ArrowUp up"}
+    button = {"id": 4, "property": roll, "place": [0, 2, 1, 1], "label": "roll", "down_label": "unroll"}
+    world = World(scene(text("panel", properties=1, element=[button, label])))
+    (shown,) = world.parts.user_interface.view()["windows"]
+    assert [each["text"] for each in shown["widgets"]] == ["▲ up", "roll"]
+    world.parts.user_interface.custom_uis.get(shown["handle"]).click(4)
+    (shown,) = world.parts.user_interface.view()["windows"]
+    assert [(each["text"], each["visible"]) for each in shown["widgets"]] == [
+        ("▲ up", False),
+        ("unroll", True),
+    ]
