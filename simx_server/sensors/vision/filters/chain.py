@@ -62,7 +62,7 @@ class Chain:
         """Return an image after all components.
 
         Args:
-            picture: both channels.
+            image: both channels.
             view: the view that it shows.
             work: the images of the run before; they change.
         """
