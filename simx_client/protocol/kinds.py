@@ -111,7 +111,7 @@ def to_bytes(value: Any) -> bytes:
 def to_pixels(value: Any) -> bytes:
     """Coerce an image: any sequence of ints taken modulo 256, or anything with a byte buffer."""
     if getattr(value, "holds_pixels", False):
-        return value.tobytes()  # a picture this package handed out
+        return value.tobytes()  # an image that this package handed out
     try:
         view = memoryview(value)
         if view.itemsize == 1:

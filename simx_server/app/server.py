@@ -114,7 +114,7 @@ def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None 
         elif settings.convert is not None:
             exit_code = _convert(settings.convert, settings)
         elif settings.snapshot is not None:
-            exit_code = _picture(settings.snapshot, settings, rendering)
+            exit_code = _image(settings.snapshot, settings, rendering)
         else:
             exit_code = _serve(settings, rendering, helper)
     finally:
@@ -227,7 +227,7 @@ def _convert(folder: Path, settings: Settings) -> int:
     return DONE
 
 
-def _picture(path: Path, settings: Settings, rendering: RenderThread) -> int:
+def _image(path: Path, settings: Settings, rendering: RenderThread) -> int:
     with ExitStack() as stack:
         try:
             world = open_world(settings, stack, rendering=rendering)

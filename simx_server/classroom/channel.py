@@ -18,7 +18,7 @@ class Message(NamedTuple):
     """A received message."""
 
     fields: dict[str, Any]
-    picture: bytes = b""
+    image: bytes = b""
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
@@ -29,9 +29,9 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return here, there
 
 
-def packed(fields: dict[str, Any], picture: bytes = b"") -> bytes:
+def packed(fields: dict[str, Any], image: bytes = b"") -> bytes:
     """Return a message as bytes."""
-    return json.dumps(fields).encode() + b"\n" + picture
+    return json.dumps(fields).encode() + b"\n" + image
 
 
 def unpacked(data: bytes) -> Message:
@@ -40,11 +40,11 @@ def unpacked(data: bytes) -> Message:
     Raises:
         ValueError: they have another form.
     """
-    head, _, picture = data.partition(b"\n")
+    head, _, image = data.partition(b"\n")
     try:
         fields = json.loads(head)
     except RecursionError:
         raise ValueError("a message whose values lie too deep in each other") from None
     if not isinstance(fields, dict):
         raise ValueError("a message is an object of JSON")
-    return Message(cast(dict[str, Any], fields), picture)
+    return Message(cast(dict[str, Any], fields), image)

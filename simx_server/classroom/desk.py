@@ -79,11 +79,11 @@ class Desk:
             self._send({"id": number, "report": self._report()})
             return
         try:
-            picture = self._shot(size).ask()
+            image = self._shot(size).ask()
         except CommandError as problem:
             self._send({"id": number, "problem": str(problem)[:MOST_TEXT]})
             return
-        picture.add_done_callback(partial(self._send_image, number))
+        image.add_done_callback(partial(self._send_image, number))
 
     def _shot(self, size: str) -> Shot:
         """Return the shot for the present scene; the overview if the scene lacks the camera."""
@@ -98,10 +98,10 @@ class Desk:
         self._shots[size] = scene, shot
         return shot
 
-    def _send_image(self, number: int, picture: Future[Pixels]) -> None:
+    def _send_image(self, number: int, image: Future[Pixels]) -> None:
         """Send a finished image. Render thread."""
         try:
-            pixels = picture.result()
+            pixels = image.result()
         except Exception as problem:  # of any driver
             self._send({"id": number, "problem": str(problem)[:MOST_TEXT]})
             return
@@ -112,10 +112,10 @@ class Desk:
                 return
         self._send({"id": number, "problem": "the image is too large to be sent"})
 
-    def _send(self, fields: dict[str, Any], picture: bytes = b"") -> None:
+    def _send(self, fields: dict[str, Any], image: bytes = b"") -> None:
         # A page that does not read gets nothing: it asks again.
         with contextlib.suppress(OSError):
-            self._channel.send(packed(fields, picture))
+            self._channel.send(packed(fields, image))
 
     def _report(self) -> dict[str, Any]:
         loop, simulation = self._loop, self._world.simulation

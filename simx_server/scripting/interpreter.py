@@ -119,7 +119,7 @@ class Switching:
     """Calls of the API by the thread, since its resumption."""
 
     spent: float = 0.0
-    """Processor seconds of waits for pictures, and of API functions with separate limits, during the present call into
+    """Processor seconds of waits for images, and of API functions with separate limits, during the present call into
     the script.
     """
 

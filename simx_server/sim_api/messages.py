@@ -94,12 +94,12 @@ class MessageFunctions(ApiPart, effect="changes"):
     def auxiliaryConsolePrint(self, console: int, text: str | None = None) -> int:
         """Print to a console, or clear it with nil; return 1, or 0 when the console was closed."""
         consoles.print_to_console(self._world, console, text)
-        return int(self._world.user_interface.consoles.get(console) is not None)
+        return int(self._world.user_interface.consoles.find(console) is not None)
 
     def auxiliaryConsoleShow(self, console: int, shown: bool) -> int:
         """Show or hide a console; return 1, or 0 when the console was closed."""
         consoles.show_console(self._world, console, shown)
-        return int(self._world.user_interface.consoles.get(console) is not None)
+        return int(self._world.user_interface.consoles.find(console) is not None)
 
     def displayDialog(
         self,

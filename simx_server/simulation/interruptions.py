@@ -32,7 +32,7 @@ class Interruptions:
     """
 
     waited: float = 0.0
-    """Processor seconds of the waits for pictures so far, with the calls that were served meanwhile. No script has to
+    """Processor seconds of the waits for images so far, with the calls that were served meanwhile. No script has to
     answer for them.
     """
 

@@ -16,7 +16,7 @@ the physics, and the simulation goes on when it fails. ::
     `page/mirror.py`       a copy of the server's model and state
     `page/view/world.py`        the copy in 3-D, of `bodies.py` and `drawings.py`
     `page/panels/`         one file per tab, and the time slider
-    `page/tools/`          dragging, viewpoints, pictures and films, readings of sensors, files, plots
+    `page/tools/`          dragging, viewpoints, images and films, readings of sensors, files, plots
 
 Dependence: `page/` uses `simx_client` as any client does, and viser, the extra ``viewer``; the server imports nothing
 of it.

@@ -162,7 +162,7 @@ class Feed(Part):
             "state": get_state(sim.model, sim.data).tobytes(),
             "running": sim.state.value,
             "time": sim.time,
-            "passes": sim.step_count,
+            "steps": sim.step_count,
             "scene": sim.scene.name,
             "selection": self._selection(),
         }
@@ -195,7 +195,7 @@ class Feed(Part):
             "state": moment.state.tobytes(),
             "running": "running",
             "time": step * sim.time_step,
-            "passes": step,
+            "steps": step,
             "scene": sim.scene.name,
             "selection": self._selection(),
         }
@@ -324,7 +324,7 @@ class Feed(Part):
 
     def _interface(self) -> dict[str, Any]:
         """Return what programs show; of growing texts, the end."""
-        shown = self._world.user_interface.describe()
+        shown = self._world.user_interface.view()
         shown["status_bar"] = [text[:_MOST_LETTERS] for text in shown["status_bar"][-_MOST_LINES:]]
         for console in shown["consoles"]:
             console["lines"] = [line[:_MOST_LETTERS] for line in console["lines"][-_MOST_LINES:]]

@@ -37,7 +37,7 @@ class Look(TypedDict):
 
     running: State
     time: float
-    passes: int
+    steps: int
     scene: str
     selection: list[int]
 
@@ -46,7 +46,7 @@ class Past(TypedDict):
     """The world after a past simulation step."""
 
     look: Look
-    """`running`, `time` and `passes` are those of the past; the selection is the present one."""
+    """`running`, `time` and `steps` are those of the past; the selection is the present one."""
 
     step: PastStep
 
@@ -182,7 +182,7 @@ class Survey(TypedDict):
     joints: dict[int, JointView]
     signals: Signals
     interface: dict[str, Any]
-    """As `user_interface.UserInterface.describe`, the end of growing texts."""
+    """As `user_interface.UserInterface.view`, the end of growing texts."""
 
     messages: int
     """Messages ever added to the status bar."""

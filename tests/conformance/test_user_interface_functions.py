@@ -168,7 +168,7 @@ def test_a_slider_is_set_within_0_to_1000_without_an_event(cid: int, simx: Any, 
 
 @of("simxGetUIEventButton")
 def test_an_event_names_its_button_and_is_read_once(world: Any, cid: int, simx: Any, ui: int) -> None:
-    world.parts.user_interface.custom_uis.click(ui, 1)
+    world.parts.user_interface.custom_uis.get(ui).click(1)
     prop = v.simxGetUIButtonProperty(cid, ui, 1, BLOCKING)[1]
     assert simx(cid, ui, BLOCKING) == (OK, 1, [prop, 1])
     assert simx(cid, ui, BLOCKING) == (OK, -1, [0, 0])
@@ -192,8 +192,8 @@ def test_the_property_of_a_button_says_its_kind(cid: int, simx: Any, ui: int) ->
 @of("simxSetUIButtonLabel")
 def test_the_labels_of_a_button_are_set(world: Any, cid: int, simx: Any, ui: int) -> None:
     assert simx(cid, ui, 1, "up", b"down", BLOCKING) == OK
-    element = world.parts.user_interface.custom_uis.get(ui).element(1)
-    assert (element.label, element.down_label) == ("up", "down")
+    element = world.parts.user_interface.custom_uis.get(ui).widget(1)
+    assert (element.text, element.down_label) == ("up", "down")
 
 
 @of("simxRemoveUI")

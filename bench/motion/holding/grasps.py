@@ -176,8 +176,8 @@ def _command(world: Any, hand: Hand, motors: Mapping[str, int], *, opens: bool) 
     if hand.button is not None:
         uis, (name, button) = world.user_interface.custom_uis, hand.button
         handle = uis.find(name)
-        if bool(uis.get(handle).element(button).has(sim_buttonproperty_isdown)) == opens:
-            uis.click(handle, button)
+        if bool(uis.get(handle).widget(button).has(sim_buttonproperty_isdown)) == opens:
+            uis.get(handle).click(button)
         return
     for name, velocity in (hand.opens if opens else hand.closes).items():
         world.simulation.joints.set_target_velocity(motors[name], velocity)

@@ -85,8 +85,8 @@ def _imread(name: Any, flatten: bool = False, mode: str | None = None) -> Any:
     from PIL import Image
 
     with Image.open(name) as image:
-        picture = image.convert(mode or ("RGB" if image.mode in ("P", "CMYK") else image.mode))
-        return np.array(picture.convert("F") if flatten else picture)
+        converted = image.convert(mode or ("RGB" if image.mode in ("P", "CMYK") else image.mode))
+        return np.array(converted.convert("F") if flatten else converted)
 
 
 def _fromimage(image: Any) -> Any:

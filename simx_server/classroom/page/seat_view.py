@@ -200,7 +200,7 @@ class SeatView:
             "note_ago": now - self._note_at if self._note else None,
         }
 
-    async def picture(self, size: str) -> bytes:
+    async def image(self, size: str) -> bytes:
         """Return the seat's newest image of one size as JPEG.
 
         Raises:
@@ -227,12 +227,12 @@ class SeatView:
             raise NoImage(self._problem or "the renderer of the seat starts") from None
         except OSError as problem:
             raise NoImage(str(problem)) from None
-        if not answer.picture:
+        if not answer.image:
             self._problem = str(answer.fields.get("problem", "no image could be made"))
             raise NoImage(self._problem)
         self._problem, self._rest, self._has_drawn = "", REST, True
-        kept.at, kept.jpeg = time.monotonic(), answer.picture
-        return answer.picture
+        kept.at, kept.jpeg = time.monotonic(), answer.image
+        return answer.image
 
     def _rest_a_while(self) -> None:
         """Request no image for a while, after one that was not answered in time; the first may take longer."""

@@ -75,7 +75,7 @@ class ClassPage:
         self._seat_routes: Mapping[tuple[str, str], Callable[[Request, Seat], Awaitable[Response]]] = {
             ("GET", "state"): self._state,
             ("GET", "lines"): self._lines,
-            ("GET", "picture"): self._picture,
+            ("GET", "picture"): self._image,
             ("POST", "reset"): self._reset,
         }
 
@@ -179,12 +179,12 @@ class ClassPage:
     async def _lines(self, _: Request, seat: Seat) -> Response:
         return _json(texts.lines(self._plan, seat))
 
-    async def _picture(self, request: Request, seat: Seat) -> Response:
+    async def _image(self, request: Request, seat: Seat) -> Response:
         size = request.query.get("size", "small")
         if size not in IMAGE_AGE:
             return _refusal(HTTPStatus.BAD_REQUEST, f"There is no such size; valid: {', '.join(IMAGE_AGE)}.")
         try:
-            return Response(HTTPStatus.OK, await self.views[seat.number].picture(size), "image/jpeg")
+            return Response(HTTPStatus.OK, await self.views[seat.number].image(size), "image/jpeg")
         except NoImage as problem:
             return _refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"There is no image: {problem}.")
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from simx_server.handlers.loading import FILE_IS_ON_CLIENT, file_to_load
 from simx_server.parts.user_interface.custom_ui_files import find_ui_file
+from simx_server.parts.user_interface.custom_uis import MAX_LABEL, Element
+from simx_server.scene.formats.texts.old_uis import check_property
 from simx_server.service.calls.background import Steps
 from simx_server.service.calls.registry import handler
 
@@ -16,6 +18,10 @@ if TYPE_CHECKING:
 _NO_EVENT = -1
 
 
+def _element(world: World, ui: int, button: int, *kinds: str) -> Element:
+    return world.user_interface.custom_uis.get(ui).widget(button, *kinds)
+
+
 @handler("simxGetUIHandle")
 def get_ui_handle(world: World, name: str) -> int:
     return world.user_interface.custom_uis.find(name)
@@ -23,13 +29,13 @@ def get_ui_handle(world: World, name: str) -> int:
 
 @handler("simxGetUISlider")
 def get_ui_slider(world: World, ui: int, button: int) -> int:
-    return world.user_interface.custom_uis.slider(ui, button)
+    return int(_element(world, ui, button, "slider").value)
 
 
 @handler("simxSetUISlider")
 def set_ui_slider(world: World, ui: int, button: int, position: int) -> None:
     """Clip the position to 0..1000; the call causes no event, since events are actions of people."""
-    world.user_interface.custom_uis.set_slider(ui, button, position)
+    _element(world, ui, button, "slider").change(position)
 
 
 @handler("simxGetUIEventButton")
@@ -40,23 +46,32 @@ def get_ui_event_button(world: World, ui: int) -> tuple[int, list[int]]:
 
     Differs: events wait in a queue, so the second of two quick clicks is not lost; the original kept the last one.
     """
-    event = world.user_interface.custom_uis.take_event(ui)
-    return (_NO_EVENT, [0, 0]) if event is None else (event.element, [event.prop, event.value])
+    uis = world.user_interface.custom_uis
+    if ui not in uis or not uis.get(ui).events:
+        return _NO_EVENT, [0, 0]
+    event = uis.get(ui).events.popleft()
+    return event.element, [event.prop, event.value]
 
 
 @handler("simxGetUIButtonProperty")
 def get_ui_button_property(world: World, ui: int, button: int) -> int:
-    return world.user_interface.custom_uis.get(ui).element(button).prop
+    return _element(world, ui, button).prop
 
 
 @handler("simxSetUIButtonProperty")
 def set_ui_button_property(world: World, ui: int, button: int, prop: int) -> None:
-    world.user_interface.custom_uis.set_property(ui, button, prop)
+    element = _element(world, ui, button)
+    check_property(prop)
+    element.set_property(prop)
 
 
 @handler("simxSetUIButtonLabel")
 def set_ui_button_label(world: World, ui: int, button: int, up: str | None, down: str | None) -> None:
-    world.user_interface.custom_uis.set_label(ui, button, up, down)
+    element = _element(world, ui, button)
+    if up is not None:
+        element.text = up[:MAX_LABEL]
+    if down is not None:
+        element.down_label = down[:MAX_LABEL]
 
 
 @handler("simxLoadUI", with_client=True)

@@ -32,7 +32,7 @@ def display_dialog(
 
 @handler("simxEndDialog")
 def end_dialog(world: World, handle: int) -> None:
-    world.user_interface.dialogs.end(handle)
+    world.user_interface.dialogs.remove(handle)
 
 
 @handler("simxGetDialogResult")

@@ -95,13 +95,13 @@ class Film(Part):
             self.behind += count
             return
         try:
-            picture = self._shot.ask()
+            image = self._shot.ask()
         except CommandError as problem:
             if not self.unseen:
-                logger.warning("the film goes on with its last picture: %s", problem)
+                logger.warning("the film goes on with its last image: %s", problem)
             self.unseen += count
             return
-        self._writer.put(number, picture)
+        self._writer.put(number, image)
 
     def holds_step(self) -> bool:
         return self._writer.waiting >= MOST_WAITING

@@ -58,9 +58,9 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
         self._frame = self._converted(np.zeros((self._height, self._width, 3), np.uint8))
         self._start()
 
-    def put(self, number: int, picture: Future[Pixels]) -> None:
+    def put(self, number: int, image: Future[Pixels]) -> None:
         """Write frame `number`, greater than all before; those between repeat the one before."""
-        self._put((number, picture))
+        self._put((number, image))
 
     def end(self, count: int) -> None:
         """End the film, which has this many frames."""
@@ -88,9 +88,9 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
         return container, stream
 
     def _write(self, item: tuple[int, Future[Pixels]]) -> None:
-        number, picture = item
+        number, image = item
         self._repeat_until(number)
-        self._frame = self._made(picture) or self._frame
+        self._frame = self._made(image) or self._frame
         self._repeat_until(number + 1)
 
     def _repeat_until(self, number: int) -> None:
@@ -104,9 +104,9 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
         self._mux(self._stream.encode(None))
         self._container.close()
 
-    def _made(self, picture: Future[Pixels]) -> Any | None:
+    def _made(self, image: Future[Pixels]) -> Any | None:
         try:
-            return self._converted(self._fitted(picture.result(self.LONGEST_WAIT)))
+            return self._converted(self._fitted(image.result(self.LONGEST_WAIT)))
         except (CommandError, TimeoutError) as problem:
             if not self.not_made:
                 logger.warning(

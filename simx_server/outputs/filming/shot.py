@@ -192,10 +192,10 @@ def first_image(shot: Shot) -> Pixels:
     return awaited(shot, shot.ask())
 
 
-def awaited(shot: Shot, picture: Future[Pixels]) -> Pixels:
+def awaited(shot: Shot, image: Future[Pixels]) -> Pixels:
     """Return the image that was requested from a shot. Raises CommandError if it could not be made."""
     try:
-        return picture.result(LONGEST_WAIT)
+        return image.result(LONGEST_WAIT)
     except TimeoutError:
         raise CommandError(
             f"no picture of {shot.name} came within {LONGEST_WAIT:.0f} s; simx-server --doctor tells how this machine "

@@ -56,7 +56,7 @@ class Moment(Part):
         self._shot = shot
         self._second = second
         self._elapsed = 0.0
-        self._picture: Future[Pixels] | None = None
+        self._image: Future[Pixels] | None = None
         sim.attach(self)
 
     def write(self, path: Path) -> None:
@@ -66,14 +66,14 @@ class Moment(Part):
             OutputError: the moment did not come, or the file cannot be written.
             CommandError: the image could not be made.
         """
-        if self._second is None and (self._picture is None or self._sim.is_running):
+        if self._second is None and (self._image is None or self._sim.is_running):
             self._take()
-        if self._picture is None:
+        if self._image is None:
             raise OutputError(
                 f"there are only {self._elapsed:g} s of simulated time, so there is no picture of {self._second:g} s; "
                 "give a shorter --duration, or none for the end of the last run"
             )
-        _write(awaited(self._shot, self._picture), path, self._shot)
+        _write(awaited(self._shot, self._image), path, self._shot)
 
     def run_ending(self) -> None:
         if self._second is None:
@@ -81,15 +81,15 @@ class Moment(Part):
 
     def step_finished(self) -> None:
         self._elapsed += self._sim.time_step
-        if self._second is not None and self._picture is None and self._elapsed >= self._second - 1e-9:
+        if self._second is not None and self._image is None and self._elapsed >= self._second - 1e-9:
             self._take()
 
     def _take(self) -> None:
         try:
-            self._picture = self._shot.ask()
+            self._image = self._shot.ask()
         except CommandError as problem:  # the run goes on
-            self._picture = Future()
-            self._picture.set_exception(problem)
+            self._image = Future()
+            self._image.set_exception(problem)
 
 
 def _write(pixels: Pixels, path: Path, shot: Shot) -> None:
@@ -102,7 +102,7 @@ def _write(pixels: Pixels, path: Path, shot: Shot) -> None:
         raise OutputError(
             f"'{path}' cannot be written: {error.strerror}; give --snapshot a file in a folder that may be written"
         ) from None
-    logger.info("'%s' is a picture of %s, %d x %d", path, shot.name, pixels.shape[1], pixels.shape[0])
+    logger.info("'%s' is an image of %s, %d x %d", path, shot.name, pixels.shape[1], pixels.shape[0])
 
 
 def _run(world: World, duration: float) -> None:

@@ -56,11 +56,11 @@ class Images:
             self.unseen += 1
             return
         try:
-            picture = self._shot.ask()
+            image = self._shot.ask()
         except CommandError as problem:
             self._tell(problem)
             return
-        self._asked.append(then(picture, lambda pixels: self._put(pixels, time_ns)))
+        self._asked.append(then(image, lambda pixels: self._put(pixels, time_ns)))
 
     def finish(self) -> None:
         """Wait for the requested images."""
@@ -70,16 +70,16 @@ class Images:
     def _look_after(self) -> None:
         """Remove the finished images, and report failures."""
         asked, self._asked = self._asked, []
-        for picture in asked:
-            if not picture.done():
-                self._asked.append(picture)
-            elif (problem := picture.exception()) is not None:
+        for image in asked:
+            if not image.done():
+                self._asked.append(image)
+            elif (problem := image.exception()) is not None:
                 self.unseen += 1
                 self._tell(problem)
 
     def _tell(self, problem: BaseException) -> None:
         if not self._is_told:
-            logger.warning("a picture is missing in the state log: %s", problem)
+            logger.warning("an image is missing in the state log: %s", problem)
         self._is_told = True
 
     def _put(self, pixels: Pixels, time_ns: int) -> None:

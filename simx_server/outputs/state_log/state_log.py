@@ -84,7 +84,7 @@ class StateLog(Part):
         if shot is not None:
             first_image(shot)
         self._writer = McapWriter(path)
-        self._pictures = None if shot is None else Images(shot, fps or MOST_FPS, self._writer)
+        self._images = None if shot is None else Images(shot, fps or MOST_FPS, self._writer)
         self._zero = time.time_ns() if began is None else began
         self._before = 0.0
         """Simulated seconds of the runs that are over."""
@@ -115,12 +115,12 @@ class StateLog(Part):
     def close(self) -> None:
         """Write what waits, and end the file."""
         self._tell_messages()
-        if self._pictures is not None:
-            self._pictures.finish()
+        if self._images is not None:
+            self._images.finish()
         self._writer.close()
         if not self._writer.has_failed:
             logger.info(
-                "'%s' has %d messages, %.2f s of simulated time; %d passes and %d pictures were left out, as writing "
+                "'%s' has %d messages, %.2f s of simulated time; %d steps and %d images were left out, as writing "
                 "and rendering could not keep up",
                 self._writer.path, self._writer.written, (self._now - self._zero) / 1e9, self.left_out,
                 self.unseen,
@@ -147,7 +147,7 @@ class StateLog(Part):
         return not self._writer.has_failed and self._writer.waiting >= MOST_WAITING
 
     def holds_step(self) -> bool:
-        return self._is_full() or (self._pictures is not None and self._pictures.are_awaited)
+        return self._is_full() or (self._images is not None and self._images.are_awaited)
 
     def run_paused(self) -> None:
         self._sample()
@@ -167,7 +167,7 @@ class StateLog(Part):
     @property
     def unseen(self) -> int:
         """Return the number of images that are not in the log because rendering failed or could not keep up."""
-        return 0 if self._pictures is None else self._pictures.unseen
+        return 0 if self._images is None else self._images.unseen
 
     @property
     def _now(self) -> int:
@@ -202,8 +202,8 @@ class StateLog(Part):
             self._put("/joints", "foxglove.JointStates", now, lambda: joints.filled(np.array(values), now))
         self._tell_signals(now)
         self._tell_messages()
-        if self._pictures is not None:
-            self._pictures.take((now - self._zero) * 1e-9, now)
+        if self._images is not None:
+            self._images.take((now - self._zero) * 1e-9, now)
 
     def _put(self, topic: str, schema: str, now: int, make: Callable[[], bytes]) -> None:
         self._writer.put(topic, schema, now, make)

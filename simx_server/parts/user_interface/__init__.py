@@ -1,7 +1,7 @@
 """The user interface of programs: status bar, consoles, dialogs, custom UIs, windows made from XML.
 
-The server does not have a window. The state is kept and logged, and `UserInterface.describe` returns it to programs
-that show it.
+The server does not have a window. The state is kept and logged. `UserInterface.describe` returns it to clients in the
+forms of the three APIs, `UserInterface.view` to the web viewer in the one form of `Window.view`.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ from .consoles import Consoles
 from .custom_ui_files import UIFileError, find_ui_file, read_ui_file
 from .custom_uis import CustomUI, CustomUIs
 from .dialogs import Dialogs
+from .labels import plain_label
 from .old_uis import OldUIs
 from .views import Views
-from .xml_uis.windows import Windows
+from .xml_windows import XmlWindows
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
 __all__ = ["ADD_ON_NAME", "UserInterface", "UserInterfaceAddOn"]
 
 logger = logging.getLogger(__name__)
+
+CUSTOM, XML = "custom", "xml"
+"""The APIs by which windows are operated: functions of the add-on differ, and their handles are counted separately."""
 
 
 class UserInterface(Part):
@@ -49,7 +53,7 @@ class UserInterface(Part):
         self.custom_uis = CustomUIs(sim)
         self.old_uis = OldUIs(sim, self.custom_uis)
         self.dialogs = Dialogs(sim, self.custom_uis)
-        self.windows = Windows(sim)
+        self.windows = XmlWindows(sim)
         self.views = Views(sim)
         self.mouse = (0, 0, 0)
         """x and y in pixels and the pressed buttons as bits, last reported by a web viewer; parameters 22, 23, 31."""
@@ -91,13 +95,25 @@ class UserInterface(Part):
         return read_ui_file(path, None if tried.contents is None else tried.contents.read(path))
 
     def describe(self) -> dict[str, Any]:
-        """Return the whole state as plain data, ready for JSON."""
+        """Return the whole state for clients as plain data, ready for JSON."""
+        self.windows.forget_the_gone()
         return {
             "status_bar": self._status_bar.messages,
             "consoles": self.consoles.describe(),
-            "dialogs": self.dialogs.describe(),
-            "custom_uis": self.custom_uis.describe(),
-            "windows": self.windows.describe(),
+            "dialogs": [each.describe() for each in self.dialogs],
+            "custom_uis": [each.describe() for each in self.custom_uis],
+            "windows": [each.view() for each in self.windows],
+        }
+
+    def view(self) -> dict[str, Any]:
+        """Return the whole state for the web viewer: all windows have one form, dialogs have a question."""
+        self.windows.forget_the_gone()
+        asked = {each.ui.handle: plain_label(each.text) for each in self.dialogs if each.is_open}
+        old = [{**each.view(), "api": CUSTOM, "question": asked.get(each.handle)} for each in self.custom_uis]
+        return {
+            "status_bar": self._status_bar.messages,
+            "consoles": self.consoles.describe(),
+            "windows": [*old, *({**each.view(), "api": XML, "question": None} for each in self.windows)],
         }
 
     def _load_annotated(self) -> None:

@@ -40,19 +40,19 @@ class UserInterfaceAddOn:
     """Call functions by name, with the four arguments of simxCallScriptFunction."""
 
     def __init__(self, interface: UserInterface) -> None:
-        self._interface = interface
+        dialogs, uis, windows = interface.dialogs, interface.custom_uis, interface.windows
         self._functions = Functions[Callable[[list[int], list[str]], str | None]](
             NAME,
             {
-                "describe": (0, 0, self._describe),
-                "answerDialog": (2, 0, self._answer_dialog),
-                "click": (2, 0, self._click),
-                "moveSlider": (3, 0, self._move_slider),
-                "typeText": (2, 0, self._type_text),
-                "closeConsole": (1, 0, self._close_console),
-                "pressWidget": (2, 0, self._press_widget),
-                "enterValue": (2, 0, self._enter_value),
-                "closeWindow": (1, 0, self._close_window),
+                "describe": (0, 0, lambda _, __: json.dumps(interface.describe())),
+                "answerDialog": (2, 0, lambda ints, texts: dialogs.answer(ints[0], ints[1], *texts[:1])),
+                "click": (2, 0, lambda ints, _: uis.get(ints[0]).click(ints[1])),
+                "moveSlider": (3, 0, lambda ints, _: uis.get(ints[0]).move_slider(*ints[1:])),
+                "typeText": (2, 0, _with_text("typeText", "text", lambda ui: uis.get(ui).type_text)),
+                "closeConsole": (1, 0, lambda ints, _: interface.consoles.close_by_user(*ints)),
+                "pressWidget": (2, 0, lambda ints, _: windows.get(ints[0]).press(ints[1])),
+                "enterValue": (2, 0, _with_text("enterValue", "value", lambda ui: windows.get(ui).enter)),
+                "closeWindow": (1, 0, lambda ints, _: windows.get(*ints).close()),
             },
         )
 
@@ -67,33 +67,15 @@ class UserInterfaceAddOn:
         answer = self._functions.find(function, ints, floats)(ints, strings)
         return [], [], [] if answer is None else [answer], b""
 
-    def _describe(self, ints: list[int], strings: list[str]) -> str:
-        return json.dumps(self._interface.describe())
 
-    def _answer_dialog(self, ints: list[int], strings: list[str]) -> None:
-        self._interface.dialogs.answer(ints[0], ints[1], strings[0] if strings else None)
+def _with_text(
+    function: str, what: str, of: Callable[[int], Callable[[int, str], None]]
+) -> Callable[[list[int], list[str]], None]:
+    """Return a function that needs a string; `of` returns what to call with widget and string, for a handle."""
 
-    def _click(self, ints: list[int], strings: list[str]) -> None:
-        self._interface.custom_uis.click(*ints)
-
-    def _move_slider(self, ints: list[int], strings: list[str]) -> None:
-        self._interface.custom_uis.move_slider(*ints)
-
-    def _type_text(self, ints: list[int], strings: list[str]) -> None:
+    def act(ints: list[int], strings: list[str]) -> None:
         if not strings:
-            raise CommandError(f"typeText of the add-on {NAME} needs the text as its first string")
-        self._interface.custom_uis.type_text(ints[0], ints[1], strings[0])
+            raise CommandError(f"{function} of the add-on {NAME} needs the {what} as its first string")
+        of(ints[0])(ints[1], strings[0])
 
-    def _press_widget(self, ints: list[int], strings: list[str]) -> None:
-        self._interface.windows.press(*ints)
-
-    def _enter_value(self, ints: list[int], strings: list[str]) -> None:
-        if not strings:
-            raise CommandError(f"enterValue of the add-on {NAME} needs the value as its first string")
-        self._interface.windows.enter(ints[0], ints[1], strings[0])
-
-    def _close_window(self, ints: list[int], strings: list[str]) -> None:
-        self._interface.windows.close(ints[0])
-
-    def _close_console(self, ints: list[int], strings: list[str]) -> None:
-        self._interface.consoles.close_by_user(ints[0])
+    return act

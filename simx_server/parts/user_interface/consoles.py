@@ -7,18 +7,15 @@ closed console succeeds (as in V-REP); a handle that never belonged to a console
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntFlag
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
-from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
-if TYPE_CHECKING:
-    from simx_server.simulation.simulation import Simulation
+from .registry import Registry
 
 logger = logging.getLogger(__name__)
 
@@ -50,10 +47,10 @@ _ALL_MODES = 0b11111
 class Console:
     """One console and its text."""
 
-    handle: int
     title: str
     mode: ConsoleMode
     max_lines: int
+    handle: int = 0
     position: list[int] | None = None
     """[x, y] in pixels; None: any position."""
     size: list[int] | None = None
@@ -80,25 +77,23 @@ class Console:
         return self._text.removesuffix("\n").split("\n") if self._text else []
 
 
-class Consoles(Part):
+class Consoles(Registry[Console]):
     """All consoles. Physics thread only."""
 
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
-        self._consoles: dict[int, Console] = {}
-        self._next_handle = 1
+    KIND = "console"
+    LIMIT = "consoles"
+    WAY_OUT = "close some with simxAuxiliaryConsoleClose"
 
     def run_stopped(self) -> None:
-        self._end_run()
+        for console in self:
+            if ConsoleMode.CLOSE_AT_END in console.mode:
+                self.close(console.handle)
 
     def scene_changed(self) -> None:
-        self._change_scene()
-
-    def __iter__(self) -> Iterator[Console]:
-        return iter(tuple(self._consoles.values()))
-
-    def __len__(self) -> int:
-        return len(self._consoles)
+        """Hide the consoles of the previous scene until a program shows them."""
+        for console in self:
+            if ConsoleMode.STAY_WITH_OTHER_SCENE not in console.mode:
+                console.is_shown = False
 
     def open(
         self,
@@ -115,41 +110,35 @@ class Consoles(Part):
         Raises:
             CommandError: too many are open, or it would have no line.
         """
-        self._sim.limits.check(
-            "consoles", len(self._consoles) + 1, "close some with simxAuxiliaryConsoleClose"
-        )
+        self.check_room(1)
         if max_lines < 1:
             raise CommandError(f"a console keeps at least 1 line, not {max_lines}")
         console = Console(
-            self._next_handle,
             title[:MAX_TITLE],
             ConsoleMode(mode & _ALL_MODES),
             min(max_lines, MAX_LINES),
-            position,
-            size,
-            _colour(text_color),
-            _colour(background_color),
+            position=position,
+            size=size,
+            text_color=_colour(text_color),
+            background_color=_colour(background_color),
         )
-        self._consoles[console.handle] = console
-        self._next_handle += 1
+        self.add(console)
         logger.info("console '%s' is open", as_log_line(title))
         return console
 
-    def get(self, handle: int) -> Console | None:
+    def find(self, handle: int) -> Console | None:
         """Return the console, or None when it is closed already.
 
         Raises:
             Unsupported: this handle never belonged to a console.
         """
-        console = self._consoles.get(handle)
-        if console is None and not 0 < handle < self._next_handle:
-            listed = ", ".join(f"{each.handle} ('{each.title}')" for each in self._consoles.values())
-            raise Unsupported(f"no console with handle {handle}; open are: {listed or 'none'}", 0)
-        return console
+        if handle not in self and not 0 < handle < self._next_handle:
+            raise Unsupported(f"no console with handle {handle}; open are: {self.listed()}", 0)
+        return self._opened.get(handle)
 
     def print(self, handle: int, text: str | None) -> None:
-        """Append text, or clear the console with None. Raises CommandError as `get`."""
-        console = self.get(handle)
+        """Append text, or clear the console with None. Raises CommandError as `find`."""
+        console = self.find(handle)
         if console is None:
             logger.debug("console %d is closed; what is printed to it is lost", handle)
         elif text is None:
@@ -159,14 +148,14 @@ class Consoles(Part):
             logger.info("console '%s': %s", as_log_line(console.title), as_log_line(text))
 
     def show(self, handle: int, shown: bool) -> None:
-        """Show or hide a console. Raises CommandError as `get`."""
-        console = self.get(handle)
+        """Show or hide a console. Raises CommandError as `find`."""
+        console = self.find(handle)
         if console is not None:
             console.is_shown = shown
 
     def close(self, handle: int) -> None:
         """Close a console; no effect for an unknown handle."""
-        self._consoles.pop(handle, None)
+        self._opened.pop(handle, None)
 
     def close_by_user(self, handle: int) -> None:
         """Close a console as a person does.
@@ -174,7 +163,7 @@ class Consoles(Part):
         Raises:
             CommandError: no such console, or it was opened without mode bit 2.
         """
-        console = self.get(handle)
+        console = self.find(handle)
         if console is not None and ConsoleMode.USER_MAY_CLOSE not in console.mode:
             raise CommandError(
                 f"console {handle} ('{console.title}') may be closed by its program only: mode bit 2 is not set"
@@ -201,19 +190,8 @@ class Consoles(Part):
                 "text_color": console.text_color,
                 "background_color": console.background_color,
             }
-            for console in self._consoles.values()
+            for console in self
         ]
-
-    def _end_run(self) -> None:
-        for console in self:
-            if ConsoleMode.CLOSE_AT_END in console.mode:
-                self.close(console.handle)
-
-    def _change_scene(self) -> None:
-        """Hide the consoles of the previous scene until a program shows them."""
-        for console in self:
-            if ConsoleMode.STAY_WITH_OTHER_SCENE not in console.mode:
-                console.is_shown = False
 
 
 def _colour(values: list[float] | None) -> list[float] | None:

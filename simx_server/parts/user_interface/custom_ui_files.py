@@ -145,11 +145,11 @@ def _ui(entry: Any, where: str) -> CustomUI:
             raise UIFileError(f"{where} ('{name}') has two elements with id {element.id}")
         elements[element.id] = element
     return CustomUI(
-        name,
         _get(table, "title", where, _text, name),
         elements,
+        name=name,
         properties=_get(table, "properties", where, _properties, VISIBLE),
-        size=_get(table, "size", where, _size, (1, 1)),
+        size=_get(table, "size", where, _size, [1, 1]),
     )
 
 
@@ -166,12 +166,12 @@ def _element(entry: Any, where: str) -> Element:
         raise UIFileError(f"{where} needs an id, a whole number")
     return Element(
         number,
-        prop,
-        _get(table, "label", where, _text, ""),
-        _get(table, "down_label", where, _text, ""),
-        _get(table, "position", where, _position, 0),
-        _get(table, "place", where, _place),
-        _get(table, "colors", where, _colors, [None, None, None]),
+        prop=prop,
+        text=_get(table, "label", where, _text, ""),
+        down_label=_get(table, "down_label", where, _text, ""),
+        value=_get(table, "position", where, _position, 0),
+        cells=_get(table, "place", where, _place),
+        colors=_get(table, "colors", where, _colors, [None, None, None]),
     )
 
 
@@ -212,16 +212,35 @@ def _bool(value: Any) -> bool:
     return value
 
 
-def _int32(value: Any) -> int:
-    if type(value) is not int or not -0x8000_0000 <= value <= 0x7FFF_FFFF:
-        raise ValueError("a whole number of 32 bits")
-    return value
+def _whole(least: int, most: int, what: str) -> Callable[[Any], int]:
+    """Return a check for whole numbers of a range."""
+
+    def read(value: Any) -> int:
+        if type(value) is not int or not least <= value <= most:
+            raise ValueError(what)
+        return value
+
+    return read
 
 
-def _position(value: Any) -> int:
-    if type(value) is not int or not 0 <= value <= MAX_SLIDER:
-        raise ValueError(f"a whole number from 0 to {MAX_SLIDER}")
-    return value
+_int32 = _whole(-0x8000_0000, 0x7FFF_FFFF, "a whole number of 32 bits")
+_position = _whole(0, MAX_SLIDER, f"a whole number from 0 to {MAX_SLIDER}")
+_properties = _whole(0, MAX_PROPERTIES, "a whole number made of the sim_ui_property_ bits")
+
+
+def _list_of_numbers(count: int, what: str) -> Callable[[_Value], list[int]]:
+    """Return a check for lists of `count` whole numbers."""
+
+    def read(value: _Value) -> list[int]:
+        if not isinstance(value, list) or len(value) != count or not all(type(each) is int for each in value):
+            raise ValueError(what)
+        return value
+
+    return read
+
+
+_size = _list_of_numbers(2, "two whole numbers: columns, rows")
+_place = _list_of_numbers(4, "four whole numbers: column, row, columns, rows")
 
 
 def _kind(value: Any) -> int:
@@ -245,18 +264,6 @@ def _property(value: Any) -> int:
     return number
 
 
-def _properties(value: Any) -> int:
-    if type(value) is not int or not 0 <= value <= MAX_PROPERTIES:
-        raise ValueError("a whole number made of the sim_ui_property_ bits")
-    return value
-
-
-def _size(value: _Value) -> tuple[int, int]:
-    if not isinstance(value, list) or len(value) != 2 or not all(type(cell) is int for cell in value):
-        raise ValueError("two whole numbers: columns, rows")
-    return value[0], value[1]
-
-
 def _colors(value: _Value) -> list[Color | None]:
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError("three colours: up, down, label")
@@ -269,9 +276,3 @@ def _color(value: _Value) -> Color:
         if len(parts) == 3:
             return parts[0], parts[1], parts[2]
     raise ValueError("red, green and blue from 0 to 1")
-
-
-def _place(value: _Value) -> list[int]:
-    if not isinstance(value, list) or len(value) != 4 or not all(type(cell) is int for cell in value):
-        raise ValueError("four whole numbers: column, row, columns, rows")
-    return value

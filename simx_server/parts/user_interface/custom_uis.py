@@ -6,27 +6,19 @@ A program loads them and reads how they were operated; people, or clients that a
 
 from __future__ import annotations
 
-import logging
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.scene.formats.texts.old_uis import (
-    FLAGS,
-    MAX_ELEMENTS,
-    MAX_PROPERTIES,
-    check_property,
-    kind_of,
-)
-from simx_server.simulation.part import Part
+from simx_server.scene.formats.texts.old_uis import FLAGS, MAX_ELEMENTS, check_property, kind_of
 
-if TYPE_CHECKING:
-    from simx_server.simulation.simulation import Simulation
-
-logger = logging.getLogger(__name__)
+from .labels import plain_label
+from .registry import Registry
+from .widgets import Widget
+from .windows import Window
 
 MAX_EVENTS = 64
 """Most unread events of one UI; the oldest are dropped first."""
@@ -50,47 +42,80 @@ class Event(NamedTuple):
     value: int
 
 
-@dataclass
-class Element:
-    """A button, label, slider or edit box; ``prop`` consists of the sim_buttonproperty bits."""
+@dataclass(eq=False)
+class Element(Widget):
+    """A button, label, slider or edit box. Its text is the label of a button that is up, or what is in a box."""
 
-    id: int
-    prop: int
-    label: str = ""
-    """Label of a button that is up; an edit box keeps its text here."""
+    maximum: float = MAX_SLIDER
+    prop: int = 0
+    """sim_buttonproperty_ bits, checked; `set_property` sets them."""
     down_label: str = ""
-    position: int = 0
-    """Position of a slider, 0..1000."""
-    place: list[int] | None = None
+    cells: list[int] | None = None
     """[column, row, columns, rows] in the grid of the UI; None: after the previous element."""
     colors: list[Color | None] = field(default_factory=lambda: [None, None, None])
     """RGB 0..1 of the background when it is up, when it is down, and of the label; None: the default of the viewer."""
 
-    @property
-    def kind(self) -> str:
-        return kind_of(self.prop)
+    def __post_init__(self) -> None:
+        self.set_property(self.prop)
+
+    def set_property(self, prop: int) -> None:
+        """Set all bits at once, including the kind."""
+        self.prop, self.kind = prop, kind_of(prop)
+        self.is_enabled = self.has(c.sim_buttonproperty_enabled) and not self.has(
+            c.sim_buttonproperty_ignoremouse
+        )
 
     def has(self, flag: int) -> bool:
         return bool(self.prop & flag)
 
+    @property
+    def is_down(self) -> bool:
+        return self.has(c.sim_buttonproperty_isdown)
 
-@dataclass
-class CustomUI:
-    """One window. `CustomUIs.add` sets ``handle``."""
+    def view(self, *, is_visible: bool) -> dict[str, Any]:
+        up, down, label = self.colors
+        view = super().view(is_visible=is_visible)
+        if self.kind == "editbox":
+            return {**view, "caption": "Text"}
+        text = plain_label((self.is_down and self.down_label) or self.text)
+        if self.kind == "slider":
+            return {**view, "caption": text}
+        if self.kind == "label":
+            return {**view, "text": text, "colors": [up, label]}
+        text, colors = text or f"button {self.id}", [down if self.is_down else up, None]
+        return {**view, "text": text, "value": int(self.is_down), "colors": colors}
 
-    name: str
-    title: str
-    elements: dict[int, Element]
-    handle: int = 0
+    def describe(self) -> dict[str, Any]:
+        """Return it as V-REP's API describes it."""
+        return {
+            "id": self.id,
+            "kind": self.kind,
+            "flags": [name for name, bit in FLAGS.items() if self.has(bit)],
+            "label": self.text,
+            "down_label": self.down_label,
+            "position": self.value,
+            "place": self.cells,
+            "colors": self.colors,
+        }
+
+
+@dataclass(eq=False)
+class CustomUI(Window[Element]):
+    """One custom UI."""
+
+    UNKNOWN = "UI '{0.name}' has no button {1}; it has: {2}"
+    OTHER_KIND = "button {1.id} of UI '{0.name}' is a {1.kind}, no {2}"
+
+    name: str = ""
     properties: int = VISIBLE
     """sim_ui_property_ bits."""
-    size: tuple[int, int] = (1, 1)
+    size: list[int] = field(default_factory=lambda: [1, 1])
     """Columns and rows."""
-    position: tuple[int, int] = (0, 0)
-    """In pixels; kept for the program."""
     events: deque[Event] = field(default_factory=lambda: deque(maxlen=MAX_EVENTS))
-    on_click: Callable[[int], None] | None = None
+    on_click: Callable[[int], None] = lambda _button: None
     """Function called with the id of a button that was clicked."""
+    is_running: Callable[[], bool] = lambda: False
+    """Return whether a simulation runs."""
 
     @property
     def is_open(self) -> bool:
@@ -100,207 +125,123 @@ class CustomUI:
         return bool(self.properties & c.sim_ui_property_visible)
 
     @property
+    def is_there(self) -> bool:
+        needs_run = self.properties & c.sim_ui_property_visibleduringsimulationonly
+        return self.is_open and (not needs_run or self.is_running())
+
+    @property
     def is_rolled_up(self) -> bool:
         return bool(self.properties & c.sim_ui_property_rolledup)
 
-    def is_shown(self, *, is_running: bool) -> bool:
-        """Return whether people can see and use it now."""
-        return self.is_open and (
-            is_running or not self.properties & c.sim_ui_property_visibleduringsimulationonly
-        )
+    def is_shown(self, widget: Element) -> bool:
+        is_left_out = self.is_rolled_up and not widget.has(c.sim_buttonproperty_rollupaction)
+        return not is_left_out and (widget.kind != "label" or bool(widget.text))
 
-    def element(self, element_id: int, *kinds: str) -> Element:
-        """Return an element, of one of these kinds if any are given. Raises CommandError."""
-        element = self.elements.get(element_id)
-        if element is None:
-            listed = ", ".join(f"{each.id} ({each.kind})" for each in self.elements.values()) or "none"
-            raise CommandError(f"UI '{self.name}' has no button {element_id}; it has: {listed}")
-        if kinds and element.kind not in kinds:
-            raise CommandError(f"button {element_id} of UI '{self.name}' is a {element.kind}, no {kinds[0]}")
-        return element
+    def view(self) -> dict[str, Any]:
+        """Return it as plain data: its elements by row and column if all have a position, else as they are."""
+        view, cells = super().view(), [each.cells for each in self.widgets.values()]
+        places = [(each[1], each[0]) for each in cells if each]
+        if len(places) == len(cells):
+            order = sorted(range(len(cells)), key=places.__getitem__)
+            view["widgets"] = [view["widgets"][index] for index in order]
+        return {**view, "name": self.name}
 
+    def describe(self) -> dict[str, Any]:
+        """Return it as V-REP's API describes it."""
+        return {
+            "handle": self.handle,
+            "name": self.name,
+            "title": self.title,
+            "visible": self.is_there,
+            "rolled_up": self.is_rolled_up,
+            "elements": [each.describe() for each in self.widgets.values()],
+        }
 
-class CustomUIs(Part):
-    """All custom UIs. Physics thread only."""
-
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
-        self._uis: dict[int, CustomUI] = {}
-        self._next_handle = 1
-
-    def scene_changed(self) -> None:
-        self._uis.clear()
-
-    def __iter__(self) -> Iterator[CustomUI]:
-        return iter(tuple(self._uis.values()))
-
-    def __len__(self) -> int:
-        return len(self._uis)
-
-    # --- the program's side ----------------------------------------------------------------------
-
-    def add(self, *uis: CustomUI) -> list[int]:
-        """Add UIs, all or none, and return their handles; a name that is taken gets a suffix #0, #1, ...
+    def add_element(self, prop: int, cells: list[int]) -> int:
+        """Add an element and return its id, the first that is free.
 
         Raises:
-            CommandError: there would be too many.
+            CommandError: no such property, or too many elements.
         """
-        self._sim.limits.check("uis", len(self._uis) + len(uis), "remove some with simxRemoveUI")
-        for ui in uis:
-            ui.name = self._free_name(ui.name)
-            ui.handle = self._next_handle
-            self._next_handle += 1
-            self._uis[ui.handle] = ui
-        return [ui.handle for ui in uis]
-
-    def remove(self, handle: int) -> None:
-        """Remove a UI. Raises CommandError: no such UI."""
-        del self._uis[self.get(handle).handle]
-
-    def get(self, handle: int) -> CustomUI:
-        """Return a UI. Raises CommandError that lists the existing UIs."""
-        ui = self._uis.get(handle)
-        if ui is None:
-            raise CommandError(f"no custom UI with handle {handle}; there are: {self._list()}")
-        return ui
-
-    def find(self, name: str) -> int:
-        """Return the handle of the UI with this name. Raises CommandError that lists the existing UIs."""
-        for ui in self._uis.values():
-            if ui.name == name:
-                return ui.handle
-        raise CommandError(f"no custom UI named '{name}'; there are: {self._list()}")
-
-    def slider(self, handle: int, element_id: int) -> int:
-        """Return a slider's position, 0..1000. Raises CommandError."""
-        return self.get(handle).element(element_id, "slider").position
-
-    def set_slider(self, handle: int, element_id: int, position: int) -> None:
-        """Set a slider's position, clipped to 0..1000, without an event. Raises CommandError."""
-        self.get(handle).element(element_id, "slider").position = min(max(position, 0), MAX_SLIDER)
-
-    def set_property(self, handle: int, element_id: int, prop: int) -> None:
-        """Set all property bits at once, including the kind. Raises CommandError."""
-        element = self.get(handle).element(element_id)
         check_property(prop)
-        element.prop = prop
-
-    def set_properties(self, handle: int, properties: int) -> None:
-        """Set all sim_ui_property_ bits of a UI. Raises CommandError."""
-        if not 0 <= properties <= MAX_PROPERTIES:
-            raise CommandError(f"{properties} is not made of the sim_ui_property_ bits")
-        self.get(handle).properties = properties
-
-    def add_element(self, handle: int, prop: int, place: list[int]) -> int:
-        """Add an element to a UI and return its id, the first that is free.
-
-        Raises:
-            CommandError: no such UI, no such property, or too many elements.
-        """
-        ui = self.get(handle)
-        check_property(prop)
-        if len(ui.elements) >= MAX_ELEMENTS:
-            raise CommandError(f"UI '{ui.name}' has {MAX_ELEMENTS} buttons already; a UI cannot have more")
-        number = next(each for each in range(len(ui.elements) + 1) if each not in ui.elements)
-        ui.elements[number] = Element(number, prop, place=place)
+        if len(self.widgets) >= MAX_ELEMENTS:
+            raise CommandError(f"UI '{self.name}' has {MAX_ELEMENTS} buttons already; a UI cannot have more")
+        number = next(each for each in range(len(self.widgets) + 1) if each not in self.widgets)
+        self.widgets[number] = Element(number, prop=prop, cells=cells)
         return number
-
-    def set_colors(self, handle: int, element_id: int, colors: list[Color | None]) -> None:
-        """Set the colours of an element that are not None, in the order of `Element.colors`. Raises CommandError."""
-        element = self.get(handle).element(element_id)
-        element.colors = [new or old for new, old in zip(colors, element.colors, strict=True)]
-
-    def set_label(self, handle: int, element_id: int, up: str | None, down: str | None) -> None:
-        """Set the labels of an element; None leaves one as it is. Raises CommandError."""
-        element = self.get(handle).element(element_id)
-        if up is not None:
-            element.label = up[:MAX_LABEL]
-        if down is not None:
-            element.down_label = down[:MAX_LABEL]
-
-    def take_event(self, handle: int) -> Event | None:
-        """Return the oldest unread event and remove it; None without events or for an unknown UI (as V-REP)."""
-        ui = self._uis.get(handle)
-        return ui.events.popleft() if ui is not None and ui.events else None
 
     # --- the user's side -------------------------------------------------------------------------
 
-    def click(self, handle: int, element_id: int) -> None:
+    def click(self, number: int) -> None:
         """Press and release a button; one with the staydown property goes down, or up again.
 
         Raises:
             CommandError: no such button, or it cannot be used now.
         """
-        ui, button = self._operated(handle, element_id, "button")
+        button = self._operated(number, "button")
         if button.has(c.sim_buttonproperty_staydown):
             button.prop ^= c.sim_buttonproperty_isdown
-            ui.events.append(Event(button.id, button.prop, int(button.has(c.sim_buttonproperty_isdown))))
+            self._note(button, int(button.is_down))
         else:
-            ui.events.append(Event(button.id, button.prop, 1))
+            self._note(button, 1)
             if button.has(c.sim_buttonproperty_downupevent):
-                ui.events.append(Event(button.id, button.prop, 0))
+                self._note(button, 0)
         if button.has(c.sim_buttonproperty_rollupaction):
-            ui.properties ^= c.sim_ui_property_rolledup
+            self.properties ^= c.sim_ui_property_rolledup
         if button.has(c.sim_buttonproperty_closeaction):
-            ui.properties &= ~c.sim_ui_property_visible
-        if ui.on_click is not None:
-            ui.on_click(button.id)
+            self.properties &= ~c.sim_ui_property_visible
+        self.on_click(number)
 
-    def move_slider(self, handle: int, element_id: int, position: int) -> None:
+    def move_slider(self, number: int, position: int) -> None:
         """Move a slider. Raises CommandError: no such slider, or it cannot be used now."""
-        ui, slider = self._operated(handle, element_id, "slider")
-        slider.position = min(max(position, 0), MAX_SLIDER)
-        ui.events.append(Event(slider.id, slider.prop, slider.position))
+        slider = self._operated(number, "slider")
+        slider.change(position)
+        self._note(slider, int(slider.value))
 
-    def type_text(self, handle: int, element_id: int, text: str) -> None:
+    def type_text(self, number: int, text: str) -> None:
         """Replace the text of an edit box. Raises CommandError: no such box, or it cannot be used now."""
-        ui, box = self._operated(handle, element_id, "editbox")
-        box.label = text[:MAX_LABEL]
-        ui.events.append(Event(box.id, box.prop, 0))
+        box = self._operated(number, "editbox")
+        box.text = text[:MAX_LABEL]
+        self._note(box, 0)
 
-    def describe(self) -> list[dict[str, Any]]:
-        """Return every UI as plain data, in the order of their handles."""
-        return [
-            {
-                "handle": ui.handle,
-                "name": ui.name,
-                "title": ui.title,
-                "visible": ui.is_shown(is_running=self._sim.is_running),
-                "rolled_up": ui.is_rolled_up,
-                "elements": [
-                    {
-                        "id": element.id,
-                        "kind": element.kind,
-                        "flags": [name for name, bit in FLAGS.items() if element.has(bit)],
-                        "label": element.label,
-                        "down_label": element.down_label,
-                        "position": element.position,
-                        "place": element.place,
-                        "colors": element.colors,
-                    }
-                    for element in ui.elements.values()
-                ],
-            }
-            for ui in self._uis.values()
-        ]
+    def _note(self, element: Element, value: int) -> None:
+        self.events.append(Event(element.id, element.prop, value))
 
-    def _operated(self, handle: int, element_id: int, kind: str) -> tuple[CustomUI, Element]:
-        ui = self.get(handle)
-        element = ui.element(element_id, kind)
-        if not ui.is_open:
-            raise CommandError(f"UI '{ui.name}' is closed, so nothing on it can be used")
-        if not ui.is_shown(is_running=self._sim.is_running):
-            raise CommandError(f"UI '{ui.name}' is there only during a simulation; start it first")
-        if not element.has(c.sim_buttonproperty_enabled) or element.has(c.sim_buttonproperty_ignoremouse):
-            raise CommandError(f"{kind} {element_id} of UI '{ui.name}' cannot be used: it is not enabled")
-        return ui, element
+    def _operated(self, number: int, kind: str) -> Element:
+        element = self.widget(number, kind)
+        if not self.is_open:
+            raise CommandError(f"UI '{self.name}' is closed, so nothing on it can be used")
+        if not self.is_there:
+            raise CommandError(f"UI '{self.name}' is there only during a simulation; start it first")
+        if not element.is_enabled:
+            raise CommandError(f"{kind} {number} of UI '{self.name}' cannot be used: it is not enabled")
+        return element
 
-    def _free_name(self, name: str) -> str:
-        taken = {ui.name for ui in self._uis.values()}
-        candidate, number = name, 0
+
+class CustomUIs(Registry[CustomUI]):
+    """All custom UIs. Physics thread only."""
+
+    KIND = "custom UI"
+    LIMIT = "uis"
+    WAY_OUT = "remove some with simxRemoveUI"
+
+    def scene_changed(self) -> None:
+        self._opened.clear()
+
+    def _prepare(self, new: CustomUI) -> None:
+        """Give it a name that is free: one that is taken gets a suffix #0, #1, ..."""
+        taken = {ui.name for ui in self}
+        candidate, number = new.name, 0
         while candidate in taken:
-            candidate, number = f"{name}#{number}", number + 1
-        return candidate
+            candidate, number = f"{new.name}#{number}", number + 1
+        new.name, new.is_running = candidate, lambda: self._sim.is_running
 
-    def _list(self) -> str:
-        return ", ".join(f"{ui.handle} ('{ui.name}')" for ui in self._uis.values()) or "none"
+    def find(self, name: str) -> int:
+        """Return the handle of the UI with this name. Raises CommandError that lists the existing UIs."""
+        for ui in self:
+            if ui.name == name:
+                return ui.handle
+        raise CommandError(f"no custom UI named '{name}'; there are: {self.listed()}")
+
+    def listed(self) -> str:
+        return ", ".join(f"{ui.handle} ('{ui.name}')" for ui in self) or "none"

@@ -41,7 +41,7 @@ class OldUIs:
         for name, (note, handle) in list(self._made.items()):
             if present.get(name) is not note:
                 del self._made[name]
-                if handle is not None and handle in self._handles():
+                if handle is not None and handle in self._uis:
                     self._uis.remove(handle)
         for name, note in present.items():
             if name not in self._made:
@@ -49,8 +49,7 @@ class OldUIs:
 
     def names(self) -> list[str]:
         """Return the names of those that exist and were not removed by a program."""
-        handles = self._handles()
-        return [name for name, (_, handle) in self._made.items() if handle in handles]
+        return [name for name, (_, handle) in self._made.items() if handle in self._uis]
 
     def owner(self, handle: int) -> int:
         """Return the object with which a UI is associated, -1 for none."""
@@ -75,6 +74,3 @@ class OldUIs:
         except CommandError as problem:
             logger.warning("the scene's UI '%s' is not there: %s", name, problem)
             return None
-
-    def _handles(self) -> set[int]:
-        return {ui.handle for ui in self._uis}

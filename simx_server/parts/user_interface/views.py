@@ -5,11 +5,12 @@ The web viewer shows the images of cameras and vision sensors without them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.simulation.part import Part
+
+from .registry import Registry
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
@@ -33,42 +34,25 @@ class FloatingView:
     options: int
     shown: int = -1
     """Handle of the camera, vision sensor or graph that it shows, -1 for none."""
-    label: str = ""
+    title: str = ""
+    handle: int = 0
 
 
-@dataclass
-class Views(Part):
-    """The views of the present scene. Physics thread only."""
+class Views(Registry[FloatingView]):
+    """The floating views of the present scene, and its page. Physics thread only."""
 
-    sim: Simulation
-    page: int = 0
-    navigation_mode: int = 0
-    floating: dict[int, FloatingView] = field(default_factory=dict[int, FloatingView])
-    _next_handle: int = _FIRST_FLOATING
+    KIND = "floating view"
+    LIMIT = "uis"
+    WAY_OUT = "remove some with sim.floatingViewRemove"
+
+    def __init__(self, sim: Simulation) -> None:
+        super().__init__(sim)
+        self._next_handle = _FIRST_FLOATING
+        self.page = self.navigation_mode = 0
 
     def scene_changed(self) -> None:
         self.page = self.navigation_mode = 0
-        self.floating.clear()
-
-    def add(self, view: FloatingView) -> int:
-        """Add a floating view and return its handle. Raises CommandError: there would be too many."""
-        self.sim.limits.check("uis", len(self.floating) + 1, "remove some with sim.floatingViewRemove")
-        handle, self._next_handle = self._next_handle, self._next_handle + 1
-        self.floating[handle] = view
-        return handle
-
-    def get(self, handle: int) -> FloatingView:
-        """Return a floating view. Raises CommandError that lists the existing ones."""
-        view = self.floating.get(handle)
-        if view is None:
-            known = ", ".join(map(str, self.floating)) or "none"
-            raise CommandError(f"no floating view with handle {handle}; there are: {known}")
-        return view
-
-    def remove(self, handle: int) -> None:
-        """Remove a floating view. Raises CommandError: no such view."""
-        self.get(handle)
-        del self.floating[handle]
+        self._opened.clear()
 
     def set_page(self, page: int) -> None:
         """Turn to a page. Raises CommandError: no such page."""

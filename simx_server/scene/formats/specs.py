@@ -124,7 +124,7 @@ def _read_vrep(data: bytes, file: Path, sources: Sources, name: str) -> SpecOfFi
     from .vrep.opening import open_vrep  # slow, and often not needed
 
     spec, report, is_model = open_vrep(data, name)
-    if sources.contents is not None:  # pictures of the default scene
+    if sources.contents is not None:  # images of the default scene
         others = {path: each for path, each in sources.contents.assets.items() if path != str(file)}
         spec.assets = {**others, **dict(spec.assets)}
     return SpecOfFile(spec, is_vrep_model=is_model, report=report)

@@ -130,14 +130,14 @@ class Commands:
         self._gl.glColorMask(True, True, True, True)
 
     def _set_start(self, background: Color) -> None:
-        """Fill the list that runs after MuJoCo has cleared the picture and before it draws."""
+        """Fill the list that runs after MuJoCo has cleared the image and before it draws."""
         if background == self._background:
             return
         gl = self._gl
 
         def start() -> None:
             gl.glLightModeli(gl.GL_LIGHT_MODEL_LOCAL_VIEWER, 0)
-            gl.glEnable(gl.GL_SCISSOR_TEST)  # MuJoCo has set it to the picture
+            gl.glEnable(gl.GL_SCISSOR_TEST)  # MuJoCo has set it to the image
             gl.glClearColor(*background, 0.0)
             gl.glClear(gl.GL_COLOR_BUFFER_BIT)
             gl.glDisable(gl.GL_SCISSOR_TEST)

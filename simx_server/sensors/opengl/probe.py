@@ -39,17 +39,17 @@ def check_backend(name: str) -> None:
     view = CameraView(camera_id=0, width=32, height=24, fovy_deg=45.0, near=0.1, far=2.1)
     renderer = OpenGLRenderer(model, name)
     try:
-        picture = renderer.render(data, view, rgb=True, depth=True)
+        image = renderer.render(data, view, rgb=True, depth=True)
     finally:
         renderer.close()
-    assert picture.rgb is not None
-    assert picture.depth is not None
-    red, green, blue = (int(value) for value in picture.rgb[12, 16])
-    if not red > green + 20 or not red > blue + 20 or np.any(picture.rgb[0, 0]):
+    assert image.rgb is not None
+    assert image.depth is not None
+    red, green, blue = (int(value) for value in image.rgb[12, 16])
+    if not red > green + 20 or not red > blue + 20 or np.any(image.rgb[0, 0]):
         raise RenderError(f"the test picture has wrong colours: ({red}, {green}, {blue}) where red belongs")
     # The box's top is 1 m away, 0.9 of the 2 m between the planes.
-    if abs(float(picture.depth[12, 16]) - 0.45) > 0.004 or picture.depth[0, 0] != 1.0:
-        raise RenderError(f"the test picture has wrong depth: {picture.depth[12, 16]:.3f} where 0.45 belongs")
+    if abs(float(image.depth[12, 16]) - 0.45) > 0.004 or image.depth[0, 0] != 1.0:
+        raise RenderError(f"the test picture has wrong depth: {image.depth[12, 16]:.3f} where 0.45 belongs")
 
 
 def what_is_wrong(name: str) -> str | None:

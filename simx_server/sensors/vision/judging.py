@@ -10,22 +10,22 @@ from .filters.chain import Processed
 from .vision_settings import Verdict, VisionSettings
 
 
-def statistics(picture: CameraImage, shows_depth: bool) -> list[float]:
+def statistics(image: CameraImage, shows_depth: bool) -> list[float]:
     """Return the 15 numbers of V-REP's first auxiliary packet."""
-    assert picture.depth is not None
-    pixels = shown(picture, shows_depth)
+    assert image.depth is not None
+    pixels = shown(image, shows_depth)
     channels = [grey(pixels), pixels[..., 0], pixels[..., 1], pixels[..., 2]]
     found: list[float] = []
     for measure in (np.min, np.max, _mean):
         found += [int(measure(channel)) / 255 for channel in channels]
-        found.append(float(measure(picture.depth)))
+        found.append(float(measure(image.depth)))
     return found
 
 
-def _handles_in(picture: CameraImage) -> list[float]:
+def _handles_in(image: CameraImage) -> list[float]:
     """Return the handles in an image, in order; V-REP adds a half so that rounding down cannot change them."""
-    assert picture.rgb is not None
-    codes = np.unique(picture.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
+    assert image.rgb is not None
+    codes = np.unique(image.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
     return [code + 0.5 for code in codes.tolist() if code != NO_CODE]
 
 
@@ -35,7 +35,7 @@ _MEAN_INTENSITY = 10
 
 def judged(
     settings: VisionSettings,
-    picture: CameraImage,
+    image: CameraImage,
     shows_depth: bool,
     verdict: Verdict | None = None,
     processed: Processed | None = None,
@@ -46,9 +46,9 @@ def judged(
     its packets follow.
     """
     if settings.shows_handles:
-        seen = [_handles_in(picture)]
+        seen = [_handles_in(image)]
         return (False, seen) if verdict is None else (bool(verdict.detects), [*seen, *verdict.packets])
-    numbers = statistics(picture, shows_depth) if settings.needs_statistics else []
+    numbers = statistics(image, shows_depth) if settings.needs_statistics else []
     intensity = numbers[_MEAN_INTENSITY] if numbers else 0.0
     above, below = settings.detect_above, settings.detect_below
     detects = (
@@ -71,10 +71,10 @@ def _mean(values: np.ndarray) -> float:
     return float(values.mean(dtype=np.float64))
 
 
-def shown(picture: CameraImage, shows_depth: bool) -> np.ndarray:
+def shown(image: CameraImage, shows_depth: bool) -> np.ndarray:
     """Return (h, w, 3) uint8: the sensor's image."""
     if shows_depth:
-        assert picture.depth is not None
-        return depth_as_grey(picture.depth)
-    assert picture.rgb is not None
-    return picture.rgb
+        assert image.depth is not None
+        return depth_as_grey(image.depth)
+    assert image.rgb is not None
+    return image.rgb

@@ -368,7 +368,7 @@ class RenderThread:
             self._running = self._doing = None
             if self._is_hanging:
                 self._is_hanging = False
-                logger.warning("the render thread has come back; pictures can be made again")
+                logger.warning("the render thread has come back; images can be made again")
             idle_since = time.monotonic()
             while True:
                 # A program that fails without closing must still be able to end.
@@ -454,24 +454,24 @@ class RenderThread:
         try:
             renderer = self._renderer_for(job.model)
             self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
-            picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)
+            image = renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)
             took = time.perf_counter() - began
             self.times.made(_camera_name(job), took)
         except Exception as error:
             self._end_job(job, time.perf_counter() - began, None)
             self._tell_failure(job, error)
             raise
-        self._end_job(job, took, picture)
+        self._end_job(job, took, image)
         if not job.is_given_up:
-            job.future.set_result(picture)
+            job.future.set_result(image)
 
-    def _end_job(self, job: _Job, took: float, picture: CameraImage | None) -> None:
+    def _end_job(self, job: _Job, took: float, image: CameraImage | None) -> None:
         with self._wake:
             self._forget(job)
             self._running = None
             self._waiting.took(job.asker, took)
-            if picture is not None and not self._closing.is_set() and not job.is_given_up:
-                self._newest.keep(job, picture.nbytes)
+            if image is not None and not self._closing.is_set() and not job.is_given_up:
+                self._newest.keep(job, image.nbytes)
 
     def _tell_failure(self, job: _Job, error: Exception) -> None:
         explained = _explained(job, self._backend, error)
@@ -536,7 +536,7 @@ class RenderThread:
     def _take_backend(self) -> None:
         backend = self._choose()
         level = logging.WARNING if backend.name == RAYCAST else logging.INFO
-        logger.log(level, "pictures are made with %s: %s", backend.name, backend.reason)
+        logger.log(level, "images are made with %s: %s", backend.name, backend.reason)
         self._backend = backend
         self.ready.set()
 

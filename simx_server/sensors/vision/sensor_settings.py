@@ -121,7 +121,7 @@ class SensorSettings:
             if handle in self._settings:
                 self._settings[copy] = replace(
                     self._settings[handle],
-                    picture=None,
+                    image=None,
                     filtered=None,
                     verdict=None,
                     processed=None,

@@ -80,16 +80,16 @@ class VisionSensors(SensorSettings, Part):
         if given is not None:
             return done((size, (grey(given) if as_grey else given).tobytes()))
         if settings.shows_depth:
-            picture = self._picture(sensor, depth=True, asker=asker)
+            image = self._image(sensor, depth=True, asker=asker)
         else:
-            picture = self._picture(sensor, rgb=True, asker=asker)
+            image = self._image(sensor, rgb=True, asker=asker)
         shows_depth = settings.shows_depth
 
         def convert(made: CameraImage) -> tuple[list[int], bytes]:
             pixels = shown(made, shows_depth)
             return size, (grey(pixels) if as_grey else pixels).tobytes()
 
-        return then(picture, convert)
+        return then(image, convert)
 
     def depth(self, handle: int, *, asker: str = "") -> Future[tuple[list[int], bytes]]:
         """Return [width, height] and float32 values 0..1, rows bottom first."""
@@ -105,7 +105,7 @@ class VisionSensors(SensorSettings, Part):
             processed = self._processed(sensor, asker)
             if processed is not None:
                 return then(processed, convert)
-        return then(self._picture(sensor, depth=True, asker=asker), convert)
+        return then(self._image(sensor, depth=True, asker=asker), convert)
 
     def read(self, handle: int, *, asker: str = "") -> Future[tuple[bool, list[list[float]]]]:
         """Return whether the sensor detects, and [15 numbers].
@@ -124,7 +124,7 @@ class VisionSensors(SensorSettings, Part):
         settings = sensor.settings
         drawn = settings.drawn
         by_itself = self._is_automatic(settings)
-        handled = settings.picture is not None or (by_itself and self._are_sensed)
+        handled = settings.image is not None or (by_itself and self._are_sensed)
         if drawn is None and not handled:
             raise NotHandledYet(
                 f"vision sensor '{sensor.item.name}' has not been handled yet; "
@@ -134,15 +134,15 @@ class VisionSensors(SensorSettings, Part):
             )
         verdict = settings.verdict
         if (processed := self._processed(sensor, asker)) is not None:
-            return then(processed, lambda made: judged(settings, made.picture, False, verdict, made))
+            return then(processed, lambda made: judged(settings, made.image, False, verdict, made))
         shows_depth = settings.shows_depth and drawn is None
-        picture = self._picture(sensor, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
+        image = self._image(sensor, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
 
         def convert(made: CameraImage) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else CameraImage(drawn, made.depth)
             return judged(settings, seen, shows_depth, verdict)
 
-        return then(picture, convert)
+        return then(image, convert)
 
     def check(self, handle: int, entity: int = ALL) -> Future[tuple[bool, list[list[float]]]]:
         """Return the same as `read`, from an image of an entity rendered now, whatever was handled or set.
@@ -153,11 +153,11 @@ class VisionSensors(SensorSettings, Part):
         """
         sensor = self._sensor(handle)
         settings = sensor.settings
-        picture = self._request(sensor, rgb=True, depth=True, entity=entity)
+        image = self._request(sensor, rgb=True, depth=True, entity=entity)
         if settings.chain is None:
-            return then(picture, lambda made: judged(settings, made, settings.shows_depth))
+            return then(image, lambda made: judged(settings, made, settings.shows_depth))
         process = self._process(settings, keeps_work=False)
-        return then(picture, lambda made: judged(settings, made, False, None, process(made)))
+        return then(image, lambda made: judged(settings, made, False, None, process(made)))
 
     def image_of(self, handle: int, entity: int) -> Future[CameraImage]:
         """Return both channels of an entity as a sensor sees it now.
@@ -178,7 +178,7 @@ class VisionSensors(SensorSettings, Part):
         if settings.external:
             return
         if not self.enabled:
-            settings.picture = None
+            settings.image = None
             return
         self._take(sensor, self._sim.step_count)
         self.on_image(handle)
@@ -194,7 +194,7 @@ class VisionSensors(SensorSettings, Part):
         settings = sensor.settings
         if not self._is_automatic(settings):
             return False
-        if settings.picture is None or settings.image_step <= self._sim.step_count:
+        if settings.image is None or settings.image_step <= self._sim.step_count:
             self._take(sensor, self._sim.step_count + 1)
         return True
 
@@ -235,8 +235,8 @@ class VisionSensors(SensorSettings, Part):
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
         settings.drawn, settings.filtered, settings.verdict = rgb, None, None
         if settings.chain is not None:
-            picture = CameraImage(rgb, np.ones((height, width), np.float32))
-            settings.processed = done(self._process(settings)(picture))
+            as_set = CameraImage(rgb, np.ones((height, width), np.float32))
+            settings.processed = done(self._process(settings)(as_set))
         settings.image_step = max(settings.image_step, self._sim.step_count)
         self.on_image(handle)
 
@@ -255,10 +255,10 @@ class VisionSensors(SensorSettings, Part):
         settings = sensor.settings
         settings.forget()
         self._check_room(settings)
-        settings.picture = self._request(sensor, rgb=True, depth=True)
+        settings.image = self._request(sensor, rgb=True, depth=True)
         settings.image_step = until
         if settings.chain is not None:
-            settings.processed = then(settings.picture, self._process(settings))
+            settings.processed = then(settings.image, self._process(settings))
 
     def _process(
         self, settings: VisionSettings, *, keeps_work: bool = True
@@ -281,13 +281,13 @@ class VisionSensors(SensorSettings, Part):
         if settings.processed is not None:
             return settings.processed
         self._check_room(settings)
-        if settings.picture is None and not self._is_automatic(settings):
+        if settings.image is None and not self._is_automatic(settings):
             blank = self._background(settings)
             assert blank.rgb is not None
             assert blank.depth is not None
             return done(Processed(blank, blank.rgb, blank.depth))
-        picture = self._picture(sensor, rgb=True, depth=True, asker=asker)
-        return then(picture, self._process(settings, keeps_work=False))
+        image = self._image(sensor, rgb=True, depth=True, asker=asker)
+        return then(image, self._process(settings, keeps_work=False))
 
     def _is_automatic(self, settings: VisionSettings) -> bool:
         """Return whether each simulation step handles a sensor."""
@@ -323,17 +323,17 @@ class VisionSensors(SensorSettings, Part):
         sensor = self._found(handle, ObjectKind.VISION_SENSOR)
         settings = sensor.settings
         if not settings.explicit and settings.image_step < self._sim.step_count:
-            settings.picture = None
+            settings.image = None
             if not settings.external:
                 settings.forget()
         return sensor
 
-    def _picture(
+    def _image(
         self, sensor: Sensor, *, rgb: bool = False, depth: bool = False, asker: str = ""
     ) -> Future[CameraImage]:
         settings = sensor.settings
-        if settings.picture is not None:
-            return settings.picture
+        if settings.image is not None:
+            return settings.image
         if not self._is_automatic(settings):
             return done(self._background(settings))
         return self._request(sensor, rgb=rgb, depth=depth, asker=asker)
@@ -352,15 +352,15 @@ class VisionSensors(SensorSettings, Part):
             return made
         return then(
             made,
-            lambda picture: CameraImage(
-                picture.rgb if with_rgb else np.zeros((*shape, 3), np.uint8),
-                picture.depth if with_depth else np.ones(shape, np.float32),
+            lambda image: CameraImage(
+                image.rgb if with_rgb else np.zeros((*shape, 3), np.uint8),
+                image.depth if with_depth else np.ones(shape, np.float32),
             ),
         )
 
     def _ask(self, view: CameraView, *, rgb: bool, depth: bool, asker: str = "") -> Future[CameraImage]:
         sim = self._sim
-        sim.physics_calls.refuse("a picture cannot be taken", step_only=True)
+        sim.physics_calls.refuse("a image cannot be taken", step_only=True)
         sim.refresh()
         return self._rendering.request(
             sim.model, sim.data, view, rgb=rgb, depth=depth, version=sim.version, asker=asker

@@ -72,7 +72,7 @@ class VisionSettings:
     detect_above: float | None = None
     detect_below: float | None = None
     """The image's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
-    picture: Future[CameraImage] | None = None
+    image: Future[CameraImage] | None = None
     """An image that was handled explicitly, or rendered for a script; None: the scene is rendered."""
     drawn: NDArray[np.uint8] | None = None
     """(height, width, 3): an image that was set and replaces the rendered one; the depth stays the rendered one."""
@@ -120,11 +120,11 @@ class VisionSettings:
     def kept_bytes(self) -> int:
         """Return the bytes of the images that it keeps."""
         images = sum(image.nbytes for image in (self.drawn, self.filtered) if image is not None)
-        return images + (self.most_bytes if self.picture is not None else 0)
+        return images + (self.most_bytes if self.image is not None else 0)
 
     def forget(self) -> None:
         """Drop the image, and what was set or found."""
-        self.picture = self.drawn = self.filtered = self.verdict = self.processed = None
+        self.image = self.drawn = self.filtered = self.verdict = self.processed = None
 
 
 def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:

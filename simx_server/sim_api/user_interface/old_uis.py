@@ -8,6 +8,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers.user_interface import custom_uis
 from simx_server.parts.user_interface.custom_uis import Color, CustomUI, Element
+from simx_server.scene.formats.texts.old_uis import MAX_PROPERTIES
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads, takes
 
@@ -28,6 +29,9 @@ class CustomUIFunctions(ApiPart, effect="changes"):
     CONSTANTS = MappingProxyType(
         {"ui_property_systemblockcanmovetofront": 0x800, "ui_property_pauseactive": 0x1000, **OLD_CONSTANTS}
     )
+
+    def _ui(self, ui: int) -> CustomUI:
+        return self._world.user_interface.custom_uis.get(ui)
 
     @reads
     def getUIHandle(self, name: str) -> int:
@@ -64,46 +68,48 @@ class CustomUIFunctions(ApiPart, effect="changes"):
         column = 0
         for number, (bit, label, prop) in enumerate(wanted):
             width = max(1, columns - others) if bit == c.sim_ui_menu_title else 1
-            elements[number] = Element(number, prop, label, place=[column, 0, width, 1])
+            elements[number] = Element(number, prop=prop, text=label, cells=[column, 0, width, 1])
             column += width
-        ui = CustomUI(name, name, elements, size=(columns, rows + bool(wanted)))
+        ui = CustomUI(name, elements, name=name, size=[columns, rows + bool(wanted)])
         self._world.user_interface.custom_uis.add(ui)
         return ui.handle, list(elements)
 
     def createUIButton(self, ui: int, position: list[int], size: list[int], bits: int) -> int:
         """Add a button, label, slider or edit box to a UI and return its handle. `bits`: sim.buttonproperty_*."""
-        place = [*_pair(position, "the position", least=0), *_pair(size, "the size")]
-        return self._world.user_interface.custom_uis.add_element(ui, bits, place)
+        cells = [*_pair(position, "the position", least=0), *_pair(size, "the size")]
+        return self._ui(ui).add_element(bits, cells)
 
     @reads
     def getUIProperty(self, ui: int) -> int:
         """Return the sim.ui_property_* bits of a UI."""
-        return self._world.user_interface.custom_uis.get(ui).properties
+        return self._ui(ui).properties
 
     def setUIProperty(self, ui: int, bits: int) -> int:
         """Set the sim.ui_property_* bits of a UI and return 1. A UI without sim.ui_property_visible is hidden.
 
         Partly: only visible, visibleduringsimulationonly and rolledup have an effect; the others are kept.
         """
-        self._world.user_interface.custom_uis.set_properties(ui, bits)
+        if not 0 <= bits <= MAX_PROPERTIES:
+            raise CommandError(f"{bits} is not made of the sim_ui_property_ bits")
+        self._ui(ui).properties = bits
         return 1
 
     @reads
     def getUIPosition(self, ui: int) -> list[int]:
         """Return the position of a UI in pixels. Partly: it is the one that a script has set; nothing moves it."""
-        return list(self._world.user_interface.custom_uis.get(ui).position)
+        return list(self._ui(ui).position)
 
     def setUIPosition(self, ui: int, position: list[int]) -> int:
         """Keep a position for a UI in pixels and return 1. Partly: the web viewer shows UIs one below the other."""
         x, y = _pair(position, "the position", least=-_LARGEST)
-        self._world.user_interface.custom_uis.get(ui).position = x, y
+        self._ui(ui).position = x, y
         return 1
 
     @reads
     def getUIButtonSize(self, ui: int, button: int) -> list[int]:
         """Return columns and rows of a button."""
-        place = self._world.user_interface.custom_uis.get(ui).element(button).place
-        return place[2:] if place else [1, 1]
+        cells = self._ui(ui).widget(button).cells
+        return cells[2:] if cells else [1, 1]
 
     def setUIButtonColor(
         self,
@@ -116,24 +122,25 @@ class CustomUIFunctions(ApiPart, effect="changes"):
         """Set the colours (RGB 0..1) of a button's background when it is up and down, and of its label; nil keeps a
         colour. Return 1.
         """
-        colors = [None if each is None else _color(each) for each in (up, down, label)]
-        self._world.user_interface.custom_uis.set_colors(ui, button, colors)
+        given = [None if each is None else _color(each) for each in (up, down, label)]
+        element = self._ui(ui).widget(button)
+        element.colors = [new or old for new, old in zip(given, element.colors, strict=True)]
         return 1
 
     def createUIButtonArray(self, ui: int, button: int) -> int:
         """Return 1. Stand-in: the pixels that it adds to a button are not shown."""
-        self._world.user_interface.custom_uis.get(ui).element(button)
+        self._ui(ui).widget(button)
         self._say_once("pixels on the buttons of custom UIs (sim.createUIButtonArray) are not shown")
         return 1
 
     def setUIButtonArrayColor(self, ui: int, button: int, _position: list[int], _color: list[float]) -> int:
         """Return 1. Stand-in: the pixels of a button are not shown."""
-        self._world.user_interface.custom_uis.get(ui).element(button)
+        self._ui(ui).widget(button)
         return 1
 
     def deleteUIButtonArray(self, ui: int, button: int) -> int:
         """Return 1. Stand-in: the pixels of a button are not shown."""
-        self._world.user_interface.custom_uis.get(ui).element(button)
+        self._ui(ui).widget(button)
         return 1
 
     @reads
@@ -161,7 +168,7 @@ class CustomUIFunctions(ApiPart, effect="changes"):
 
     @reads
     def getUIButtonLabel(self, ui: int, button: int) -> str:
-        return self._world.user_interface.custom_uis.get(ui).element(button).label
+        return self._ui(ui).widget(button).text
 
     def setUIButtonLabel(self, ui: int, button: int, up: str | None, down: str | None = None) -> None:
         """Set the labels that a button shows when it is up and when it is down; nil leaves one as it is."""

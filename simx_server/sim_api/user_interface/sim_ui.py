@@ -1,12 +1,12 @@
-"""``simUI``: windows that scripts make from XML. `parts/user_interface/xml_uis/` explains them."""
+"""``simUI``: windows that scripts make from XML. `parts/user_interface/xml_reading.py` explains them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from simx_server.parts.user_interface.xml_uis.reading import read_window
-from simx_server.parts.user_interface.xml_uis.widgets import MAX_TEXT, SHOWN, Widget
-from simx_server.parts.user_interface.xml_uis.windows import Window
+from simx_server.parts.user_interface.widgets import MAX_TEXT, SHOWN, Widget
+from simx_server.parts.user_interface.xml_reading import read_window
+from simx_server.parts.user_interface.xml_windows import XmlWindow
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.targets import split_target
 from simx_server.sim_api.base import ApiPart
@@ -15,7 +15,7 @@ from simx_server.sim_api.base import ApiPart
 class UiPart(ApiPart):
     """Functions of one topic of ``simUI``; `handle` is a window's, `id` a widget's in it."""
 
-    def _window(self, handle: int) -> Window:
+    def _window(self, handle: int) -> XmlWindow:
         return self._world.user_interface.windows.get(handle)
 
     def _widget(self, handle: int, id: int, *kinds: str) -> Widget:
@@ -34,7 +34,7 @@ class UiWindowFunctions(UiPart, effect="changes"):
         interpreter = self._script.interpreter
         window.is_alive = lambda: interpreter is not None and self._script.interpreter is interpreter
         window.fire = self._fire
-        handle = self._world.user_interface.windows.add(window)
+        (handle,) = self._world.user_interface.windows.add(window)
         hidden = sorted({each.kind for each in window.widgets.values()} - {*SHOWN})
         if hidden:
             self._say_once(f"simUI: these widgets are kept and not shown: {', '.join(hidden)}")

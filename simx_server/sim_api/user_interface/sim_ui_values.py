@@ -6,7 +6,7 @@ With `suppress` false, a change calls the script's function as a change by the u
 from __future__ import annotations
 
 from simx_server.errors import Unsupported
-from simx_server.parts.user_interface.xml_uis.widgets import CHECKED, MAX_ITEMS, MAX_TEXT, Widget
+from simx_server.parts.user_interface.widgets import CHECKED, MAX_ITEMS, MAX_TEXT, Widget
 
 from .sim_ui import UiPart
 

@@ -55,12 +55,13 @@ class ViewFunctions(ApiPart, effect="changes"):
         self._say_once(_FLOATING)
         if 0 <= view <= _LAST_FIXED:
             return 1
-        found = self._world.user_interface.views.floating.get(view)
-        if found is None:
+        views = self._world.user_interface.views
+        if view not in views:
             return 0
         if not _options & 256:
+            found = views.get(view)
             found.shown = -1 if handle == -1 else self._sim.scene.get(self._self(handle)).handle
-            found.label = label or ""
+            found.title = label or ""
         return 1
 
     def cameraFitToView(self, _view: int, _handles: list[int] | None = None, *_options: Any) -> int:
@@ -74,11 +75,11 @@ class ViewFunctions(ApiPart, effect="changes"):
         Stand-in: nothing is drawn in the view.
         """
         self._say_once(_FLOATING)
-        return self._world.user_interface.views.add(FloatingView(x, y, width, height, options))
+        return self._world.user_interface.views.add(FloatingView(x, y, width, height, options))[0]
 
     def floatingViewRemove(self, view: int) -> int:
         """Remove a floating view and return 1, or 0 for one that does not exist. Stand-in: nothing was drawn in it."""
-        if view not in self._world.user_interface.views.floating:
+        if view not in self._world.user_interface.views:
             return 0
         self._world.user_interface.views.remove(view)
         return 1

@@ -30,7 +30,7 @@ _FLAG_METRES = 0x800000
 _FLAGS = 0xFF00000 | _FLAG_GREY | _FLAG_METRES
 
 _MOST_NUMBERS = 2_000_000
-"""Numbers in a table with a picture: 64 MB."""
+"""Numbers in a table with an image: 64 MB."""
 
 _AS_STRING = 1
 _GREY = _METRES = 1
@@ -60,7 +60,7 @@ class VisionFunctions(ApiPart, effect="changes"):
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
             settings = self._world.vision.settings(handle)
             if not settings.explicit and not settings.external:
-                if settings.picture is None:
+                if settings.image is None:
                     self._world.vision.change(handle)  # a new image is rendered on request
                 elif (
                     settings.image_step <= self._sim.step_count
@@ -254,14 +254,14 @@ def _with_packets(result: int, packets: list[list[float]]) -> tuple[int | list[f
     return result, *packets, *[None] * (2 - len(packets))
 
 
-def _as_table(picture: NDArray[Any], full: float = 1.0) -> list[float]:
-    """Return the numbers of a picture, as shares of `full`. Raises CommandError: they are too many for a table."""
-    if picture.size > _MOST_NUMBERS:
+def _as_table(image: NDArray[Any], full: float = 1.0) -> list[float]:
+    """Return the numbers of an image, as shares of `full`. Raises CommandError: they are too many for a table."""
+    if image.size > _MOST_NUMBERS:
         raise CommandError(
-            f"a picture of {picture.size} numbers is too large for a table, which takes {_MOST_NUMBERS}: read a "
+            f"a picture of {image.size} numbers is too large for a table, which takes {_MOST_NUMBERS}: read a "
             "region, or a string of bytes"
         )
-    return (picture.ravel() / full).tolist() if full != 1.0 else picture.ravel().tolist()
+    return (image.ravel() / full).tolist() if full != 1.0 else image.ravel().tolist()
 
 
 def _has(sensor: int, flag: int) -> bool:
@@ -269,7 +269,7 @@ def _has(sensor: int, flag: int) -> bool:
 
 
 def _region(
-    picture: NDArray[_T],
+    image: NDArray[_T],
     position: list[int] | None,
     size: list[int] | None,
 ) -> NDArray[_T]:
@@ -278,7 +278,7 @@ def _region(
     Raises:
         CommandError: the region is not within the image.
     """
-    height, width = picture.shape[:2]
+    height, width = image.shape[:2]
     x, y, *_ = [*(position or ()), 0, 0]
     across, up, *_ = [*(size or ()), 0, 0]
     if across == up == 0:
@@ -287,4 +287,4 @@ def _region(
         raise CommandError(
             f"the region at {x}, {y} of {across} x {up} pixels is not within a picture of {width} x {height}"
         )
-    return picture[y : y + up, x : x + across]
+    return image[y : y + up, x : x + across]

@@ -185,7 +185,7 @@ class Page:
         now = look
         if self._mirror.is_past:  # the panels show the present beside it
             state, seconds, steps = survey["past"]["now"]
-            now: Look = {**look, "running": state, "time": seconds, "passes": steps}
+            now: Look = {**look, "running": state, "time": seconds, "steps": steps}
         sensing = self._eye.sensing() if self._world.wants_sensing else None
         done = [
             self._surveyed.update(partial(self._world.survey, survey)),

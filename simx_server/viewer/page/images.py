@@ -76,28 +76,28 @@ def ask_sight(client: Client, path: str, *, with_depth: bool) -> Sight:
     return Sight(camera.rgb(), camera.depth() if with_depth else None)
 
 
-def enlarged(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def enlarged(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a small image with each pixel repeated: browsers show images at their original size."""
-    times = _ENLARGED // max(picture.shape[:2])
-    return picture if times < 2 else picture.repeat(times, axis=0).repeat(times, axis=1)
+    times = _ENLARGED // max(image.shape[:2])
+    return image if times < 2 else image.repeat(times, axis=0).repeat(times, axis=1)
 
 
 def depth_colours(depth: NDArray[np.float32], far: float) -> tuple[NDArray[np.uint8], str]:
     """Return an image of depths in metres, and the meaning of its colours."""
     is_seen = depth < far * (1 - 1e-5)
-    picture = np.full((*depth.shape, 3), _NOTHING, np.uint8)
+    image = np.full((*depth.shape, 3), _NOTHING, np.uint8)
     if not is_seen.any():
-        return picture, f"depth: nothing nearer than {far:.4g} m"
+        return image, f"depth: nothing nearer than {far:.4g} m"
     seen = depth[is_seen]
     nearest, farthest = float(seen.min()), float(seen.max())
     place = (seen - nearest) / max(farthest - nearest, 1e-6) * (len(_DEPTH_STOPS) - 1)
     stops = np.arange(len(_DEPTH_STOPS))
     for channel in range(3):
-        picture[is_seen, channel] = np.interp(place, stops, _DEPTH_STOPS[:, channel])
+        image[is_seen, channel] = np.interp(place, stops, _DEPTH_STOPS[:, channel])
     text = f"depth: {nearest:.3f} m (yellow)"
     if farthest - nearest > 5e-4:
         text += f" to {farthest:.3f} m (violet)"
-    return picture, text if is_seen.all() else f"{text}; black: nothing nearer than {far:.4g} m"
+    return image, text if is_seen.all() else f"{text}; black: nothing nearer than {far:.4g} m"
 
 
 def advice(name: str, sight: Sight, optics: Optics) -> str:

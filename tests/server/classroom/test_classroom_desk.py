@@ -54,7 +54,7 @@ class Seat:
         return self.ask().fields["report"]
 
     def picture(self, size: str = "small") -> np.ndarray:
-        picture = cv2.imdecode(np.frombuffer(self.ask(size=size).picture, np.uint8), cv2.IMREAD_COLOR)
+        picture = cv2.imdecode(np.frombuffer(self.ask(size=size).image, np.uint8), cv2.IMREAD_COLOR)
         assert picture is not None
         return picture
 

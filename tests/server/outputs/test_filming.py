@@ -359,7 +359,7 @@ def test_camera_that_is_removed_leaves_the_last_picture_and_the_server(
     step(client, 0.1)
     made.close()
     assert made.unseen == 10
-    assert caplog.text.count("the film goes on with its last picture: no object named 'eye'") == 1
+    assert caplog.text.count("the film goes on with its last image: no object named 'eye'") == 1
     shown = frames(tmp_path / "a.mp4")
     assert len(shown) == 24
     assert middle(shown[20], RED)[0] < 0.5

@@ -320,7 +320,7 @@ def test_pictures_that_fail_are_counted_and_told_once(path: Path, caplog: pytest
     pictures.finish()
     writer.close()
     assert pictures.unseen == 3
-    assert caplog.text.count("a picture is missing in the state log: the driver is gone") == 1
+    assert caplog.text.count("an image is missing in the state log: the driver is gone") == 1
 
 
 def test_moving_a_static_shape_or_a_colour_is_seen(place: RealWorld, path: Path) -> None:

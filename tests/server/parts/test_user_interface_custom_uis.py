@@ -106,7 +106,7 @@ def test_program_reads_and_sets_what_a_ui_shows(world: World, ui: int) -> None:
     world.call("simxSetUIButtonProperty", ui, 3, v.sim_buttonproperty_isdown)
     assert world.call("simxGetUIButtonProperty", ui, 3) == v.sim_buttonproperty_isdown
     world.call("simxSetUIButtonLabel", ui, 3, "stop", "stopped")
-    (shown,) = world.parts.user_interface.custom_uis.describe()
+    (shown,) = world.parts.user_interface.describe()["custom_uis"]
     assert shown["title"] == "Belt"
     assert (shown["elements"][0]["label"], shown["elements"][0]["down_label"]) == ("stop", "stopped")
     assert shown["elements"][1]["place"] == [0, 1, 4, 1]
@@ -129,12 +129,12 @@ def test_what_is_not_there_or_of_another_kind_is_refused(world: World, ui: int) 
 
 def test_people_operate_it_and_each_event_is_read_once_in_order(world: World, ui: int) -> None:
     people = world.parts.user_interface.custom_uis
-    people.click(ui, 3)
-    people.move_slider(ui, 4, 250)
-    people.click(ui, 5)
-    people.click(ui, 5)
-    people.type_text(ui, 7, "hello")
-    people.click(ui, 8)
+    people.get(ui).click(3)
+    people.get(ui).move_slider(4, 250)
+    people.get(ui).click(5)
+    people.get(ui).click(5)
+    people.get(ui).type_text(7, "hello")
+    people.get(ui).click(8)
     slider = v.sim_buttonproperty_slider | v.sim_buttonproperty_enabled | v.sim_buttonproperty_borderless
     stay = BUTTON | v.sim_buttonproperty_staydown
     box = v.sim_buttonproperty_editbox | v.sim_buttonproperty_enabled
@@ -157,17 +157,17 @@ def test_what_is_not_enabled_or_closed_cannot_be_used(world: World, ui: int) -> 
     people = world.parts.user_interface.custom_uis
     world.call("simxSetUIButtonProperty", ui, 3, 0)
     with pytest.raises(CommandError, match="not enabled"):
-        people.click(ui, 3)
+        people.get(ui).click(3)
     with pytest.raises(CommandError, match="is a slider, no button"):
-        people.click(ui, 4)
+        people.get(ui).click(4)
     world.call("simxSetUIButtonProperty", ui, 3, BUTTON | v.sim_buttonproperty_rollupaction)
-    people.click(ui, 3)
-    assert people.describe()[0]["rolled_up"]
+    people.get(ui).click(3)
+    assert people.get(ui).is_rolled_up
     world.call("simxSetUIButtonProperty", ui, 3, BUTTON | v.sim_buttonproperty_closeaction)
-    people.click(ui, 3)
-    assert not people.describe()[0]["visible"]
+    people.get(ui).click(3)
+    assert not people.get(ui).is_there
     with pytest.raises(CommandError, match="is closed"):
-        people.move_slider(ui, 4, 1)
+        people.get(ui).move_slider(4, 1)
 
 
 def test_uis_outlive_a_run_and_go_with_their_scene(world: World, ui: int) -> None:

@@ -60,7 +60,7 @@ def test_dialog_is_open_until_it_is_answered_and_then_keeps_its_result(
 def test_input_is_what_was_typed(world: World) -> None:
     dialog, ui = display(world, c.sim_dlgstyle_input, "five")
     assert world.call("simxGetDialogInput", dialog) == "five"
-    world.parts.user_interface.custom_uis.type_text(ui, INPUT_ID, "six")
+    world.parts.user_interface.custom_uis.get(ui).type_text(INPUT_ID, "six")
     assert world.call("simxGetDialogInput", dialog) == "six"
     world.parts.user_interface.dialogs.answer(dialog, c.sim_dlgret_ok, "seven")
     assert world.call("simxGetDialogInput", dialog) == "seven"
@@ -72,7 +72,7 @@ def test_input_is_what_was_typed(world: World) -> None:
 
 def test_a_click_on_its_button_answers_a_dialog(world: World) -> None:
     dialog, ui = display(world, c.sim_dlgstyle_yes_no)
-    world.parts.user_interface.custom_uis.click(ui, FIRST_BUTTON_ID)
+    world.parts.user_interface.custom_uis.get(ui).click(FIRST_BUTTON_ID)
     assert result(world, dialog) == c.sim_dlgret_yes
 
 
@@ -124,7 +124,7 @@ def test_a_dialog_whose_window_was_removed_can_still_be_ended(world: World) -> N
 def test_a_text_made_into_a_button_answers_nothing(world: World) -> None:
     dialog, ui = display(world, c.sim_dlgstyle_ok)
     world.call("simxSetUIButtonProperty", ui, 1, c.sim_buttonproperty_enabled)
-    world.parts.user_interface.custom_uis.click(ui, 1)
+    world.parts.user_interface.custom_uis.get(ui).click(1)
     assert result(world, dialog) == c.sim_dlgret_still_open
 
 

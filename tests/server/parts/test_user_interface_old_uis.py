@@ -59,7 +59,7 @@ def test_a_scene_brings_its_uis(world: World) -> None:
     ui = world.call("simxGetUIHandle", "panel")
     assert world.call("simxGetUISlider", ui, 1) == 250
     assert world.call("simxGetUIButtonProperty", ui, 2) == BUTTON
-    shown = world.parts.user_interface.custom_uis.describe()[0]
+    shown = world.parts.user_interface.describe()["custom_uis"][0]
     assert shown["title"] == "Panel"
     assert shown["elements"][1]["colors"] == [(1.0, 0.0, 0.0), None, None]
     assert world.parts.user_interface.old_uis.owner(ui) == world.handle("robot")
@@ -68,12 +68,12 @@ def test_a_scene_brings_its_uis(world: World) -> None:
 def test_a_ui_for_simulations_only_cannot_be_used_while_stopped(world: World) -> None:
     people = world.parts.user_interface.custom_uis
     ui = world.call("simxGetUIHandle", "panel")
-    assert not people.describe()[0]["visible"]
+    assert not people.get(ui).is_there
     with pytest.raises(Exception, match="only during a simulation; start it first"):
-        people.click(ui, 2)
+        people.get(ui).click(2)
     world.run(0)
-    people.click(ui, 2)
-    assert people.describe()[0]["visible"]
+    people.get(ui).click(2)
+    assert people.get(ui).is_there
     assert world.call("simxGetUIEventButton", ui) == (2, [BUTTON, 1])
 
 
@@ -141,3 +141,18 @@ def test_a_wrong_value_leaves_the_ui_out_and_says_why(
     world = World(scene(text("panel", **wrong), text("free")))
     assert names(world) == ["free"]
     assert "the scene's UI 'panel' is not there" in caplog.text
+
+
+def test_the_viewer_gets_elements_by_row_as_they_look_now() -> None:
+    roll = BUTTON | v.sim_buttonproperty_rollupaction | v.sim_buttonproperty_staydown
+    label = {"id": 3, "property": v.sim_buttonproperty_label, "place": [0, 0, 1, 1], "label": "&&ArrowUp up"}
+    button = {"id": 4, "property": roll, "place": [0, 2, 1, 1], "label": "roll", "down_label": "unroll"}
+    world = World(scene(text("panel", properties=1, element=[button, label])))
+    (shown,) = world.parts.user_interface.view()["windows"]
+    assert [each["text"] for each in shown["widgets"]] == ["▲ up", "roll"]
+    world.parts.user_interface.custom_uis.get(shown["handle"]).click(4)
+    (shown,) = world.parts.user_interface.view()["windows"]
+    assert [(each["text"], each["visible"]) for each in shown["widgets"]] == [
+        ("▲ up", False),
+        ("unroll", True),
+    ]

@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 
 from simx_server.errors import CommandError
-from simx_server.parts.user_interface.xml_uis.reading import (
+from simx_server.parts.user_interface.xml_reading import (
     FIRST_ID,
     MAX_DEPTH,
     MAX_WIDGETS,
     MAX_XML,
     read_window,
 )
-from simx_server.parts.user_interface.xml_uis.windows import Window, Windows
+from simx_server.parts.user_interface.xml_windows import XmlWindow, XmlWindows
 from simx_server.simulation.simulation import Simulation
 
 pytestmark = pytest.mark.slow
@@ -52,8 +52,8 @@ class Told(list[tuple[Any, ...]]):
 
 
 @pytest.fixture
-def windows() -> Windows:
-    return Windows(Simulation())
+def windows() -> XmlWindows:
+    return XmlWindows(Simulation())
 
 
 @pytest.fixture
@@ -62,14 +62,14 @@ def told() -> Told:
 
 
 @pytest.fixture
-def window(windows: Windows, told: Told) -> Window:
+def window(windows: XmlWindows, told: Told) -> XmlWindow:
     made = read_window(ALL)
     made.fire = told
     windows.add(made)
     return made
 
 
-def test_a_text_becomes_widgets_with_their_values(window: Window) -> None:
+def test_a_text_becomes_widgets_with_their_values(window: XmlWindow) -> None:
     assert (window.title, window.position, window.is_closeable) == ("Drive", (10, 20), True)
     kinds = {number: widget.kind for number, widget in window.widgets.items()}
     assert (kinds[3], kinds[8], kinds[9], kinds[18]) == ("button", "slider", "spinbox", "table")
@@ -82,17 +82,19 @@ def test_a_text_becomes_widgets_with_their_values(window: Window) -> None:
     assert window.widget(18).kept["columns"] == ["x", ""]
 
 
-def test_people_operate_widgets_and_the_script_is_told(windows: Windows, window: Window, told: Told) -> None:
+def test_people_operate_widgets_and_the_script_is_told(
+    windows: XmlWindows, window: XmlWindow, told: Told
+) -> None:
     ui = window.handle
-    windows.press(ui, 3)
-    windows.press(ui, 4)
-    windows.press(ui, 6)
-    windows.press(ui, 7)
-    windows.press(ui, 7)
-    windows.enter(ui, 8, "-3")
-    windows.enter(ui, 9, "0.25")
-    windows.enter(ui, 10, "1")
-    windows.enter(ui, 11, "new")
+    windows.get(ui).press(3)
+    windows.get(ui).press(4)
+    windows.get(ui).press(6)
+    windows.get(ui).press(7)
+    windows.get(ui).press(7)
+    windows.get(ui).enter(8, "-3")
+    windows.get(ui).enter(9, "0.25")
+    windows.get(ui).enter(10, "1")
+    windows.get(ui).enter(11, "new")
     assert told == [
         ("go", ui, 3),
         ("hold", ui, 4),
@@ -106,60 +108,65 @@ def test_people_operate_widgets_and_the_script_is_told(windows: Windows, window:
         ("done", ui, 11, "new"),
     ]
     assert [window.widget(each).value for each in (4, 5, 6)] == [1, 0, 1], "one of a group is selected"
-    windows.press(ui, 4)
+    windows.get(ui).press(4)
     assert window.widget(4).value == 0
 
 
-def test_a_value_that_stays_the_same_is_no_event(windows: Windows, window: Window, told: Told) -> None:
-    windows.enter(window.handle, 8, "10")
+def test_a_value_that_stays_the_same_is_no_event(windows: XmlWindows, window: XmlWindow, told: Told) -> None:
+    windows.get(window.handle).enter(8, "10")
     window.set_value(window.widget(8), 10, fires=True)
     window.set_text(window.widget(11), "old", fires=True)
     assert told == []
 
 
-def test_only_what_is_shown_and_enabled_can_be_used(windows: Windows, window: Window) -> None:
+def test_only_what_is_shown_and_enabled_can_be_used(windows: XmlWindows, window: XmlWindow) -> None:
     ui = window.handle
     assert not window.is_shown(window.widget(16))
-    windows.enter(ui, 12, "1")
+    windows.get(ui).enter(12, "1")
     assert window.is_shown(window.widget(16))
     assert not window.is_shown(window.widget(14))
     window.widget(2).is_visible = False
     with pytest.raises(CommandError, match="is hidden"):
-        windows.press(ui, 3)
+        windows.get(ui).press(3)
     window.widget(2).is_visible, window.widget(2).is_enabled = True, False
     with pytest.raises(CommandError, match="is not enabled"):
-        windows.press(ui, 3)
+        windows.get(ui).press(3)
     with pytest.raises(CommandError, match="a slider, not a button"):
-        windows.press(ui, 8)
+        windows.get(ui).press(8)
     for wrong in ("much", "nan", "inf", ""):
         with pytest.raises(CommandError, match="its value is a number"):
-            windows.enter(ui, 8, wrong)
+            windows.get(ui).enter(8, wrong)
     with pytest.raises(CommandError, match="2 items; 7 is not one"):
-        windows.enter(ui, 10, "7")
+        windows.get(ui).enter(10, "7")
     with pytest.raises(CommandError, match="nothing can be entered"):
-        windows.enter(ui, 1, "x")
+        windows.get(ui).enter(1, "x")
     with pytest.raises(CommandError, match="has no widget 99; it has: 1"):
-        windows.press(ui, 99)
+        windows.get(ui).press(99)
     with pytest.raises(CommandError, match="no UI with handle 7; there are: 1"):
-        windows.press(7, 3)
+        windows.get(7).press(3)
 
 
-def test_closing_asks_the_script_or_hides_the_window(windows: Windows, window: Window, told: Told) -> None:
-    windows.close(window.handle)
+def test_closing_asks_the_script_or_hides_the_window(
+    windows: XmlWindows, window: XmlWindow, told: Told
+) -> None:
+    windows.get(window.handle).close()
     assert (told, window.is_visible) == ([("closed", window.handle)], True)
     plain = read_window("<ui closeable='true'/>")
-    windows.close(windows.add(plain))
+    windows.get(*windows.add(plain)).close()
     assert not plain.is_visible
     with pytest.raises(CommandError, match="cannot be closed by its user"):
-        windows.close(windows.add(read_window("<ui/>")))
+        windows.get(*windows.add(read_window("<ui/>"))).close()
 
 
-def test_a_window_goes_with_its_script_and_with_the_scene(windows: Windows, window: Window) -> None:
+def test_a_window_goes_with_its_script_and_with_the_scene(windows: XmlWindows, window: XmlWindow) -> None:
     window.is_alive = lambda: False
-    assert windows.describe() == []
+    with pytest.raises(CommandError, match="no UI with handle 1"):
+        windows.get(window.handle)
+    windows.forget_the_gone()
+    assert len(windows) == 0
     windows.add(read_window("<ui/>"))
     windows.scene_changed()
-    assert windows.describe() == []
+    assert len(windows) == 0
 
 
 def test_widgets_without_an_id_get_one() -> None:
@@ -170,8 +177,8 @@ def test_widgets_without_an_id_get_one() -> None:
     ]
 
 
-def test_descriptions_are_plain_data(windows: Windows, window: Window) -> None:
-    (described,) = windows.describe()
+def test_descriptions_are_plain_data(windows: XmlWindows, window: XmlWindow) -> None:
+    described = window.view()
     by_id = {each["id"]: each for each in described["widgets"]}
     assert 13 not in by_id, "a tab is an item of its tabs"
     assert by_id[12]["items"] == ["First", "Second"]

@@ -437,7 +437,7 @@ def test_pictures_fail_while_a_driver_hangs_and_are_made_again_afterwards(
             picture.result(WAIT)
     monkeypatch.undo()
     scripted.go.set()
-    assert wait_until(lambda: "pictures can be made again" in caplog.text, WAIT)
+    assert wait_until(lambda: "images can be made again" in caplog.text, WAIT)
     assert asker.ask(1.0).result(WAIT).rgb is not None
     assert [record.levelname for record in caplog.records if "may hang" in record.message] == ["ERROR"]
 
@@ -482,7 +482,7 @@ def test_the_back_end_is_logged_once(
         Asker(thread).ask(1.0).result(WAIT)
         Asker(thread).ask(1.0).result(WAIT)
     assert [(record.levelname, record.message) for record in caplog.records] == [
-        ("WARNING", "pictures are made with raycast: a test asked for it")
+        ("WARNING", "images are made with raycast: a test asked for it")
     ]
 
 

@@ -121,7 +121,7 @@ def test_custom_uis_are_operated_by_number(world: ScriptWorld, tmp_path) -> None
     world.lua(f"ui = {ui} sim.setUISlider(ui, 1, 250)")
     assert world.value("sim.getUISlider(ui, 1)") == 250
     assert world.lua("return sim.getUIEventButton(ui)") == [-1, [0, 0]]
-    world.parts.user_interface.custom_uis.click(ui, 2)
+    world.parts.user_interface.custom_uis.get(ui).click(2)
     assert world.lua("return sim.getUIEventButton(ui)")[0] == 2
     world.lua("sim.setUIButtonLabel(ui, 2, 'Run')")
     assert world.value("sim.getUIButtonLabel(ui, 2)") == "Run"

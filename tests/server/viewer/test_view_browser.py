@@ -173,16 +173,16 @@ def test_start_pause_and_stop_really_do(place: Place) -> None:
 
 def test_buttons_and_tabs_stand_beside_the_scroll_bar(place: Place) -> None:
     place.tab("Joints")
-    edges = [place.button(name).bounding_box() for name in ("One pass", "max")]
+    edges = [place.button(name).bounding_box() for name in ("One step", "max")]
     tabs = [place.page.get_by_role("tab", name=name).bounding_box() for name in ("Objects", "View")]
     assert None not in (*edges, *tabs)
     assert all(box["x"] + box["width"] < WIDTH - 14 for box in edges if box), "the bar takes 12 pixels"
     assert len({box["y"] for box in tabs if box}) == 1, "all tabs stand in one row"
 
 
-def test_one_pass_is_one(place: Place) -> None:
+def test_one_step_is_one(place: Place) -> None:
     for count in (1, 2):
-        place.button("One pass").click()
+        place.button("One step").click()
         assert place.until(lambda count=count: place.client.simulation.time >= 0.05 * count - 1e-6)
         assert place.until(place.is_state("paused"))
         assert place.client.simulation.time == pytest.approx(0.05 * count)

@@ -78,7 +78,7 @@ def painted(stage: Stage, group: str, style: str) -> list[str]:
 @pytest.fixture
 def run(stage: Stage) -> Stage:
     stage.panel = Run(stage.gui, stage.hands, "127.0.0.1:19997")
-    assert painted(stage, "Run", "opacity") == ["Start", "Pause", "Stop", "One pass"], "no server yet"
+    assert painted(stage, "Run", "opacity") == ["Start", "Pause", "Stop", "One step"], "no server yet"
     stage.show()
     return stage
 
@@ -90,7 +90,7 @@ def test_lit_button_is_the_state_whoever_brought_it_about(run: Stage) -> None:
     assert v.simxStartSimulation(run.client, BLOCKING) == 0
     run.show()
     assert painted(run, "Run", "background") == ["Start"]
-    assert painted(run, "Run", "opacity") == ["One pass"], "a client steps"
+    assert painted(run, "Run", "opacity") == ["One step"], "a client steps"
     assert v.simxPauseSimulation(run.client, BLOCKING) == 0
     run.show()
     assert painted(run, "Run", "background") == ["Pause"]

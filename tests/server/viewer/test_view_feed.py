@@ -88,7 +88,7 @@ def test_model_is_told_once_and_the_state_each_time(told: Told) -> None:
     second, changes = told.look()
     assert second["binary"] is None
     assert second["arrays"] is None
-    assert (second["running"], second["passes"], second["time"]) == ("running", 5, 0.25)
+    assert (second["running"], second["steps"], second["time"]) == ("running", 5, 0.25)
     assert changes == (False, False)
     assert told.is_mirrored()
 

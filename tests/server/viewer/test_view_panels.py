@@ -18,10 +18,10 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
-from simx_server.parts.user_interface.xml_uis.reading import read_window
+from simx_server.parts.user_interface.labels import plain_label
+from simx_server.parts.user_interface.xml_reading import read_window
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
-from simx_server.viewer.page.panels.custom_uis import plain_label
 from simx_server.viewer.page.panels.elements import HELD, Latest
 from simx_server.viewer.page.panels.interface import Interface
 from simx_server.viewer.page.panels.joints import Joints
@@ -405,12 +405,12 @@ def test_custom_ui_is_operated_and_shows_what_its_program_sets(
     box = interface.labelled(viser.GuiTextHandle, "Text")
     interface.set(box, "new")
     interface.show()
-    assert interface.survey()["interface"]["custom_uis"][0]["elements"][3]["label"] == "old"
+    assert interface.survey()["interface"]["windows"][0]["widgets"][3]["text"] == "old"
     later = time.monotonic() + HELD
     monkeypatch.setattr(time, "monotonic", lambda: later)
     interface.show()
     monkeypatch.undo()
-    assert interface.survey()["interface"]["custom_uis"][0]["elements"][3]["label"] == "new"
+    assert interface.survey()["interface"]["windows"][0]["widgets"][3]["text"] == "new"
     assert v.simxSetUISlider(interface.client, ui, 4, 100, BLOCKING) == 0
     assert v.simxSetUIButtonLabel(interface.client, ui, 3, "halt", "", BLOCKING) == 0
     monkeypatch.setattr(time, "monotonic", lambda: later + HELD)

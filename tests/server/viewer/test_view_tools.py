@@ -237,7 +237,7 @@ def test_a_browser_that_draws_nothing_is_reported(bench: Bench) -> None:
     cast(Any, tools)._take(looker)
     cast(Any, tools)._start_or_end(looker)
     assert [text.partition(":")[0] for text in told] == [
-        "the browser made no picture",
+        "the browser made no image",
         "the browser made no film",
     ]
     assert not looker.files

@@ -156,7 +156,7 @@ class SoakServer:
         for console in list(consoles):
             consoles.close(console.handle)
         for dialog in list(dialogs):
-            dialogs.end(dialog.handle)
+            dialogs.remove(dialog.handle)
         self.turn(SETTLING)
         gc.collect()
         ctypes.CDLL(None).malloc_trim(0)

@@ -33,10 +33,10 @@ def take_out(spec: mujoco.MjSpec) -> dict[str, bytes]:
         mesh.file = f"{MESHES}/{stem}.obj"
         for name in _MESH_DATA:
             setattr(mesh, name, [])
-    pictures = dict(spec.assets)
-    textures = [texture for texture in spec.textures if len(texture.data) or texture.file in pictures]
+    images = dict(spec.assets)
+    textures = [texture for texture in spec.textures if len(texture.data) or texture.file in images]
     for texture, stem in _with_stems(textures):
-        files[f"{TEXTURES}/{stem}.png"] = pictures.get(texture.file) or _png(texture)
+        files[f"{TEXTURES}/{stem}.png"] = images.get(texture.file) or _png(texture)
         texture.file = f"{TEXTURES}/{stem}.png"
         texture.data = b""
         texture.width = texture.height = 0

@@ -26,7 +26,7 @@ from .work import View, Work
 class Processed:
     """An image after its chain."""
 
-    picture: CameraImage
+    image: CameraImage
     """The image as it was made; the statistics are of this."""
     rgb: NDArray[np.uint8]
     """(height, width, 3): the image that clients receive; black if no component set one."""
@@ -40,7 +40,7 @@ class Processed:
 class Run:
     """One image on its way through a chain."""
 
-    picture: CameraImage
+    image: CameraImage
     view: View
     work: Work
     output: Image | None = None
@@ -58,22 +58,22 @@ class Chain:
         """Whether results depend on earlier images: then each simulation step must process one, and no more."""
         self.sets_depth = any(component.name == "output_depth" for component in self.components)
 
-    def process(self, picture: CameraImage, view: View, work: Work) -> Processed:
+    def process(self, image: CameraImage, view: View, work: Work) -> Processed:
         """Return an image after all components.
 
         Args:
-            picture: both channels.
+            image: both channels.
             view: the view that it shows.
             work: the images of the run before; they change.
         """
-        assert picture.rgb is not None
-        assert picture.depth is not None
-        run = Run(picture, view, work)
+        assert image.rgb is not None
+        assert image.depth is not None
+        run = Run(image, view, work)
         for component in self.components:
             _STEPS[component.name].apply(run, *component.values)
         output = np.zeros_like(work.image) if run.output is None else run.output
-        depth = picture.depth if run.depth is None else np.clip(run.depth, 0.0, 1.0).astype(np.float32)
-        return Processed(picture, _bytes(output), depth, run.detects, tuple(run.packets))
+        depth = image.depth if run.depth is None else np.clip(run.depth, 0.0, 1.0).astype(np.float32)
+        return Processed(image, _bytes(output), depth, run.detects, tuple(run.packets))
 
     @staticmethod
     def new_work(width: int, height: int) -> Work:
@@ -113,13 +113,13 @@ def _changed(change: Callable[..., Image]) -> _Step:
 
 
 def _image(run: Run) -> None:
-    assert run.picture.rgb is not None
-    run.work.take(run.picture.rgb / 255.0)
+    assert run.image.rgb is not None
+    run.work.take(run.image.rgb / 255.0)
 
 
 def _depth(run: Run) -> None:
-    assert run.picture.depth is not None
-    run.work.take(filters.as_grey(run.picture.depth.astype(np.float64)))
+    assert run.image.depth is not None
+    run.work.take(filters.as_grey(run.image.depth.astype(np.float64)))
 
 
 def _output(run: Run) -> None:

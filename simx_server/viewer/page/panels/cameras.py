@@ -56,9 +56,9 @@ class Cameras:
         self._link = Link(address)
         self._note = browser.gui.add_html("", visible=False)
         self._rate = browser.gui.add_dropdown(
-            "Pictures", tuple(_RATES), initial_value="5 a second", hint="of each camera that is live"
+            "Images", tuple(_RATES), initial_value="5 a second", hint="of each camera that is live"
         )
-        self._depth = browser.gui.add_checkbox("Depth", True, hint="in colours, below the picture")
+        self._depth = browser.gui.add_checkbox("Depth", True, hint="in colours, below the image")
         self._show_frustums = browser.gui.add_checkbox("In the 3-D view", True, hint="where they look")
         self._frustums = Frustums(
             browser.scene, lambda handle: hands.do(lambda client: _select(client, handle))
@@ -79,7 +79,7 @@ class Cameras:
 
     def update(self, survey: Survey, look: Look) -> None:
         """Update the list of cameras."""
-        self._scene = look["model"], look["arrays_version"], look["passes"], hash(look["state"])
+        self._scene = look["model"], look["arrays_version"], look["steps"], hash(look["state"])
         if survey["tree"] is not None:
             self._arrange([item for item in survey["tree"] if item["type"] == "vision sensor"])
         self._frustums.frame.visible = self._show_frustums.value
@@ -135,7 +135,7 @@ class Cameras:
             try:
                 self._look(is_due)
             except Away as reason:
-                logger.debug("no pictures now: %s", reason)
+                logger.debug("no images now: %s", reason)
             except Exception:
                 logger.exception("the cameras cannot be shown; the next try follows")
                 wait = 1.0
@@ -228,8 +228,8 @@ class _Camera:
         if sight.depth is None:
             self._depth.visible = self._range.visible = False
         else:
-            picture, meaning = depth_colours(sight.depth, optics.far)
-            _put(self._depth, picture)
+            image, meaning = depth_colours(sight.depth, optics.far)
+            _put(self._depth, image)
             _say(self._range, meaning)
         _say(self._hint, advice(self.name, sight, optics), colour="#d9480f")
         self.is_shown = True
@@ -250,10 +250,10 @@ class _Camera:
         self._folder.remove()  # with everything in it
 
 
-def _put(element: viser.GuiImageHandle, picture: np.ndarray) -> None:
-    picture = enlarged(picture)
-    if not np.array_equal(element.image, picture):
-        element.image = picture
+def _put(element: viser.GuiImageHandle, image: np.ndarray) -> None:
+    image = enlarged(image)
+    if not np.array_equal(element.image, image):
+        element.image = image
     element.visible = True
 
 

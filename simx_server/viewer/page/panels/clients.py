@@ -49,8 +49,8 @@ class Clients:
             self._clients = gui.add_html("")
         with gui.add_folder("Calls and streams"):
             self._commands = gui.add_html("")
-        with gui.add_folder("Pictures") as self._images_folder:
-            self._pictures = gui.add_html("")
+        with gui.add_folder("Images") as self._images_folder:
+            self._images = gui.add_html("")
         with gui.add_folder("Latest errors and warnings") as self._errors_folder:
             self._errors = gui.add_html("")
 
@@ -72,7 +72,7 @@ class Clients:
         )
         cameras = metrics["pictures"]["cameras"]
         put(self._images_folder, visible=bool(cameras))
-        put(self._pictures, content=_block(_times("camera", cameras)))
+        put(self._images, content=_block(_times("camera", cameras)))
         errors = "".join(f"<p>{harmless(each, _LETTERS)}</p>" for each in _errors(metrics))
         put(self._errors_folder, visible=bool(errors))
         put(self._errors, content=_block(errors))
@@ -148,12 +148,12 @@ def _keyed(clients: Sequence[Client]) -> Iterator[tuple[tuple[str, int], Client]
 
 
 def _summary(metrics: Metrics) -> str:
-    passes, calls = metrics["passes"], metrics["calls"]
-    speed = "as fast as it goes" if passes["speed"] is None else f"{passes['speed']:g} × asked"
-    times = _of_late(passes["times"])
+    steps, calls = metrics["passes"], metrics["calls"]
+    speed = "as fast as it goes" if steps["speed"] is None else f"{steps['speed']:g} × asked"
+    times = _of_late(steps["times"])
     lines = [
-        f"{passes['real_time_factor']:.2f} × real time ({speed}), {passes['per_second']:.1f} passes/s",
-        f"a pass takes {duration(times['p50'])} (p50), {duration(times['p99'])} (p99)",
+        f"{steps['real_time_factor']:.2f} × real time ({speed}), {steps['per_second']:.1f} steps/s",
+        f"a step takes {duration(times['p50'])} (p50), {duration(times['p99'])} (p99)",
         f"{calls['per_second']:.0f} calls/s, {metrics['streams']} streams, {calls['failed']} failed",
         f"{metrics['process']['memory'] / 1e6:.0f} MB, {metrics['process']['core_share']:.0%} of a core",
         *(f"<b>{harmless(problem, _LETTERS)}</b>" for problem in metrics["problems"]),
@@ -205,13 +205,13 @@ def _of_late(times: Timing) -> Mapping[str, float]:
 
 
 def _errors(metrics: Metrics) -> Iterator[str]:
-    log, pictures = metrics["log"], metrics["pictures"]
+    log, images = metrics["log"], metrics["pictures"]
     if log["last_error"]:
         yield f"{log['errors']} errors in the log, the last: {log['last_error']}"
     if log["last_warning"]:
         yield f"{log['warnings']} warnings in the log, the last: {log['last_warning']}"
-    if pictures["last_error"]:
-        yield f"{pictures['failed']} pictures failed, the last: {pictures['last_error']}"
+    if images["last_error"]:
+        yield f"{images['failed']} images failed, the last: {images['last_error']}"
     failed = [each for each in metrics["commands"].values() if each["last_error"]]
     for each in sorted(failed, key=lambda each: -each["failed"])[:_ERRORS]:
         yield f"{each['failed']} × {each['last_error']}"

@@ -1,4 +1,4 @@
-"""Show what programs display, and send the answers of users: dialogs, custom UIs, consoles, the status bar.
+"""Show what programs display, and send the answers of users: dialogs and other windows, consoles, the status bar.
 
 A dialog opens as a separate window above the scene, as in V-REP: a user may need to see the scene to answer it.
 """
@@ -11,13 +11,15 @@ from typing import Any
 
 import viser
 
-from simx_client.protocol.constants import sim_dlgret_still_open
+from simx_server.parts.user_interface import CUSTOM, XML
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Hands
 
-from .custom_uis import UI, Card, key_of, operate, plain_label
 from .elements import put
-from .xml_uis import WindowCard, WindowView, key_of_window
+from .window_card import Card, WindowView, key_of, operate
+
+_CONSOLE = "console"
+"""Place of consoles in the tab, as windows have their API."""
 
 _SMALL = "padding:0 0.75em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
 _LINES = (
@@ -38,109 +40,61 @@ class Interface:
 
     def __init__(self, gui: viser.GuiApi, hands: Hands) -> None:
         self._gui, self._hands = gui, hands
-        self._windows: dict[int, _Window] = {}
-        self._cards: dict[int, _Section] = {}
-        self._xml_cards: dict[int, WindowCard] = {}
-        self._consoles: dict[int, _Console] = {}
+        self._shown: dict[tuple[str, int], _Section | _Dialog | _Console] = {}
+        """By place in the tab and handle."""
         self._opened = 0
         self._note = gui.add_html("")
-        self._uis_folder = gui.add_folder(None)
-        self._xml_folder = gui.add_folder(None)
-        self._consoles_folder = gui.add_folder(None)
+        self._folders = {place: gui.add_folder(None) for place in (CUSTOM, XML, _CONSOLE)}
         with gui.add_folder("Status bar"):
             self._status_bar = gui.add_html("")
 
     def update(self, survey: Survey, look: Look) -> None:
         """Update the elements."""
         shown = survey["interface"]
-        uis: dict[int, UI] = {ui["handle"]: ui for ui in shown["custom_uis"]}
-        dialogs = {
-            dialog["ui"]: dialog
-            for dialog in shown["dialogs"]
-            if dialog["result"] == sim_dlgret_still_open and dialog["ui"] in uis
-        }
-        of_dialogs = {dialog["ui"] for dialog in shown["dialogs"]}
-        self._show_dialogs(dialogs, uis)
-        self._show_uis([ui for handle, ui in uis.items() if handle not in of_dialogs])
-        self._show_windows(shown["windows"])
-        self._show_consoles(shown["consoles"])
-        is_empty = not (dialogs or self._cards or self._xml_cards or self._consoles)
-        self._say(list(dialogs.values()), is_empty=is_empty)
+        views = {(window["api"], window["handle"]): window for window in shown["windows"]}
+        views |= {(_CONSOLE, console["handle"]): console for console in shown["consoles"]}
+        for place in [each for each in self._shown if each not in views]:
+            self._shown.pop(place).remove()
+        for (place, handle), view in views.items():
+            self._show(place, handle, view)
+        asked = [window for window in shown["windows"] if window["question"] is not None]
+        self._say(asked, is_empty=not views)
         put(self._status_bar, content=_lines(shown["status_bar"], survey["messages"]))
 
     def close(self) -> None:
         """Do nothing."""
 
-    def _show_dialogs(self, dialogs: dict[int, dict[str, Any]], uis: dict[int, UI]) -> None:
-        for handle in [each for each in self._windows if each not in dialogs]:
-            self._windows.pop(handle).remove()
-        for handle, dialog in dialogs.items():
-            window = self._windows.get(handle)
-            if window is None or window.key != key_of(uis[handle]):
-                if window is not None:
-                    window.remove()
-                self._opened += 1
-                window = _Window(self._gui, self._hands, dialog["title"], uis[handle], self._opened)
-                self._windows[handle] = window
-            window.card.update(uis[handle])
+    def _show(self, place: str, handle: int, view: dict[str, Any]) -> None:
+        """Show one of them, made again if it needs other elements."""
+        shown = self._shown.get((place, handle))
+        if shown is None or (place != _CONSOLE and shown.key != key_of(view)):
+            if shown is not None:
+                shown.remove()
+            kind = _Console if place == _CONSOLE else _Section if view["question"] is None else _Dialog
+            self._opened += kind is _Dialog
+            with self._folders[place]:
+                shown = self._shown[place, handle] = kind(self._gui, self._hands, view, self._opened)
+        shown.update(view)
 
-    def _show_uis(self, uis: Sequence[UI]) -> None:
-        there = {ui["handle"] for ui in uis}
-        for handle in [each for each in self._cards if each not in there]:
-            self._cards.pop(handle).remove()
-        for ui in uis:
-            section = self._cards.get(ui["handle"])
-            if section is None or section.key != key_of(ui):
-                if section is not None:
-                    section.remove()
-                with self._uis_folder:
-                    section = _Section(self._gui, self._hands, ui)
-                self._cards[ui["handle"]] = section
-            section.update(ui)
-
-    def _show_windows(self, windows: Sequence[WindowView]) -> None:
-        there = {window["handle"] for window in windows}
-        for handle in [each for each in self._xml_cards if each not in there]:
-            self._xml_cards.pop(handle).remove()
-        for window in windows:
-            card = self._xml_cards.get(window["handle"])
-            if card is None or card.key != key_of_window(window):
-                if card is not None:
-                    card.remove()
-                with self._xml_folder:
-                    card = WindowCard(self._gui, self._hands, window)
-                self._xml_cards[window["handle"]] = card
-            card.update(window)
-
-    def _show_consoles(self, consoles: Sequence[dict[str, Any]]) -> None:
-        there = {console["handle"] for console in consoles}
-        for handle in [each for each in self._consoles if each not in there]:
-            self._consoles.pop(handle).remove()
-        for console in consoles:
-            if console["handle"] not in self._consoles:
-                with self._consoles_folder:
-                    self._consoles[console["handle"]] = _Console(self._gui, self._hands, console)
-            self._consoles[console["handle"]].update(console)
-
-    def _say(self, dialogs: Sequence[dict[str, Any]], *, is_empty: bool) -> None:
+    def _say(self, dialogs: Sequence[WindowView], *, is_empty: bool) -> None:
         note = "<br>".join(
             f"<b>{html.escape(dialog['title']) or 'A dialog'}</b>, in its window: "
-            f"{html.escape(plain_label(dialog['text']))}"
+            f"{html.escape(dialog['question'])}"
             for dialog in dialogs
         )
         note = note or (_NOTHING if is_empty else "")
         put(self._note, content=f"<div style='{_SMALL}'>{note}</div>", visible=bool(note))
 
 
-class _Window:
-    """An open dialog."""
+class _Dialog:
+    """An open dialog, in a separate window."""
 
-    def __init__(self, gui: viser.GuiApi, hands: Hands, title: str, ui: UI, number: int) -> None:
-        self.key = key_of(ui)
+    def __init__(self, gui: viser.GuiApi, hands: Hands, window: WindowView, number: int) -> None:
+        self.key = key_of(window)
         self._panel = gui.add_panel()
-        with self._panel.add_tab(title or "Dialog", viser.Icon.MESSAGE_QUESTION):
+        with self._panel.add_tab(window["title"] or "Dialog", viser.Icon.MESSAGE_QUESTION):
             gui.add_html("<div style='height:0.75em'></div>")
-            self.card = Card(gui, hands, ui)
+            self.update = Card(gui, hands, window).update
         shift = 30.0 * (number % 10)
         self._panel.float(x=60 + shift, y=_BELOW + shift)
         self._panel.set_width(_WIDTH)
@@ -150,17 +104,18 @@ class _Window:
 
 
 class _Section:
-    """A custom UI in the tab."""
+    """Any other window, in the tab."""
 
-    def __init__(self, gui: viser.GuiApi, hands: Hands, ui: UI) -> None:
-        self.key = key_of(ui)
-        self._folder = gui.add_folder(ui["title"] or ui["name"], order=ui["handle"])
+    def __init__(self, gui: viser.GuiApi, hands: Hands, window: WindowView, _number: int) -> None:
+        self.key, handle = key_of(window), window["handle"]
+        title = window["title"] or window.get("name") or f"UI {handle}"
+        self._folder = gui.add_folder(title, order=handle)
         with self._folder:
-            self._card = Card(gui, hands, ui)
+            self._card = Card(gui, hands, window)
 
-    def update(self, ui: UI) -> None:
-        put(self._folder, visible=ui["visible"])
-        self._card.update(ui)
+    def update(self, window: WindowView) -> None:
+        put(self._folder, visible=window["visible"])
+        self._card.update(window)
 
     def remove(self) -> None:
         self._folder.remove()
@@ -169,7 +124,9 @@ class _Section:
 class _Console:
     """An auxiliary console."""
 
-    def __init__(self, gui: viser.GuiApi, hands: Hands, console: dict[str, Any]) -> None:
+    key: object = None
+
+    def __init__(self, gui: viser.GuiApi, hands: Hands, console: dict[str, Any], _number: int) -> None:
         handle = console["handle"]
         self._folder = gui.add_folder(console["title"] or f"Console {handle}", order=handle)
         with self._folder:

@@ -54,7 +54,7 @@ class Run:
         running = look["running"]
         speed = survey["speed"]
         recent = survey["metrics"]["passes"]["real_time_factor"]
-        words = [f"<b>{running}</b>", f"{look['time']:.2f} s", f"pass {look['passes']}"]
+        words = [f"<b>{running}</b>", f"{look['time']:.2f} s", f"step {look['steps']}"]
         if running == "running":
             words.append(f"{recent:.2f} × real time")
         if speed is not None and speed != 1:
@@ -106,7 +106,7 @@ def _buttons(state: State, speed: float | None, *, is_waiting: bool) -> tuple[se
     lit = {_LIT[state], *(label for label, each in _SPEEDS.items() if each == speed)}
     idle = {"Pause"} if state == "stopped" else set[str]()
     if is_waiting and state == "running":
-        idle.add("One pass")
+        idle.add("One step")
     if speed is None:
         idle.update(_SPEEDS)
     return lit, idle
@@ -145,6 +145,6 @@ _ACTIONS: Mapping[str, Callable[[Client], None]] = MappingProxyType(
         "Start": lambda client: client.simulation.start(),
         "Pause": lambda client: client.simulation.pause(),
         "Stop": lambda client: client.simulation.stop(),
-        "One pass": _make_one_step,
+        "One step": _make_one_step,
     }
 )

@@ -1,4 +1,4 @@
-"""Save what a browser shows: a picture, or a film of it. The file is downloaded by the browser that asked for it."""
+"""Save what a browser shows: an image, or a film of it. The file is downloaded by the browser that asked for it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _TIMEOUT = 20.0
 """Seconds to wait for a frame; a browser without a graphics card takes its time."""
 
 _SIZE = (1280, 720)
-"""Width and height of a film, and of a picture at most."""
+"""Width and height of a film, and of an image at most."""
 
 _RECORD, _END = "Film", "End film"
 
@@ -40,7 +40,7 @@ class Shots:
 
     def __init__(self, gui: viser.GuiApi, tell: Callable[[str], None]) -> None:
         self._tell = tell
-        self._picture = gui.add_button(
+        self._image = gui.add_button(
             "Screenshot", icon=viser.Icon.CAMERA, hint="of the 3-D view, as PNG; the browser saves it"
         )
         self._film = gui.add_button(
@@ -50,7 +50,7 @@ class Shots:
         )
         self._ending: threading.Event | None = None
         self._lock = threading.Lock()
-        self._picture.on_click(lambda event: self._take(event.client))
+        self._image.on_click(lambda event: self._take(event.client))
         self._film.on_click(lambda event: self._start_or_end(event.client))
 
     def close(self) -> None:
@@ -67,7 +67,7 @@ class Shots:
         try:
             pixels = frame(client)
         except Exception as problem:  # the browser has left, or does not draw
-            self._tell(f"the browser made no picture: {problem or 'it took too long'}")
+            self._tell(f"the browser made no image: {problem or 'it took too long'}")
             return
         file = io.BytesIO()
         Image.fromarray(pixels).save(file, "png")

@@ -25,7 +25,7 @@ _DIRECTIONS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 """From the middle to the camera, in the world's axes; x points to the front."""
 
 _FILLED = 0.95
-"""Share of the picture that the content fills at most."""
+"""Share of the image that the content fills at most."""
 
 _MOVED = 1e-5
 """Metres below which the camera does not follow."""
@@ -86,7 +86,7 @@ class Viewpoints:
         forward = -np.array(_DIRECTIONS[name])
         forward /= np.linalg.norm(forward)
         up = float(np.tan(client.camera.fov / 2)) * _FILLED
-        # The picture may be higher than wide, as on a phone.
+        # The image may be higher than wide, as on a phone.
         distance = self._content.distance(forward, (up * min(1.0, client.camera.aspect), up))
         with client.atomic():
             client.camera.up_direction = (0.0, 0.0, 1.0)

@@ -20,15 +20,15 @@ def test_a_script_makes_a_ui_and_reads_what_people_do(world: ScriptWorld) -> Non
     assert world.value(f"simGetUISlider({ui}, {slider})") == 333
     assert world.value(f"sim.getUIButtonSize({ui}, {slider})") == [8, 1]
     people = world.parts.user_interface.custom_uis
-    people.click(ui, button)
-    people.move_slider(ui, slider, 900)
+    people.get(ui).click(button)
+    people.get(ui).move_slider(slider, 900)
     assert world.lua(f"return simGetUIEventButton({ui})")[0] == button
     event, (_, position) = world.lua(f"return simGetUIEventButton({ui})")
     assert (event, position) == (slider, 900)
-    (shown,) = people.describe()
+    (shown,) = world.parts.user_interface.describe()["custom_uis"]
     assert [element["label"] for element in shown["elements"]] == ["drive", "&&Cross", "", "go"]
-    people.click(ui, menu[1])
-    assert not people.describe()[0]["visible"]
+    people.get(ui).click(menu[1])
+    assert not people.get(ui).is_there
 
 
 def test_properties_hide_a_ui_and_show_it_again(world: ScriptWorld) -> None:
@@ -38,9 +38,9 @@ def test_properties_hide_a_ui_and_show_it_again(world: ScriptWorld) -> None:
         f"local p = simGetUIProperty({ui}); p = simBoolOr32(p, sim_ui_property_visible);"
         f"simSetUIProperty({ui}, p - sim_ui_property_visible)"
     )
-    assert not people.describe()[0]["visible"]
+    assert not people.get(ui).is_there
     world.lua(f"sim.setUIProperty({ui}, sim.boolOr32(sim.getUIProperty({ui}), sim.ui_property_visible))")
-    assert people.describe()[0]["visible"]
+    assert people.get(ui).is_there
     world.fails(f"sim.setUIProperty({ui}, -1)", "sim_ui_property_ bits")
 
 
@@ -48,7 +48,7 @@ def test_colours_and_places_are_kept(world: ScriptWorld) -> None:
     ui, _ = world.lua("return sim.createUI('panel', sim.ui_menu_title, {4, 4})")
     world.lua(f"sim.setUIButtonColor({ui}, 0, {{1, 0, 0}}, nil, {{0, 0, 2}})")
     world.lua(f"sim.setUIButtonColor({ui}, 0, nil, {{0, 1, 0}})")
-    element = world.parts.user_interface.custom_uis.get(ui).element(0)
+    element = world.parts.user_interface.custom_uis.get(ui).widget(0)
     assert element.colors == [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     world.lua(f"sim.setUIPosition({ui}, {{30, 40}})")
     assert world.value(f"sim.getUIPosition({ui})") == [30, 40]

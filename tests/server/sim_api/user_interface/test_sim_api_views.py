@@ -12,8 +12,8 @@ def test_floating_views_are_kept_until_they_are_removed(world: ScriptWorld) -> N
     view = world.value("sim.floatingViewAdd(0.9, 0.9, 0.2, 0.2, 0)")
     robot = world.handle("robot")
     assert world.value(f"sim.adjustView({view}, {robot}, 64, 'front')") == 1
-    (kept,) = world.parts.user_interface.views.floating.values()
-    assert (kept.shown, kept.label, kept.width) == (robot, "front", pytest.approx(0.2))
+    (kept,) = world.parts.user_interface.views
+    assert (kept.shown, kept.title, kept.width) == (robot, "front", pytest.approx(0.2))
     assert world.lua(f"return sim.adjustView(0, -1, 0), sim.adjustView({view + 1}, -1, 0)") == [1, 0]
     assert world.value(f"sim.floatingViewRemove({view})") == 1
     assert world.lua(f"return sim.floatingViewRemove({view})") == [0]
@@ -24,7 +24,7 @@ def test_views_are_bounded_and_go_with_the_scene(world: ScriptWorld) -> None:
     world.fails("for i = 1, 1000 do sim.floatingViewAdd(0, 0, 1, 1, 0) end", "at most")
     world.call("simxStopSimulation")
     world.call("simxCloseScene")
-    assert not world.parts.user_interface.views.floating
+    assert len(world.parts.user_interface.views) == 0
 
 
 def test_page_and_navigation_mode_are_kept(world: ScriptWorld) -> None:

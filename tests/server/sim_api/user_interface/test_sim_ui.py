@@ -87,8 +87,8 @@ def test_an_error_in_a_function_is_printed_and_the_script_goes_on(world: ScriptW
     )
     world.lua("function bad() error('my fault') end")
     said(world)
-    world.parts.user_interface.windows.press(ui, 1)
-    world.parts.user_interface.windows.press(ui, 2)
+    world.parts.user_interface.windows.get(ui).press(1)
+    world.parts.user_interface.windows.get(ui).press(2)
     first, second = said(world)
     assert "my fault" in first
     assert "has no function 'none'" in second
@@ -183,7 +183,7 @@ def test_the_old_names_reach_the_same_functions(world: ScriptWorld) -> None:
 
 
 def window_of(world: Any) -> list[str]:
-    return [each["title"] for each in world.parts.user_interface.windows.describe()]
+    return [each["title"] for each in world.parts.user_interface.describe()["windows"]]
 
 
 def test_windows_end_with_the_script_that_made_them() -> None:
@@ -209,7 +209,7 @@ def test_python_scripts_make_windows_too() -> None:
     """
     world = scripted({"python:base": source})
     world.run(1)
-    world.parts.user_interface.windows.press(1, 1)
+    world.parts.user_interface.windows.get(1).press(1)
     lines = said(world)
     world.parts.scripts.close()
     assert "clicked 1" in lines

@@ -32,11 +32,11 @@ def test_buttons_keep_their_kind_place_labels_and_colours() -> None:
     )
     ui = world.call("simxGetUIHandle", "panel")
     (shown,) = world.parts.user_interface.custom_uis
-    assert (shown.title, shown.size, shown.properties) == ("Arm", (10, 4), 7)
+    assert (shown.title, shown.size, shown.properties) == ("Arm", [10, 4], 7)
     assert world.parts.user_interface.old_uis.owner(ui) == world.handle("mark")
     assert world.call("simxGetUISlider", ui, 7) == 400
-    assert shown.elements[7].place == [2, 1, 4, 1]
-    assert shown.elements[7].colors == [(1.0, 0.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)]
+    assert shown.widgets[7].cells == [2, 1, 4, 1]
+    assert shown.widgets[7].colors == [(1.0, 0.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)]
 
 
 def test_what_a_file_cannot_mean_is_left_out_and_the_rest_stays() -> None:
@@ -47,4 +47,4 @@ def test_what_a_file_cannot_mean_is_left_out_and_the_rest_stays() -> None:
     uis = world.parts.user_interface.custom_uis
     assert [ui.name for ui in uis] == ["UI", "UI#0"]
     assert world.call("simxGetUISlider", world.call("simxGetUIHandle", "UI"), 1) == 1000
-    assert len(uis.get(world.call("simxGetUIHandle", "UI")).elements) == 1
+    assert len(uis.get(world.call("simxGetUIHandle", "UI")).widgets) == 1

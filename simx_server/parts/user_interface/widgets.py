@@ -1,4 +1,4 @@
-"""The widgets of windows made from XML, and how people and programs change them."""
+"""The widgets of windows, and how people and programs change them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Widget:
     """One widget; which fields mean something depends on its kind."""
 
     id: int
-    kind: str
+    kind: str = ""
     parent: Widget | None = None
     """The group, tab or tabs that it is in."""
     text: str = ""
@@ -122,8 +122,8 @@ class Widget:
         if index < self.value or self.value >= len(self.items):
             self.value -= 1
 
-    def describe(self, *, is_visible: bool) -> dict[str, Any]:
-        """Return it as plain data, for programs that show it."""
+    def view(self, *, is_visible: bool) -> dict[str, Any]:
+        """Return it as plain data, ready for JSON."""
         return {
             "id": self.id,
             "kind": self.kind,

@@ -22,7 +22,7 @@ from simx_server.errors import CommandError
 
 from .well_formed import well_formed
 from .widgets import CONTAINERS, KEPT, MAX_ITEMS, MAX_TEXT, Widget
-from .windows import Window
+from .xml_windows import XmlWindow
 
 MAX_XML = 200_000
 """Most characters of a window's text."""
@@ -49,7 +49,7 @@ _WITH_TEXT = ("label", "button", "checkbox", "radiobutton", "tab")
 _NO_TEXT = "???"
 
 
-def read_window(text: str) -> Window:
+def read_window(text: str) -> XmlWindow:
     """Return the window that a text describes.
 
     Raises:
@@ -63,7 +63,7 @@ def read_window(text: str) -> Window:
         raise CommandError(f"the XML of the UI cannot be read: {problem}") from None
     if root.tag != "ui":
         raise CommandError(f"the XML of a UI must begin with <ui>, not <{str(root.tag)[:40]}>")
-    window = Window(
+    window = XmlWindow(
         title=root.get("title", "Custom UI")[:MAX_TEXT],
         is_closeable=_switch(root, "closeable", default=False),
         events=_events(root),
@@ -78,7 +78,7 @@ def read_window(text: str) -> Window:
     return window
 
 
-def _add_children(window: Window, element: ElementTree.Element, parent: Widget | None, depth: int) -> None:
+def _add_children(window: XmlWindow, element: ElementTree.Element, parent: Widget | None, depth: int) -> None:
     if depth > MAX_DEPTH:
         raise CommandError(f"the XML of the UI is nested deeper than {MAX_DEPTH} levels")
     for child in element:
@@ -90,7 +90,7 @@ def _add_children(window: Window, element: ElementTree.Element, parent: Widget |
             _add_children(window, child, widget, depth + 1)
 
 
-def _widget(window: Window, element: ElementTree.Element, kind: str, parent: Widget | None) -> Widget:
+def _widget(window: XmlWindow, element: ElementTree.Element, kind: str, parent: Widget | None) -> Widget:
     if len(window.widgets) >= MAX_WIDGETS:
         raise CommandError(f"the UI has more than {MAX_WIDGETS} widgets")
     number = _number(element, "id", math.nan)
