@@ -48,7 +48,7 @@ WIRES: Mapping[tuple[int, int | None], Wire] = _by_id()
 UNKNOWN = Wire(id=-1, command="", ident=(), request=(), reply=())
 """Stands for a number that the protocol does not have."""
 
-_UNKNOWN_COMMAND = Command(name="", doc="There is no such command.", effect=Effect.READS)
+_UNKNOWN_COMMAND = Command(name="", doc="The protocol lacks this command.", effect=Effect.READS)
 
 
 def command_of(wire: Wire) -> Command:
