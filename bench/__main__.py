@@ -60,7 +60,7 @@ REPORT = Path(__file__).with_name("REPORT.md")
 def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = Parser(
         "python -m bench",
-        description="Measure what a call, a pass and a picture cost here, each beside its baseline.",
+        description="Measure what a call, a pass and an image cost here, each beside its baseline.",
         epilog="A full run also writes bench/REPORT.md, bench/DETAILS.md and bench/plots/; a shorter one only prints, "
         "unless --report is given.",
     )

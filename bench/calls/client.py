@@ -35,7 +35,7 @@ def connected(port: int, address: str = "127.0.0.1") -> Iterator[int]:
 def simulator(*arguments: str) -> Iterator[int]:
     """A client of a fresh server with these flags, once that has settled.
 
-    In its first half second a server makes its renderer beside serving; the first picture comes after that.
+    In its first half second a server makes its renderer beside serving; the first image comes after that.
     """
     with processes.server(*arguments) as server, connected(server.port) as client:
         settle(client)

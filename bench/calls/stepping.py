@@ -1,4 +1,4 @@
-"""Stepped mode: passes per second, against the same physics in one process without a server."""
+"""Stepped mode: simulation steps per second, against the same physics in one process without a server."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def measure(effort: Effort) -> Findings:
     found.rows.append(Row.of("control loop beyond the pass itself", beyond, "us"))
     found.rows.append(Row.of("trigger beyond the pass itself", difference(taken[TRIGGER], taken[PASS]), "us"))
     found.rows += [
-        Row(f"passes per second, {what}", 1 / taken[what].median, None, "1/s")
+        Row(f"simulation steps per second, {what}", 1 / taken[what].median, None, "1/s")
         for what in (TRIGGER, LOOP, STEPS)
     ]
     found.notes = [

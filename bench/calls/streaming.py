@@ -38,7 +38,7 @@ READ_MOST = 40.0
 """Times `DICTIONARY`: 4 us where that takes 0.1 us."""
 
 AGE = "age of a value when read"
-COUNTS = "values and passes per second"
+COUNTS = "values and simulation steps per second"
 
 CLIENTS, VALUES, PASS_S = 8, 100, 0.001
 """Who listens, to how many joints each, and how often they are told."""
@@ -145,7 +145,7 @@ def _tell_values(found: Findings, speed: str, taken: dict[str, Rounds]) -> None:
     found.rows.append(Row.of(f"{AGE}, speed {speed}", taken[AGE], "ms"))
     seen, passes = (statistics.median(counts) for counts in zip(*taken[COUNTS].values, strict=True))
     found.rows.append(Row(f"new values a busy reader sees per second, speed {speed}", seen, None, "1/s"))
-    found.rows.append(Row(f"passes per second meanwhile, speed {speed}", passes, None, "1/s"))
+    found.rows.append(Row(f"simulation steps per second meanwhile, speed {speed}", passes, None, "1/s"))
 
 
 def _pass_ms(client: int) -> float:

@@ -1,7 +1,7 @@
-"""One 640x480 picture, end to end and in its parts: asking, rendering, the way to the client, the list.
+"""One 640x480 image, end to end and in its parts: asking, rendering, the way to the client, the list.
 
-In a stopped simulation equal requests share one picture, so a repeated call costs everything but rendering.
-A joint that is moved first makes the picture a new one.
+In a stopped simulation equal requests share one image, so a repeated call costs everything but rendering.
+A joint that is moved first makes the image a new one.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ REQUEST_SIZE = 64
 DEPTH_CAMERA = "kinect_depth"
 CLIENTS = 10
 
-LIST = "picture to a list, all but rendering"
-ARRAY = "picture to NumPy, all but rendering"
-FRESH = "picture to NumPy, drawn anew"
-BOTH = "picture and depth of two cameras in one place to NumPy, drawn anew"
+LIST = "image to a list, all but rendering"
+ARRAY = "image to NumPy, all but rendering"
+FRESH = "image to NumPy, drawn anew"
+BOTH = "image and depth of two cameras in one place to NumPy, drawn anew"
 CHANNELS = "the tutorial's loop over the three channels, drawn anew"
 RENDER = "rendering alone, in process"
 SHARED = f"rendering for {CLIENTS} clients that look through one camera"
-ASKING = "asking for a picture, physics thread"
+ASKING = "asking for an image, physics thread"
 QUERY = "bare Zenoh query, as many bytes"
 PUBLICATIONS = "bare Zenoh publications, as many bytes"
 TCP = "raw TCP, as many bytes"
@@ -77,7 +77,7 @@ SHARED_TARGET = 1.5
 """Times one rendering; ten copies for ten clients are a few tenths of a millisecond."""
 
 RENDER_TIMEOUT_S = 30.0
-"""The first picture waits for the choice of a graphics driver."""
+"""The first image waits for the choice of a graphics driver."""
 
 
 def measure(effort: Effort) -> Findings:
@@ -157,7 +157,7 @@ def pose(client: int, joints: list[int]) -> None:
 
 
 class _Server:
-    """The server's own path from a request to the finished picture, on its render thread, in this process."""
+    """The server's own path from a request to the finished image, on its render thread, in this process."""
 
     def __init__(self, stack: ExitStack) -> None:
         self._simulation = simulation = open_world(Settings(), stack)
@@ -171,14 +171,14 @@ class _Server:
         return HANDLERS[name](self._simulation, SimpleNamespace(client=str(client)), list(arguments))
 
     def move(self) -> None:
-        """Make the next picture another one."""
+        """Make the next image another one."""
         self._execute("simxSetJointPosition", self._joints[5], next(self._angles))
 
     def ask(self, client: int = 0) -> Future[object]:
         return self._execute("simxGetVisionSensorImage", self._camera, 0, client=client)
 
     def render(self, clients: int = 1) -> None:
-        """A new picture for so many clients."""
+        """A new image for so many clients."""
         self.move()
         for asked in [self.ask(client) for client in range(clients)]:
             asked.result(RENDER_TIMEOUT_S)

@@ -1,6 +1,6 @@
-"""Rendering alone, without a server: shipped scenes and sizes, the parts of one picture, and rays instead of OpenGL.
+"""Rendering alone, without a server: shipped scenes and sizes, the parts of one image, and rays instead of OpenGL.
 
-Parts are told by differences: what a picture of a few pixels costs is the scene's geometry, the rest is its pixels.
+Parts are told by differences: what an image of a few pixels costs is the scene's geometry, the rest is its pixels.
 """
 
 from __future__ import annotations

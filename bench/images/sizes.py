@@ -1,4 +1,4 @@
-"""How cost grows with a picture's size: rendering, the way to a list and to NumPy, beside as many bare bytes."""
+"""How cost grows with an image's size: rendering, the way to a list and to NumPy, beside as many bare bytes."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ def measure(effort: Effort) -> Findings:
             "sizes",
             [
                 Panel(
-                    "a picture that is there, ms",
+                    "an image that is there, ms",
                     "width in pixels (4 : 3)",
                     {LIST: curve(LIST), ARRAY: curve(ARRAY)},
                     {QUERY: curve(QUERY)},
                     is_log=True,
                 ),
                 Panel(
-                    "a picture that is drawn anew, ms",
+                    "an image that is drawn anew, ms",
                     "width in pixels (4 : 3)",
                     {FRESH: curve(FRESH), **seen},
                     {RENDER: curve(RENDER)},
@@ -80,7 +80,7 @@ def measure(effort: Effort) -> Findings:
         )
     )
     found.notes.append(
-        f"'{LIST}' and '{ARRAY}' are end to end for a picture that another client has asked for already: "
+        f"'{LIST}' and '{ARRAY}' are end to end for an image that another client has asked for already: "
         "everything but rendering."
     )
     return found
@@ -129,7 +129,7 @@ def _resize(client: int, camera: int, size: tuple[int, int]) -> None:
 
 
 def _renderer(stack: ExitStack) -> Any:
-    """Draws one picture of a size, in this process."""
+    """Draws one image of a size, in this process."""
     simulation = open_world(Settings(), stack)
     rendering.look_at_the_ball(simulation.simulation)
     backend = choose_backend().name

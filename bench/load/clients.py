@@ -85,7 +85,7 @@ def _plot(by_count: dict[int, dict[str, Rounds]]) -> Plot:
         is_log=True,
     )
     share = Panel(
-        "the server, % of a core, 20 passes per second",
+        "the server, % of a core, 20 simulation steps per second",
         "clients that stream six joints",
         {"all streaming": curve(SHARE, 100)},
         {"nobody connected": curve(ALONE, 100)},

@@ -92,7 +92,7 @@ def _servers(found: Findings, effort: Effort) -> None:
     with processes.server("--start", "--no-local") as server:
         with connected(server.port) as client:
             _picture(client)
-        _row(found, "a server by itself, running, has made a picture", memory_mb([server.process_id]), "MB")
+        _row(found, "a server by itself, running, has made an image", memory_mb([server.process_id]), "MB")
     with fleet(1, "--start") as one:
         time.sleep(span / 4)
         base = memory_mb([one.parent, *one.process_ids])
@@ -108,11 +108,11 @@ def _servers(found: Findings, effort: Effort) -> None:
             streaming = core_share(many.process_ids, span) / FLEET
             for client in clients:
                 _picture(client)
-        # Without its client, which shares the memory through which pictures went.
+        # Without its client, which shares the memory through which images went.
         drawn = statistics.median(map(private_mb, many.process_ids))
     found.ratios.append(Ratio("memory of a further server, running", further, "MB", MEMORY_TARGET_MB))
     found.ratios.append(
-        Ratio("memory of a further server that has made a picture", drawn, "MB", MEMORY_TARGET_MB)
+        Ratio("memory of a further server that has made an image", drawn, "MB", MEMORY_TARGET_MB)
     )
     _row(found, "a server at real time, nobody connected", idle * 100, "% core")
     _row(found, "a server at real time, one client streams 6 joints", streaming * 100, "% core")

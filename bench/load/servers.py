@@ -19,8 +19,8 @@ from .scale import fleet
 
 COUNTS = (1, 2, 4, 8)
 
-PASSES = "passes per second together"
-IN_PROCESS = "passes per second in process, on all cores"
+PASSES = "simulation steps per second together"
+IN_PROCESS = "simulation steps per second in process, on all cores"
 MEMORY = "memory"
 HEAD = ("servers", PASSES, "of the cores' worth in process", "memory, MB", "with a parent each, MB")
 

@@ -26,7 +26,7 @@ from simx_server.viewer.feed import Feed
 from .lookers import looking
 from .servers import simulated
 
-LOOK = "a picture of the scene (look), on the simulating thread"
+LOOK = "an image of the scene (look), on the simulating thread"
 SURVEY = "what the panels show (survey), on the simulating thread"
 PASS = "a simulation step in process"
 MOST = 0.6
@@ -97,7 +97,7 @@ def measure(effort: Effort) -> Findings:
         )
     )
     found.notes.append(
-        "Whoever looks has 25 pictures a second made, and 5 updates of the panels. Server, page, client and lookers "
+        "Whoever looks has 25 images a second made, and 5 updates of the panels. Server, page, client and lookers "
         "share the cores of one machine here, so what the page's process computes counts as well."
     )
     return found

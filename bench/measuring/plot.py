@@ -39,7 +39,7 @@ class Axis:
 
 
 def draw(folder: Path, plot: Plot) -> Path:
-    """Write the picture into a folder, which is made if it is not there.
+    """Write the image into a folder, which is made if it is not there.
 
     Raises:
         OSError: it could not be written.
@@ -50,7 +50,7 @@ def draw(folder: Path, plot: Plot) -> Path:
     # Few colours: a tenth of the bytes of all shades that smoothing makes.
     few = (picture // 16 * 17).astype(np.uint8)
     if not cv2.imwrite(str(path), few, [cv2.IMWRITE_PNG_COMPRESSION, 9]):
-        raise OSError(f"the picture could not be written to {path}")
+        raise OSError(f"the image could not be written to {path}")
     return path
 
 

@@ -10,7 +10,7 @@ from .bars import Bar, Bars
 from .measure import Rounds
 
 PLOTS = "plots"
-"""The folder beside the page with its pictures."""
+"""The folder beside the page with its images."""
 
 DETAILS = "DETAILS.md"
 """The second page."""
@@ -84,7 +84,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Plot:
-    """Panels side by side, one picture."""
+    """Panels side by side, one image."""
 
     name: str
     """Of the file, without its suffix."""

@@ -444,7 +444,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "What cameras do not see, proximity sensors do not detect",
         "(MuJoCo's geom groups from 3 on, what is wholly transparent), nor what is annotated as not detectable. "
-        "V-REP's shapes say both separately, and so do those of its own files.",
+        "V-REP's shapes say both separately, and so do the shapes of V-REP files.",
         "tests/server/sensors/test_sensors_proximity_force.py::test_what_cameras_do_not_see_is_not_detected",
         "simxReadProximitySensor",
     ),

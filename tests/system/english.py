@@ -139,7 +139,7 @@ def texts(tree: ast.Module) -> Iterator[tuple[str, int]]:
             yield from strings(node.value if isinstance(node.value, ast.Constant) else None)
         elif isinstance(node, ast.Call):
             for keyword in node.keywords:
-                if keyword.arg in {"help", "description", "epilog"}:
+                if keyword.arg in {"help", "description", "epilog", "doc"}:
                     yield from strings(keyword.value)
             at = helpers.get(getattr(node.func, "id", ""), len(node.args))
             for argument in node.args[at : at + 1]:

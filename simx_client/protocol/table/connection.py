@@ -123,7 +123,7 @@ CONNECTION = (
         name="simxCreateBuffer",
         takes={"bufferSize": Meaning(INT, "bytes", sample="16")},
         gives={"buffer": Meaning(BYTES, "a ctypes pointer")},
-        doc="Return a ctypes pointer to so many unsigned bytes.",
+        doc="Return a ctypes pointer to this many unsigned bytes.",
         effect=Effect.NOTHING,
         place=Place.LOCAL,
     ),

@@ -197,7 +197,7 @@ OBJECTS = (
         doc="Return one kind of data of all objects of a type at one instant.",
         remark=(
             "Handles, then flat lists; an unknown data type gives the handles alone. Code 8: `objectType` "
-            "is no object type and no collection."
+            "is neither an object type nor a collection."
         ),
         effect=Effect.READS,
         key=("objectType", "dataType"),

@@ -30,7 +30,7 @@ SCRIPTS = (
         },
         doc="Call a function of a script in the scene.",
         remark=(
-            "The script's function gets four tables and returns four. Code 8 when there is no such script "
+            "The script's function gets four tables and returns four. Code 8 for a missing script "
             "or function, when it has an error, or returns something else."
         ),
         effect=Effect.RUNS_CODE,

@@ -57,7 +57,7 @@ def _as_sent(command: str) -> Callable[[Values], Values]:
     return through_message([result.kind for result in ANSWERED[command].results])
 
 
-_UNKNOWN_COMMAND = Command(name="", doc="There is no such command.", effect=Effect.READS)
+_UNKNOWN_COMMAND = Command(name="", doc="The protocol lacks this command.", effect=Effect.READS)
 
 
 def command_of(wire: Wire) -> Command:
