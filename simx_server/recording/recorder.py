@@ -76,7 +76,6 @@ class Recorder(Part):
 
     def watch(self, world: World, scene: Path) -> None:
         """Record which files are read. Call this after the parts are attached and before the scene is loaded."""
-        self._world = world
         simulation = world.simulation
         header: dict[str, Any] = {
             "server": __version__,
@@ -93,6 +92,18 @@ class Recorder(Part):
         }
         if self._log.is_empty:
             self._log.put(Kind.HEADER, header)
+        self.follow(world)
+        self.file_read(scene, simulation.files.sources)
+
+    @property
+    def is_empty(self) -> bool:
+        """Return whether there was no recording, so that this one has to note the scene's files."""
+        return self._log.is_empty
+
+    def follow(self, world: World) -> None:
+        """Record which files are read from now on; the recording goes on and has those of the world."""
+        self._world = world
+        simulation = world.simulation
         simulation.attach(self)
         find = simulation.files.find
 
@@ -102,7 +113,6 @@ class Recorder(Part):
             return found
 
         simulation.files.find = find_and_note
-        self.file_read(scene, simulation.files.sources)
 
     def begin(self, loop: RecordedLoop) -> None:
         """Record this server loop from now on."""
