@@ -7,6 +7,7 @@ the memory.
 from __future__ import annotations
 
 import contextlib
+import importlib
 
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.lua import prepared
@@ -24,7 +25,7 @@ def prepare(world: World, settings: Settings) -> None:
 
         missing()  # it imports cbor2
     if settings.ros2 is not None:
-        import simx_server.gateways.ros2.gateway  # noqa: F401
+        importlib.import_module("simx_server.gateways.ros2.gateway")
     if has_zmq or world.scripts.all():
         names = Namespaces.names()
         with contextlib.suppress(ScriptError):  # without lupa Lua scripts do not run, and say so

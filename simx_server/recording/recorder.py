@@ -97,7 +97,7 @@ class Recorder(Part):
 
     @property
     def is_empty(self) -> bool:
-        """Return whether there was no recording, so that this one has to note the scene's files."""
+        """Return whether the file had no block, so that this recording has to note the scene's files."""
         return self._log.is_empty
 
     def follow(self, world: World) -> None:
