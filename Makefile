@@ -60,13 +60,13 @@ test-fast: $(READY) ## the tests that need under a minute together
 	@$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not slow" $(TESTS)
 
 soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server must stay up and return to where it began
-	@PYTHONPATH=tests:tests/support:tests/support/worlds $(BIN)/python tests/system/load/soak.py $(SECONDS)
+	@PYTHONPATH=tests:tests/support:tests/support/worlds:tests/support/gateways $(BIN)/python tests/system/load/soak.py $(SECONDS)
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
-	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds:$(CURDIR)/tests/support/gateways $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
 crashes: $(READY) ## kill a supervised server COUNT times (50) while clients of all ways in use it
-	@PYTHONPATH=tests:tests/support:tests/support/worlds $(BIN)/python tests/system/load/crashes.py $(COUNT)
+	@PYTHONPATH=tests:tests/support:tests/support/worlds:tests/support/gateways $(BIN)/python tests/system/load/crashes.py $(COUNT)
 
 check: $(READY) ## format, lint, types, language and dependencies; changes nothing
 	@wrong=; \

@@ -22,12 +22,12 @@ import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
-from simx_server.world.simulation import Simulation
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
+from simx_server.simulation.simulation import Simulation
 
 FILE = Path(__file__).with_name("pictures") / "tutorial.webp"
 WIDTH, HEIGHT = 640, 400

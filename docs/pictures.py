@@ -16,9 +16,9 @@ import cv2
 import mujoco
 
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.files.library import list_scenes
 from simx_server.handlers.objects.poses import set_object_position
+from simx_server.settings.settings import Settings
 
 FOLDER = Path(__file__).with_name("pictures")
 WIDTH, HEIGHT = 480, 360

@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 from simx_client.protocol.commands import TABLE, Command, Place
-from simx_client.protocol.differences import DIFFERENCES
 from simx_client.protocol.kinds import KINDS
 from simx_server.app.coverage import Coverage, coverage
 from simx_server.handlers import HANDLERS
@@ -29,7 +28,7 @@ or `import sim` gives. New code may take [objects and exceptions](python.md) ins
 blocking* (no mode, it waits) or *in the client* (no mode; the server is not asked, or by way of other functions).
 
 **Results.** A return code, and after it the results, as one tuple; only the code when there are none. Without success
-they are zeros, empty or −1. The code is 0 or a sum of these:
+they are zeros, empty or −1. The code, `rc`, is 0 or a sum of these:
 
 | bit | constant | it means |
 |---|---|---|
@@ -48,7 +47,8 @@ not finite in single precision, and from what the functions say themselves. An a
 **Units and frames.** m, rad, s, N, N m. Frames are right-handed with Z up; quaternions are x, y, z, w; Euler angles
 R = Rx·Ry·Rz. Numbers with a fraction have single precision. [cameras.md](cameras.md) has the sensors' frames.
 
-**Kinds** of arguments and results, and what a list has in it:
+**Arguments and results.** Each function lists its arguments, and after → its results, with their kinds. `clientID` is
+the id that simxStart returned. The kinds, and what a list has in it:
 
 | kind | Python | what |
 |---|---|---|
@@ -60,6 +60,9 @@ R = Rx·Ry·Rz. Numbers with a fraction have single precision. [cameras.md](came
 
 {functions}
 """
+
+IN_ALL = ("clientID", "rc")
+"""Argument and result of nearly all functions, explained once."""
 
 
 def kind_rows() -> str:
@@ -119,11 +122,13 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
         " ".join(filter(None, (command.doc, remark(command)))),
     ]
     values = [("", value) for value in command.arguments] + [("→ ", value) for value in command.results]
-    if values:
-        rows = [
-            f"| {arrow}`{each.name}` | {each.kind.name} | {each.meaning.sentence} |" for arrow, each in values
-        ]
-        parts.append("\n".join(["| argument, → result | kind | meaning |", "|---|---|---|", *rows]))
+    parts.append(
+        "\n".join(
+            f"* {arrow}`{each.name}` ({each.kind.name}): {each.meaning.sentence}"
+            for arrow, each in values
+            if each.name not in IN_ALL
+        )
+    )
     facts = [line.modes]
     if command.place is Place.REMOTE:
         facts.append(f"key: {', '.join(f'`{name}`' for name in command.key) or 'none'}")
@@ -135,11 +140,9 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
         facts.append(f"modern: {twin}")
     parts.append("; ".join(facts) + ".")
     if line.differences:
-        titles = " ".join(
-            f"({each}) {DIFFERENCES[each - 1].title.rstrip(',.;')}." for each in line.differences
-        )
-        parts.append(f"[Differs](coverage.md#differences-from-the-original): {titles}")
-    return "\n\n".join(parts)
+        numbers = ", ".join(map(str, line.differences))
+        parts.append(f"[Differs](coverage.md#differences-from-the-original): {numbers}.")
+    return "\n\n".join(filter(None, parts))
 
 
 def render() -> str:

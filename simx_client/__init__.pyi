@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
+from simx_client.calls.images import DepthBuffer, VisionImage
 from simx_client.client import Client as Client
-from simx_client.legacy.images import DepthBuffer, VisionImage
 
 sim_object_shape_type: int
 sim_object_joint_type: int

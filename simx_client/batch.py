@@ -10,11 +10,12 @@ from __future__ import annotations
 import time
 from types import TracebackType
 
+from simx_client.calls.answers import Answer
+from simx_client.calls.strict import Strict
+
 from .client.servers import Servers
-from .connection.answers import Answer
 from .connection.calls import Calls
 from .connection.exchange import Exchange, connection_of
-from .connection.strict import Strict
 from .connection.timeouts import DEFAULT_TIMEOUT
 from .errors import CallsFailed, Failure
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from kinds_of_tests import add_markers
+from kinds_of_tests import add_marker
 from processes import PENDULUM
 from real_world import Open, RealWorld, World
 
@@ -46,33 +46,6 @@ LONGEST = (
     "test_scripts_contacts.py",
 )
 """Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
-
-SLOW = (
-    "test_batch", "test_bench", "test_call_costs", "test_check_hostile", "test_classroom", "test_cli_call",
-    "test_code_from_clients",
-    "test_codec", "test_collisions", "test_command_server", "test_confinement", "test_detect", "test_determinism",
-    "test_discovery", "test_docs_", "test_editing", "test_scene_", "test_models",
-    "test_every_function", "test_exit_codes",
-    "test_exposure", "test_faults", "test_files", "test_filming", "test_first_picture", "test_fleet",
-    "test_frames_properties", "test_gl_backend", "test_help_examples", "test_history", "test_hostile", "test_idioms",
-    "test_frames_properties", "test_gl_backend", "test_gym_environments", "test_gym_page", "test_gym_stable",
-    "test_gym_vectors", "test_help_examples", "test_hostile", "test_idioms",
-    "test_imported_meshes", "test_installing", "test_keyboard", "test_kinematics", "test_legacy", "test_log_",
-    "test_many_clients", "test_modern_client", "test_modes_property", "test_namespaces",
-    "test_original_hostile", "test_original_library", "test_original_server",
-    "test_over_zenoh", "test_pace", "test_packaging", "test_past_command",
-    "test_parameter_functions", "test_path_planning",
-    "test_reach", "test_readers_change", "test_readme", "test_reconnection", "test_recording",
-    "test_render_thread", "test_rendering", "test_replay", "test_rg2", "test_ros2_pioneer", "test_ros2_process",
-    "test_ros2_router", "test_ros2_sdk", "test_run_", "test_scenes_of",
-    "test_scripts_contacts", "test_scripts_giving", "test_scripts_lua", "test_scripts_python",
-    "test_scripts_safety", "test_scripts_vision", "test_security", "test_sensor_functions", "test_sensors_",
-    "test_shims", "test_trial_", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
-    "test_stepped", "test_streaming", "test_surprises", "test_torque", "test_tutorial", "test_upgrade",
-    "test_user_interface", "test_view_", "test_wheels", "test_zenoh",
-)  # fmt: skip
-"""Beginnings of the names of files that `make test-fast` leaves out: they start processes, draw many images, simulate
-minutes, or try very many cases."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -120,13 +93,10 @@ def _write_rewritten_tests() -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Add the markers. Workers of xdist are given the longest files first, then those with most tests."""
-    are_chosen = bool(config.option.markexpr)
-    for item in items:
-        if are_chosen:  # it reads all files
-            add_markers(item)
-        if item.path.name.startswith(SLOW):
-            item.add_marker(pytest.mark.slow)
+    """Add a marker. Workers of xdist are given the longest files first, then those with most tests."""
+    if config.option.markexpr:  # it reads all files
+        for item in items:
+            add_marker(item)
     if not hasattr(config, "workerinput"):
         return
     counts = Counter(item.path for item in items)

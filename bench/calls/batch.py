@@ -25,7 +25,7 @@ from bench.measuring.resources import processor_seconds
 from bench.measuring.scheduling import cores
 from simx_client import batch
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 from .client import CAMERA, JOINTS, check, connected, handle_of, running
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import simx_client as vrep
 from bench.measuring import processes
-from simx_client.transport.local import VARIABLE
+from simx_client.transport.lane import VARIABLE
 
 JOINTS = tuple(f"UR5_joint{number}" for number in range(1, 7))
 CAMERA = "kinect_rgb"

@@ -11,7 +11,7 @@ from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from bench.world.physics import Physics
-from simx_client.transport.local import LocalLink
+from simx_client.transport.lane import LocalLink
 
 from .blocking import message_sizes
 from .client import JOINTS, check, handle_of, running, simulator

@@ -22,11 +22,11 @@ from bench.calls.client import CAMERA, JOINTS, check, handle_of, simulator
 from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, difference, in_turn, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
-from simx_client.legacy.images import VisionImage
+from simx_client.calls.images import VisionImage
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
 from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
+from simx_server.settings.settings import Settings
 
 from . import rendering
 

@@ -17,12 +17,12 @@ from bench.calls.client import CAMERA, JOINTS
 from bench.measuring.measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.files.library import find_scene
+from simx_server.scene.cameras.image import CameraView, Renderer, fovy_from_perspective_angle
 from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import CameraView, Renderer, fovy_from_perspective_angle
-from simx_server.world.simulation import Simulation
+from simx_server.settings.settings import Settings
+from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
 
 from .bare import BareRenderer, bare_renderer

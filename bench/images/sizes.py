@@ -12,12 +12,12 @@ from bench.calls.client import CAMERA, JOINTS, check, handle_of, simulator
 from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, difference, repeated, side_by_side
 from bench.measuring.report import Findings, Grid, Panel, Plot
-from simx_client.legacy.images import VisionImage
+from simx_client.calls.images import VisionImage
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
+from simx_server.scene.cameras.image import Renderer
 from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import Renderer
+from simx_server.settings.settings import Settings
 
 from . import rendering
 from .picture import REQUEST_SIZE, pose

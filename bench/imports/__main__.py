@@ -13,7 +13,7 @@ from pathlib import Path
 from simx_server.errors import CommandError
 from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.vrep.opening import open_vrep
-from simx_server.scripting.lacking import note_missing
+from simx_server.sim_api.listing.lacking import note_missing
 
 SUFFIXES = (".ttt", ".ttm")
 

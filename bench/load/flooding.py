@@ -23,9 +23,9 @@ import simx_client as vrep
 from bench.calls.client import JOINTS, handle_of
 from bench.measuring.processes import ROOT, NotReady, server
 from bench.measuring.resources import keep_apart, private_mb
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import decode_welcome, encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Batch, Call, Greeting, Operation
+from simx_client.protocol.zenoh import keys, link
 
 FLOODERS = 8
 TIMED = 5.0

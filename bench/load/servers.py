@@ -13,7 +13,7 @@ from bench.measuring.report import Findings, Grid, Panel, Plot
 from bench.measuring.resources import memory_mb
 from bench.measuring.scheduling import cores
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 from .scale import fleet
 

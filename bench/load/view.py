@@ -16,10 +16,10 @@ from bench.measuring import processes
 from bench.measuring.measure import Effort, Rounds, ratio, ratio_p99, side_by_side, timed
 from bench.measuring.report import Findings, Grid, Ratio, Row
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
 from simx_server.viewer import messages
 from simx_server.viewer.feed import Feed
 

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 QUERY, STEPPING, PUBLICATIONS, TCP = "query", "stepping", "publications", "tcp"
 TIMEOUT_S = 5.0

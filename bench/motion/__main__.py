@@ -12,9 +12,9 @@ from bench.motion.arms import arm
 from bench.motion.balance import ASIDE, FOLLOW, SPEED, STAND, balance
 from bench.motion.cars import CARS, drive
 from bench.motion.drives import Differential, differential, mecanum
-from bench.motion.grasps import Hand, trial
-from bench.motion.hands import SHIPPED, STOCK
-from bench.motion.held_objects import KINDS
+from bench.motion.holding.grasps import Hand, trial
+from bench.motion.holding.hands import SHIPPED, STOCK
+from bench.motion.holding.held_objects import KINDS
 from bench.motion.hover import hover
 from bench.motion.lines import follow
 from bench.motion.opened import running

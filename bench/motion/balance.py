@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.motion.opened import Running, running
-from simx_server.scene.geometry.frames import get_pose, set_pose
-from simx_server.scene.geometry.poses import rotate
+from simx_server.scene.poses.frames import get_pose, set_pose
+from simx_server.scene.poses.poses import rotate
 
 STAND, FOLLOW = 10.0, 20.0
 """Seconds in which it stands, and in which it follows the target and comes to rest."""

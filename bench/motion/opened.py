@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 from simx_server.world.world import World
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.motion.opened import Running, running
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.poses import rotate
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.poses import rotate
 
 SECONDS = 150.0
 """Time in which the script of the scene should have stopped the simulation."""

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from bench.motion.opened import Running, running
 from bench.motion.rest import jitter
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.poses import Pose, Vector, conjugate, rotate, subtract
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.poses import Pose, Vector, conjugate, rotate, subtract
 
 BASES = {
     "ACM-R5": "ACMR",

@@ -14,9 +14,9 @@ from bench.measuring.measure import Effort, Rounds, difference, repeated, side_b
 from bench.measuring.report import Findings, Ratio, Row
 from simx_server.app.server import open_world
 from simx_server.app.serving import make_loop
-from simx_server.app.settings import Settings
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
 from simx_server.gateways.ros2.wire.session import Router
+from simx_server.settings.settings import Settings
 from simx_server.world.world import World
 
 JOINTS = 6

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from bench.measuring.measure import Effort, Progress, Rounds, ratio
 from bench.measuring.report import Findings, Grid, Ratio
-from simx_server.scene import models
-from simx_server.scene.editing import copying, creating, editing
+from simx_server.editing import copying, creating, models
+from simx_server.scene.editing import editing
 from simx_server.scene.formats.loader import load_text
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.world.building import build_world

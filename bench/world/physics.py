@@ -7,7 +7,7 @@ from contextlib import ExitStack
 import mujoco
 
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 
 class Physics:

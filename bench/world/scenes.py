@@ -12,8 +12,8 @@ import mujoco
 from bench.measuring.measure import Effort, Rounds, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Grid, Ratio
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.files.library import list_scenes
+from simx_server.settings.settings import Settings
 
 MOST = 2.0
 """Times the same `mj_step` calls, that a simulation step of the middle one of the scenes may take."""

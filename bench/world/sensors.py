@@ -8,8 +8,8 @@ from functools import partial
 from bench.measuring.measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.scene.objects import ObjectKind
+from simx_server.settings.settings import Settings
 
 SCENE = "pioneer_p3dx"
 """Sixteen cones of 30 degrees and 1 m, among walls, boxes and cylinders."""

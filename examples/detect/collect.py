@@ -43,7 +43,7 @@ def bar(count: int) -> Iterator[int]:
 def collect(client: Client, folder: Path, count: int, seed: int) -> float:
     """Take pictures and save them with their labels; gives how many a second. Raises SimxError, OSError."""
     pictures.begin(folder)
-    shown: list[pictures.Picture] = []
+    shown: list[pictures.CameraImage] = []
     with client.stepping():
         studio = Studio(client, seed)
         began = time.perf_counter()

@@ -83,7 +83,7 @@ class Robot:
             vrep.simxSetJointTargetPosition(self.client, joint, math.radians(angle), SEND)
         need(vrep.simxSynchronousTrigger(self.client))
 
-    def picture(self) -> pictures.Picture:
+    def picture(self) -> pictures.CameraImage:
         code, (width, height), image = vrep.simxGetVisionSensorImage(self.client, self.rgb, 0, WAIT)
         need(code)
         return np.flipud(np.array(image, dtype=np.uint8).reshape(height, width, 3))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from pictures import Picture, shrunk
+from pictures import CameraImage, shrunk
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -58,7 +58,7 @@ class Detector(nn.Module):
         return detector.eval()
 
     @torch.inference_mode()
-    def detect(self, picture: Picture, threshold: float) -> NDArray[np.float64]:
+    def detect(self, picture: CameraImage, threshold: float) -> NDArray[np.float64]:
         """(things, 5): left, top, right, bottom in the picture's pixels, and how sure it is, 0..1; the surest first."""
         height, width = picture.shape[:2]
         (found,) = boxes_of(self(as_tensor(shrunk(picture, SIZE)[np.newaxis])), threshold)
@@ -70,7 +70,7 @@ def _layer(incoming: int, outgoing: int, stride: int) -> nn.Sequential:
     return nn.Sequential(convolution, nn.BatchNorm2d(outgoing), nn.SiLU())
 
 
-def as_tensor(pictures: Picture) -> Tensor:
+def as_tensor(pictures: CameraImage) -> Tensor:
     """(n, height, width, 3) bytes to (n, 3, height, width), 0..1."""
     return torch.from_numpy(pictures).permute(0, 3, 1, 2).float() / 255  # as they lie: channels last
 

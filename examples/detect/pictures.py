@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[np.uint8]
+CameraImage = NDArray[np.uint8]
 """(height, width, 3) RGB, the top row first."""
 Box = Sequence[float]
 """Left, top, right and bottom edge, pixels."""
@@ -42,7 +42,7 @@ def begin(folder: Path) -> None:
     (folder / "data.yaml").write_text(DATA)
 
 
-def save(folder: Path, split: str, number: int, picture: Picture, boxes: Iterable[Box]) -> None:
+def save(folder: Path, split: str, number: int, picture: CameraImage, boxes: Iterable[Box]) -> None:
     """Add a picture and its labels. Raises OSError."""
     height, width = picture.shape[:2]
     lines = [
@@ -54,7 +54,7 @@ def save(folder: Path, split: str, number: int, picture: Picture, boxes: Iterabl
     write(folder / "images" / split / f"{number:06}.jpg", picture)
 
 
-def load(folder: Path, split: str, size: tuple[int, int]) -> tuple[Picture, list[NDArray[np.float64]]]:
+def load(folder: Path, split: str, size: tuple[int, int]) -> tuple[CameraImage, list[NDArray[np.float64]]]:
     """All pictures of a split, made smaller, and their labels.
 
     Args:
@@ -81,12 +81,14 @@ def load(folder: Path, split: str, size: tuple[int, int]) -> tuple[Picture, list
     return pictures, labels
 
 
-def shrunk(picture: Picture, size: tuple[int, int]) -> Picture:
+def shrunk(picture: CameraImage, size: tuple[int, int]) -> CameraImage:
     """Of this width and height; each pixel the mean of those it stands for."""
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def with_boxes(picture: Picture, boxes: Iterable[Box], colour: tuple[int, int, int] = TRUTH) -> Picture:
+def with_boxes(
+    picture: CameraImage, boxes: Iterable[Box], colour: tuple[int, int, int] = TRUTH
+) -> CameraImage:
     """A copy with frames around the boxes."""
     drawn = picture.copy()
     for box in boxes:
@@ -95,14 +97,14 @@ def with_boxes(picture: Picture, boxes: Iterable[Box], colour: tuple[int, int, i
     return drawn
 
 
-def sheet(pictures: Sequence[Picture], columns: int = 4, width: int = 240) -> Picture:
+def sheet(pictures: Sequence[CameraImage], columns: int = 4, width: int = 240) -> CameraImage:
     """Many pictures on one, each `width` pixels wide, row by row."""
     small = [shrunk(picture, (width, width * picture.shape[0] // picture.shape[1])) for picture in pictures]
     small += [np.zeros_like(small[0])] * (-len(small) % columns)
     return np.vstack([np.hstack(small[first : first + columns]) for first in range(0, len(small), columns)])
 
 
-def write(path: Path, picture: Picture) -> None:
+def write(path: Path, picture: CameraImage) -> None:
     """Write a PNG or JPEG. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not cv2.imwrite(str(path), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)):

@@ -38,7 +38,7 @@ Labels = list[NDArray[np.float64]]
 
 
 def augmented(
-    batch: pictures.Picture, labels: Labels, random: np.random.Generator
+    batch: pictures.CameraImage, labels: Labels, random: np.random.Generator
 ) -> tuple[torch.Tensor, Labels]:
     """Pictures as they could have been as well: the other way round, darker, brighter, of another tint.
 
@@ -57,7 +57,7 @@ def augmented(
     return tensor, mirrored
 
 
-def evaluate(detector: Detector, taken: pictures.Picture, labels: Labels) -> Measures:
+def evaluate(detector: Detector, taken: pictures.CameraImage, labels: Labels) -> Measures:
     """Of pictures it has not learned from, one would hope."""
     detector.eval()
     found: Labels = []

@@ -19,8 +19,8 @@ from ..protocol.commands import BY_NAME
 from ..protocol.files import scene_for, scenes_beside
 from .elsewhere import NAMES
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
-from .names import names_of
 from .program import CannotRead, Program, read_program
+from .reading.names import names_of
 from .regular import NoList, ask_server
 from .scene import NoScene, SceneView, look_at
 from .wants import Wants, wants_of

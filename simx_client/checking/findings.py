@@ -14,9 +14,9 @@ from ..protocol.nearest import did_you_mean
 from . import elsewhere, regular
 from .idioms import matters
 from .program import BINDINGS, OTHER_APIS, ZMQ_CLIENTS, Program
+from .reading.texts import ANY
 from .scene import SceneView
 from .search import is_installed
-from .texts import ANY
 from .wants import Place, Wanted, Wants, client_methods
 from .windows import windows_of
 

@@ -13,8 +13,8 @@ from functools import cache
 from ..protocol import constants as c
 from ..protocol.commands import BY_NAME, TRIGGER
 from ..protocol.differences import NEVER, Difference
-from .scopes import Loop, last_name
-from .texts import ANY
+from .reading.scopes import Loop, last_name
+from .reading.texts import ANY
 from .wants import Use, Wants
 
 Habit = Callable[[Difference, Wants], Iterable[str]]

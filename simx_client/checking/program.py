@@ -13,7 +13,7 @@ from ..launch.bindings import CONSTANTS_ONLY, FUNCTIONS_AND_CONSTANTS, is_legacy
 from ..launch.python2.convert import decode
 from ..launch.python2.loading import IsPython2, convert_if_python2
 from ..protocol.nearest import file_like
-from .folders import added_folders
+from .reading.folders import added_folders
 from .search import Search, in_folder, is_wrapper
 
 logger = logging.getLogger(__name__)

@@ -15,7 +15,7 @@ from ..errors import SimxError
 from ..protocol.cli.installing import missing_server
 from ..protocol.files import is_vrep_name
 from ..protocol.nearest import nearest
-from .texts import ANY, matches
+from .reading.texts import ANY, matches
 
 TIMEOUT_S = 120.0
 """Time-out for loading a scene in seconds; the largest known scene takes ten."""

@@ -10,16 +10,16 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
-from simx_client.legacy.operation_modes import MODE_MASK
+from simx_client.calls.operation_modes import MODE_MASK
 
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
 from ..protocol.table.meanings import Role
-from .ports import Ports
 from .program import BINDING, OTHER_APIS, ZMQ_CLIENTS, Library, Program
-from .scopes import Called, Names
-from .texts import ANY, Texts, is_known
-from .things import Foreign, Meaning
+from .reading.ports import Ports
+from .reading.scopes import Called, Names
+from .reading.texts import ANY, Texts, is_known
+from .reading.things import Foreign, Meaning
 
 _FUNCTION = re.compile(r"simx[A-Z]")
 _FROM_BINDING = re.compile(r"simx?[A-Z_]")

@@ -12,10 +12,10 @@ from simx_client.errors import SimxError
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, USAGE
 
 from . import connecting
-from .arguments import WrongUse, add_arguments, check, command_named, parse
 from .command_parser import command_parser
-from .formatting import as_lines, as_record
 from .one_call import Refused, ask, handle_of, parse_words
+from .values.arguments import WrongUse, add_arguments, check, command_named, parse
+from .values.formatting import as_lines, as_record
 
 EXAMPLES = """\
 examples:

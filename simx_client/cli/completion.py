@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_client.protocol.commands import TABLE, Command, Place
 
-from .arguments import is_callable
 from .command_parser import SCRIPT, command_parser
+from .values.arguments import is_callable
 
 PROGRAMS = {
     "simx-run": "simx_client.launch.run",

@@ -11,11 +11,11 @@ from collections.abc import Generator
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.discovery import find_servers, silent_servers
-from simx_client.connection.endpoints import CONNECT_VARIABLE, connect_endpoints
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import ConnectionFailed, SimxError
 from simx_client.legacy.local import simxFinish, simxStart
 from simx_client.protocol import roster
+from simx_client.transport.endpoints import CONNECT_VARIABLE, connect_endpoints
 from simx_client.transport.zenoh_session import host_and_port
 
 from .command_parser import program

@@ -6,7 +6,7 @@ import argparse
 import math
 
 from simx_client.connection.discovery import TIMEOUT
-from simx_client.connection.endpoints import CONNECT_VARIABLE, check_endpoint, connect_endpoints
+from simx_client.transport.endpoints import CONNECT_VARIABLE, check_endpoint, connect_endpoints
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:

@@ -16,7 +16,7 @@ from simx_client.protocol.commands import BY_NAME
 from . import connecting
 from .command_parser import command_parser
 from .one_call import ask, handle_of
-from .png import png, samples_16
+from .values.png import png, samples_16
 
 EXAMPLES = """\
 examples:

@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import simx_client
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
+from simx_client.calls.marshalling import Shape
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.exchange import Exchange
 from simx_client.errors import SimxError
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME, Command, Place
 
-from .arguments import bare, shielded, wanted
+from .values.arguments import bare, shielded, wanted
 
 
 class Refused(SimxError):

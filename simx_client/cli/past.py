@@ -11,9 +11,19 @@ from typing import Any, cast
 import msgpack
 
 from simx_client.errors import SimxError
+from simx_client.protocol.add_ons.past import (
+    ADD_ON,
+    ADD_ON_TYPE,
+    GO_ON,
+    KEPT,
+    STEP,
+    GoneOn,
+    Kept,
+    PastCall,
+    PastStep,
+)
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, USAGE
 from simx_client.protocol.commands import ANSWERED
-from simx_client.protocol.past import ADD_ON, ADD_ON_TYPE, GO_ON, KEPT, STEP, GoneOn, Kept, PastCall, PastStep
 
 from . import connecting
 from .command_parser import command_parser

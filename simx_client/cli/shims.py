@@ -13,9 +13,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from simx_client.cli.command_parser import command_parser
 from simx_client.connection.pace import OLD_SCRIPTS, VARIABLE
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
+
+from .command_parser import command_parser
 
 EXAMPLES = """\
 example:

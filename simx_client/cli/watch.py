@@ -11,19 +11,19 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
+from simx_client.calls.marshalling import Shape
 from simx_client.connection.connection import Connection
 from simx_client.errors import SimxError
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol import constants as c
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, USAGE
 from simx_client.protocol.commands import Command, Place
 
 from . import connecting
-from .arguments import WrongUse, add_arguments, check, command_named, parse
 from .command_parser import command_parser, program
 from .discovery_flags import seconds
-from .formatting import as_record, as_text
 from .one_call import Refused, alive, ask, handle_of, parse_words
+from .values.arguments import WrongUse, add_arguments, check, command_named, parse
+from .values.formatting import as_record, as_text
 
 PAUSE = 0.01
 """Seconds between two polls of a stream without news; short compared to a simulation step."""

@@ -11,16 +11,16 @@ together, ``worlds`` many simulations in this process. ``docs/python.md`` lists 
 here. The exceptions are in ``simx_client.errors``.
 """
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
 from simx_client.connection.calls import Calls
 
-from .camera import Camera
 from .client import Client, Results
-from .joints import Joint, Joints
-from .listing import Objects
-from .objects import Dummy, Object, SceneObject, Shape
-from .poses import Place, Pose
-from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
+from .scene.camera import Camera
+from .scene.joints import Joint, Joints
+from .scene.listing import Objects
+from .scene.objects import Dummy, Object, SceneObject, Shape
+from .scene.poses import Place, Pose
+from .scene.sensors import Detection, ForceSensor, ProximitySensor, Wrench
 from .servers import Servers
 from .signals import Signals
 from .simulation import Simulation, State

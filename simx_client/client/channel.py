@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from typing import Any, Protocol, TypeVar
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
 from simx_client.connection.calls import Calls
 from simx_client.connection.connection import Connection
 from simx_client.connection.exchange import Exchange

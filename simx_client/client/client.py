@@ -9,23 +9,23 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, overload
 
+from simx_client.calls.strict import Strict, misspelt
 from simx_client.connection.calls import Calls
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.embedding import as_arguments
 from simx_client.connection.exchange import connection_of
-from simx_client.connection.strict import Strict, misspelt
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.protocol import constants as c
 
-from .camera import Camera
 from .channel import Channel
-from .joints import Joint, Joints
-from .listing import Objects
-from .objects import Dummy, Object, SceneObject, Shape
 from .opening import open_connection, open_embedded, split_port
-from .scene import Scene
-from .sensors import ForceSensor, ProximitySensor
+from .scene.camera import Camera
+from .scene.joints import Joint, Joints
+from .scene.listing import Objects
+from .scene.objects import Dummy, Object, SceneObject, Shape
+from .scene.scene import Scene
+from .scene.sensors import ForceSensor, ProximitySensor
 from .servers import Servers
 from .signals import Signals
 from .simulation import Simulation

@@ -9,9 +9,9 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.connection.embedding import start_server
-from simx_client.connection.endpoints import find_address
 from simx_client.errors import ConnectionFailed
 from simx_client.transport.direct import EmbeddedServer
+from simx_client.transport.endpoints import find_address
 from simx_client.transport.zenoh import ZenohTransport
 from simx_client.transport.zenoh_session import client_name, program_name
 

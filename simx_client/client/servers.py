@@ -11,10 +11,10 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
+from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
 from simx_client.connection.exchange import Exchange, Party, connection_of
-from simx_client.connection.strict import Strict
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import CallsFailed, ConnectionFailed, Failure
 from simx_client.legacy.local import simxFinish, simxStart

@@ -6,9 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Generic, SupportsFloat, SupportsIndex, TypeVar
 
-from simx_client.connection.answers import Answer
+from simx_client.calls.answers import Answer
+from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
-from simx_client.connection.strict import Strict
 from simx_client.errors import NoSuchSignal
 
 from .channel import Channel

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from simx_client.calls.strict import Strict
 from simx_client.connection.connection import Connection
-from simx_client.connection.strict import Strict
 from simx_client.errors import SimxError
 from simx_client.protocol import constants as c
 

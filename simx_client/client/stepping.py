@@ -7,8 +7,8 @@ from contextlib import AbstractContextManager, nullcontext
 from types import TracebackType
 from typing import Generic, TypeVar
 
+from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
-from simx_client.connection.strict import Strict
 from simx_client.errors import RemoteError
 
 from .channel import Channel

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
 
-from simx_client.connection.answers import Answer
-from simx_client.connection.strict import Strict
+from simx_client.calls.answers import Answer
+from simx_client.calls.strict import Strict
 
 from .channel import Channel, Reads
 

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from simx_client.legacy.marshalling import Shape
+from simx_client.calls.answers import Answer
+from simx_client.calls.marshalling import Shape
+from simx_client.calls.strict import Explained
 from simx_client.protocol.commands import TABLE, Command, Place
-
-from .answers import Answer
-from .strict import Explained
 
 
 def is_batched(command: Command) -> bool:

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
-from simx_client.connection.answers import Answer
-from simx_client.legacy.images import DepthBuffer, VisionImage
-from simx_client.legacy.marshalling import Shape
+from simx_client.calls.answers import Answer
+from simx_client.calls.images import DepthBuffer, VisionImage
+from simx_client.calls.marshalling import Shape
 from simx_client.protocol.commands import Command
 
 def is_batched(command: Command) -> bool: ...

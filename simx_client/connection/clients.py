@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from simx_client.calls.marshalling import Shape
 from simx_client.errors import ConnectionFailed
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol import constants as c
 from simx_client.protocol.kinds import to_int32
 

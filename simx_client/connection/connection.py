@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any, ClassVar
 
+from simx_client.calls.marshalling import Shape
+from simx_client.calls.operation_modes import MODE_MASK, Modes
 from simx_client.errors import ConnectionFailed, NoAnswer
-from simx_client.legacy.marshalling import Shape
-from simx_client.legacy.operation_modes import MODE_MASK, Modes
 from simx_client.protocol import constants as c
 from simx_client.protocol.codec import MAX_BATCH, CodecError, decode_delivery, encode
 from simx_client.protocol.commands import BY_NAME

@@ -15,10 +15,11 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from simx_client.errors import ConnectionFailed
-from simx_client.protocol import keys, link, roster
+from simx_client.protocol import roster
 from simx_client.protocol.codec import CodecError, decode_status
 from simx_client.protocol.messages import Status
 from simx_client.protocol.reports import Metrics, decode_metrics
+from simx_client.protocol.zenoh import keys, link
 from simx_client.transport.zenoh_session import living_realms, open_session
 
 logger = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from simx_client.legacy.marshalling import Shape
+from simx_client.calls.marshalling import Shape
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import Delivery, Pace, Reply
 from simx_client.transport.direct import DirectFunction, DirectTransport

@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
+from simx_client.calls.answers import Answer
+from simx_client.calls.marshalling import Shape
 from simx_client.errors import Failure
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.messages import Reply
 
-from .answers import Answer
 from .clients import CLIENTS
 from .connection import Connection
 

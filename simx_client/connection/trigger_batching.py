@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from simx_client.legacy.marshalling import Shape
-from simx_client.legacy.operation_modes import Modes
+from simx_client.calls.marshalling import Shape
+from simx_client.calls.operation_modes import Modes
 from simx_client.transport.time_limit import Alarm
 
 from .timeouts import BATCHING_TIME, MAX_BATCHED

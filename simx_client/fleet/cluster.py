@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from simx_client.protocol.keys import check_chunk
+from simx_client.protocol.zenoh.keys import check_chunk
 
 from .member import Member, Order
 from .ray import NAMESPACE, FleetError

@@ -10,8 +10,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from simx_client.protocol import keys, link
-from simx_client.protocol.access import BOTH, rule, section
+from simx_client.protocol.zenoh import keys, link
+from simx_client.protocol.zenoh.access import BOTH, rule, section
 
 from .ray import load_ray
 

@@ -22,7 +22,8 @@ from types import ModuleType
 from typing import Any
 
 import simx_client
-from simx_client.launch.after_import import found_by_others
+
+from .after_import import found_by_others
 
 logger = logging.getLogger(__name__)
 

@@ -19,24 +19,25 @@ from types import CodeType, FrameType
 
 from simx_client.connection.embedding import VARIABLE as EMBED_VARIABLE
 from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
-from simx_client.launch import script
-from simx_client.launch.after_import import AfterImport, Patch, in_turn
-from simx_client.launch.bindings import BindingFinder
-from simx_client.launch.hints import hint, misplaced_flags, no_script
-from simx_client.launch.libraries import LIBRARIES
-from simx_client.launch.matplotlib_aliases import MATPLOTLIB
-from simx_client.launch.numpy_arrays import NUMPY
-from simx_client.launch.paths import BackslashPaths
-from simx_client.launch.python2.convert import Converted, decode
-from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
-from simx_client.launch.python_aliases import ALIASES
-from simx_client.launch.server import OwnServer, ServerNotReady
-from simx_client.launch.windows.patch import patch_cv2
-from simx_client.launch.zmq_clients import OldName, send_clients_to, uses_zmq
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.files import scene_for
 from simx_client.protocol.nearest import file_like
+
+from . import script
+from .after_import import AfterImport, Patch, in_turn
+from .bindings import BindingFinder
+from .hints import hint, misplaced_flags, no_script
+from .paths import BackslashPaths
+from .python2.convert import Converted, decode
+from .python2.loading import IsPython2, Python2Finder, convert_if_python2
+from .restoring.libraries import LIBRARIES
+from .restoring.matplotlib_aliases import MATPLOTLIB
+from .restoring.numpy_arrays import NUMPY
+from .restoring.python_aliases import ALIASES
+from .server import OwnServer, ServerNotReady
+from .windows.patch import patch_cv2
+from .zmq_clients import OldName, send_clients_to, uses_zmq
 
 PROGRAM = "simx-run"
 

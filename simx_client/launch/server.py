@@ -16,9 +16,9 @@ import threading
 from collections.abc import Sequence
 from typing import IO
 
-from simx_client.connection.redirect import ANY_PORT, VARIABLE, Redirects, format_redirects, read_redirects
 from simx_client.errors import SimxError
 from simx_client.protocol.cli.installing import missing_server
+from simx_client.transport.redirect import ANY_PORT, VARIABLE, Redirects, format_redirects, read_redirects
 from simx_client.transport.zenoh_session import CONFIG_VARIABLE
 
 logger = logging.getLogger(__name__)

@@ -11,15 +11,14 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from simx_client.calls.marshalling import Shape
+from simx_client.calls.operation_modes import MODE_MASK
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME, CARRIED
 from simx_client.protocol.files import MAX_FILE, is_vrep_name, twins
 from simx_client.protocol.kinds import to_int32, to_text
-
-from .marshalling import Shape
-from .operation_modes import MODE_MASK
 
 logger = logging.getLogger(__name__)
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 from types import FunctionType
 from typing import Any
 
+from simx_client.calls.marshalling import Shape
 from simx_client.connection.clients import invoke
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import TABLE, Command, Place
 
 from . import local
 from .files import invoke_loading
-from .marshalling import Shape
 
 _TEMPLATE = "def {name}({parameters}):\n    return _invoke(_shape, clientID, ({arguments}), {mode})\n"
 

@@ -13,10 +13,10 @@ import struct
 import time
 from typing import Any
 
+from simx_client.calls.marshalling import Shape
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.embedding import chosen_scene, embedded_in_process
-from simx_client.connection.endpoints import find_address
 from simx_client.connection.message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
 from simx_client.connection.pace import chosen_pace
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
@@ -24,10 +24,10 @@ from simx_client.errors import ConnectionFailed
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.kinds import to_bytes, to_floats, to_int32, to_ints
+from simx_client.transport.endpoints import find_address
 from simx_client.transport.zenoh import ZenohTransport
 
 from .files import simxTransferFile as simxTransferFile
-from .marshalling import Shape
 
 logger = logging.getLogger(__name__)
 

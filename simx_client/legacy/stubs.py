@@ -36,8 +36,8 @@ _HEADER = '''"""Generated from the table by ``python -m simx_client.legacy.stubs
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
+from simx_client.calls.images import DepthBuffer, VisionImage
 from simx_client.client import Client as Client
-from simx_client.legacy.images import DepthBuffer, VisionImage
 
 '''
 
@@ -47,9 +47,9 @@ _CALLS_HEADER = '''"""Generated from the table by ``python -m simx_client.legacy
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
-from simx_client.connection.answers import Answer
-from simx_client.legacy.images import DepthBuffer, VisionImage
-from simx_client.legacy.marshalling import Shape
+from simx_client.calls.answers import Answer
+from simx_client.calls.images import DepthBuffer, VisionImage
+from simx_client.calls.marshalling import Shape
 from simx_client.protocol.commands import Command
 
 def is_batched(command: Command) -> bool: ...

@@ -95,7 +95,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "Port 19999 is always there.",
         "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one. The same holds "
         "for a port that a script of the scene names, as in `simRemoteApi.start(20000)`.",
-        "tests/server/runtime/test_server_loop.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
+        "tests/server/service/test_server_loop.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
         "simxStart",
         when="port 19999",
     ),
@@ -271,7 +271,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "The stop takes back what a run loaded, copied, created or removed,",
         "as it does everything else. Handles of what a run added are not given again.",
-        "tests/server/scene/editing/test_editing_properties.py::"
+        "tests/server/editing/test_editing_properties.py::"
         "test_removing_everything_empties_the_scene_in_one_edit_and_stop_brings_it_back",
         "simxLoadModel simxCopyPasteObjects simxCreateDummy simxRemoveObject simxRemoveModel",
         when="changes and a stop",
@@ -279,7 +279,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Models are V-REP's own files, MJCF, URDF, STL or OBJ;",
         "the name of a missing `.ttm` file means the same stem with such an ending.",
-        "tests/server/scene/editing/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
+        "tests/server/editing/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
         "simxLoadModel simxLoadScene",
     ),
     Difference(
@@ -372,7 +372,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A loop that calls faster than the server executes is slowed to its pace.",
         "After 200 unanswered messages the next call waits for an answer, so that nothing acts later and later.",
-        "tests/server/runtime/test_server_loop.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
+        "tests/server/service/test_server_loop.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
         when="a loop without a pause",
     ),
     Difference(
@@ -398,13 +398,13 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A blocking call answers 3 at once when no server can come any more:",
         "the connection was lost, or never made, and is not to be taken up again. V-REP let the time-out pass.",
-        "tests/server/runtime/test_server_loop.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
+        "tests/server/service/test_server_loop.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
         when=NEVER,
     ),
     Difference(
         "With several stepped clients a trigger answers when all have triggered.",
         "V-REP answered at once. A script with two stepped clients triggers one of them from another thread.",
-        "tests/server/runtime/test_server_loop.py::test_all_stepped_clients_must_trigger",
+        "tests/server/service/test_server_loop.py::test_all_stepped_clients_must_trigger",
         "simxSynchronousTrigger",
         when="several stepped clients",
     ),

@@ -58,7 +58,7 @@ class Timing(Percentiles):
     recent: Recent
 
 
-class Passes(TypedDict):
+class Steps(TypedDict):
     count: int
     per_second: float
     """Recent."""
@@ -136,7 +136,7 @@ class Client(ClientAdditions):
     is_stepping: bool
 
 
-class Pictures(TypedDict):
+class Images(TypedDict):
     backend: str | None
     """None before the first image."""
 
@@ -198,14 +198,14 @@ class Metrics(Health, MetricsAdditions):
 
     scene: str
     window: float
-    passes: Passes
+    passes: Steps
     calls: Calls
     commands: dict[str, Command]
     """Commands that were executed or failed, by name."""
 
     clients: list[Client]
     streams: int
-    pictures: Pictures
+    pictures: Images
     process: Process
     log: Log
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import socket
 
-from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.protocol import roster
 
+from .endpoints import ServerAddress
 from .zenoh_session import Unanswered, host_and_port, why_closed
 
 

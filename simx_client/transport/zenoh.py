@@ -1,6 +1,6 @@
 """The interface between a connection and the outside, and its implementation over Zenoh.
 
-The server contains a second, in-process implementation (``simx_server/gateways/loopback.py``).
+The server contains a second, in-process implementation (``simx_server/gateways/loopback/gateway.py``).
 """
 
 from __future__ import annotations
@@ -14,9 +14,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed, NoAnswer
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import CodecError, decode_welcome, encode
 from simx_client.protocol.messages import (
     OLDEST_PROTOCOL,
@@ -25,10 +23,12 @@ from simx_client.protocol.messages import (
     Welcome,
     no_common_version,
 )
+from simx_client.protocol.zenoh import keys, link
 
 from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
-from .local import LocalLink, open_local
+from .endpoints import ServerAddress
+from .lane import LocalLink, open_local
 from .time_limit import Alarm
 from .writer import Writer
 from .zenoh_session import client_name, living_realms, open_session, program_name

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from simx_client.errors import ConnectionFailed
-from simx_client.protocol import keys, link
+from simx_client.protocol.zenoh import keys, link
 
 SEEN_AGAIN = 0.1
 """Seconds until an empty list of servers is believed: tokens of a router's neighbours may be on the way, and

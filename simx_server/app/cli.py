@@ -22,12 +22,12 @@ from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.cli.terminal import print_what_can_be, while_read
 from simx_client.protocol.garbage import no_collections
 from simx_server import __version__
-from simx_server.app import log_format
-from simx_server.app.settings import SETTINGS, SettingError, Settings
+from simx_server.processes import log_format
 from simx_server.processes.early_end import ended_by_sigterm
 from simx_server.processes.lifeline import GRACE as LIFELINE_GRACE
 from simx_server.processes.watchdog import Watchdog, watched
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
+from simx_server.settings.settings import SETTINGS, SettingError, Settings
 
 logger = logging.getLogger(__name__)
 
@@ -214,7 +214,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
         logger.error("%s", error)
         return USAGE
     if settings.count is not None or settings.is_supervised:
-        from simx_server.app.fleet import serve as serve_many
+        from .fleet import serve as serve_many
 
         return serve_many(settings, watchdog)
     from simx_server.files.library import DEFAULT_SCENE
@@ -226,7 +226,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     helper = trial_helper.fork()
     try:
         with no_collections():
-            from simx_server.app.server import serve
+            from .server import serve
 
         return serve(settings, probe, helper)
     finally:
@@ -249,26 +249,27 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
     level = settings.log_level if "log_level" in settings.origins else "warning"
     log_format.configure(level, settings.log_format, several=False)
     if page == "doctor":  # it imports nothing that may be missing: its child processes do
-        from simx_server.app.doctor.page import print_findings
+        from .doctor.page import print_findings
 
         return print_findings(settings, as_json=as_json)
     with watched():
         import_mujoco()
         if page == "import_report":
-            from simx_server.app.import_report import print_report
+            from .import_report import print_report
 
             return print_report(settings, as_json=as_json)
-        from simx_server.app.scene_listing import print_tree
+        from .scene_listing import print_tree
 
         return print_tree(settings, as_json=as_json)
 
 
 def _print_list(name: str, form: Collection[str]) -> int:
     import_mujoco()
-    from simx_server.app import coverage
     from simx_server.gateways.zmq.listing import offered
     from simx_server.handlers import HANDLERS
-    from simx_server.scripting import coverage as script_coverage
+    from simx_server.sim_api.listing import coverage as script_coverage
+
+    from . import coverage
 
     if name == "zmq_functions":
         if "json" not in form:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from simx_server.files.library import list_scenes
+from simx_server.settings.settings import SETTINGS
 
 from .cli import make_parser as make_parser
-from .settings import SETTINGS
 
 PROGRAM = "simx-server"
 

@@ -23,10 +23,10 @@ Made by `simx-server --commands --markdown > docs/coverage.md`; a test holds it 
 
 A mode is one of the `simx_opmode_` constants: *any mode* takes them all, *always blocking* takes none and waits,
 *in the client* takes none and asks the server for nothing, or for other functions.
-The last column points to the list of differences below.
+The last column points to the list of differences below; [api.md](api.md) says what each function does.
 
-| function | also | modes | here | what it does | differs |
-|---|---|---|---|---|---|
+| function | modes | differs |
+|---|---|---|
 {rows}
 
 ## Differences from the original
@@ -91,11 +91,10 @@ def as_markdown(lines: list[Coverage]) -> str:
     """Return the page docs/coverage.md: all functions, and every numbered difference with the test that checks it."""
     rows = [
         [
-            f"`{line.name}`",
-            " ".join(f"`{alias}`" for alias in line.aliases),
-            line.modes,
-            _support(line),
-            line.doc.replace("|", "\\|"),
+            ", ".join(
+                [f"[`{line.name}`](api.md#{line.name.lower()})", *(f"`{alias}`" for alias in line.aliases)]
+            ),
+            line.modes if line.supported else _support(line),
             ", ".join(map(str, line.differences)),
         ]
         for line in lines

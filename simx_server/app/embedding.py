@@ -21,15 +21,15 @@ from simx_server.gateways.errors import GatewayError
 from simx_server.outputs.packages import OutputError
 from simx_server.recording import LogError, Recorder
 from simx_server.sensors.opengl.backend import requested_backend
+from simx_server.settings.settings import SettingError, Settings
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.launching import browser_address, listen, missing, page
 from simx_server.viewer.messages import ADD_ON
-from simx_server.world.simulation import SimulationState
 
 from .cli import make_parser
 from .server import attach_outputs, open_world
 from .serving import add_viewers, make_loop, open_gateways
-from .settings import SettingError, Settings
 
 logger = logging.getLogger(__name__)
 

@@ -24,20 +24,20 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from simx_client.protocol import link
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.zenoh import link
 from simx_server.errors import CommandError
 from simx_server.gateways.descriptors import raise_limit
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.history.succession import Inheritance, Succession
 from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, fork, how_it_ended
 from simx_server.processes.watchdog import Watchdog, watched
+from simx_server.settings.settings import Settings
 from simx_server.viewer.launching import listen, missing
 from simx_server.world.world import World
 
 from .preparing import prepare
 from .server import open_world, ready_line, serve_child
-from .settings import Settings
 
 logger = logging.getLogger(__name__)
 

@@ -14,10 +14,10 @@ from simx_server.errors import CommandError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.sources import Sources
-from simx_server.scripting.lacking import note_missing
+from simx_server.settings.settings import Settings
+from simx_server.sim_api.listing.lacking import note_missing
 
 from .rehearsal import rehearse
-from .settings import Settings
 
 logger = logging.getLogger(__name__)
 

@@ -11,10 +11,9 @@ import importlib
 
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.lua import prepared
-from simx_server.scripting.namespaces import Namespaces
+from simx_server.settings.settings import Settings
+from simx_server.sim_api.namespaces import Namespaces
 from simx_server.world.world import World
-
-from .settings import Settings
 
 
 def prepare(world: World, settings: Settings) -> None:

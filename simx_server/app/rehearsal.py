@@ -26,11 +26,11 @@ import numpy as np
 
 from simx_server.errors import CommandError, shortened
 from simx_server.limits import Limits
+from simx_server.scene.cameras.image import CameraImage, CameraView, nothing
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.vrep.report import Rehearsal
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.image import CameraView, Picture, nothing
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 SECONDS = 2.0
 """Simulated time of the run."""
@@ -144,9 +144,9 @@ class _Blank:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         shape = view.height, view.width
-        return Picture(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32))
+        return CameraImage(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32))
 
     def rest(self) -> None: ...
 
@@ -192,8 +192,8 @@ def _run(request: dict[str, Any], collector: _Collector) -> str:
     # Slow, and needed by the child only.
     from simx_server.scene.trial.child import limit_process
     from simx_server.sensors.vision.render_thread import RenderThread
+    from simx_server.simulation.simulation import SimulationState
     from simx_server.world.building import build_world
-    from simx_server.world.simulation import SimulationState
 
     limits, file = Limits(**request["limits"]), Path(request["file"])
     limit_process(limits, 0, file_size=limits.file)

@@ -21,11 +21,11 @@ from simx_server.scene.object_listing import list_objects
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.outline import functions_in, signals_in
 from simx_server.scripting.script import Script
-from simx_server.world.simulation import Simulation
+from simx_server.settings.settings import Settings
+from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
 
 from .server import open_world
-from .settings import Settings
 
 logger = logging.getLogger(__name__)
 

@@ -21,7 +21,7 @@ from simx_server.errors import CommandError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import raise_limit
 from simx_server.gateways.errors import GatewayError
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.history.succession import Inheritance, take_over
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.packages import OutputError
@@ -31,22 +31,22 @@ from simx_server.processes import heap
 from simx_server.recording import LogError, Recorder
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
-from simx_server.runtime.server_loop import ServerLoop
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.saving import save_mjcf
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.sensors.vision.warm_up import WarmUp, wait_until_warm
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.launching import listen, missing, page
 from simx_server.world.building import build_world
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.world.warm_up import WarmUp, wait_until_warm
 from simx_server.world.world import World
 
 from .serving import add_viewers, make_loop, open_gateways
-from .settings import Settings
 
 logger = logging.getLogger(__name__)
 

@@ -7,26 +7,25 @@ from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from simx_client.protocol import link
-from simx_client.protocol.local.offer import is_possible
+from simx_client.protocol.add_ons.windows import ADD_ON as WINDOWS
+from simx_client.protocol.lane.offer import is_possible
 from simx_client.protocol.messages import Pace
-from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_client.protocol.zenoh import link
 from simx_server.gateways.descriptors import DescriptorWatch
 from simx_server.gateways.errors import GatewayError
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.local.gateway import LocalGateway
+from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.script_doors import ScriptDoors
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.handlers import HANDLERS
 from simx_server.history import History
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON
 from simx_server.viewer.windows import Windows
 from simx_server.world.world import World
-
-from .settings import Settings
 
 if TYPE_CHECKING:
     from simx_server.gateways.ros2.gateway import Ros2Gateway

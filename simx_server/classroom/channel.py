@@ -41,7 +41,10 @@ def unpacked(data: bytes) -> Message:
         ValueError: they have another form.
     """
     head, _, picture = data.partition(b"\n")
-    fields = json.loads(head)
+    try:
+        fields = json.loads(head)
+    except RecursionError:
+        raise ValueError("a message whose values lie too deep in each other") from None
     if not isinstance(fields, dict):
         raise ValueError("a message is an object of JSON")
     return Message(cast(dict[str, Any], fields), picture)

@@ -21,10 +21,10 @@ from typing import Any, NoReturn
 
 from simx_client.protocol.cli.exit_codes import FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
-from simx_server.app import log_format
-from simx_server.app.setting_rules import FOLDER, PORT, Rule, SettingError, between, matching, new_file
-from simx_server.app.settings import SETTINGS, Settings
+from simx_server.processes import log_format
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
+from simx_server.settings.rules import FOLDER, PORT, Rule, SettingError, between, matching, new_file
+from simx_server.settings.settings import SETTINGS, Settings
 
 from .addresses import AddressError, is_loopback, listen, resolve, shown_address
 from .plan import ClassPlan, make_seats

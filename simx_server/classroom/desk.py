@@ -23,7 +23,7 @@ from .channel import MOST_BYTES, packed, unpacked
 
 if TYPE_CHECKING:
     from simx_server.outputs.filming.shot import Pixels
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
@@ -83,7 +83,7 @@ class Desk:
         except CommandError as problem:
             self._send({"id": number, "problem": str(problem)[:MOST_TEXT]})
             return
-        picture.add_done_callback(partial(self._send_picture, number))
+        picture.add_done_callback(partial(self._send_image, number))
 
     def _shot(self, size: str) -> Shot:
         """Return the shot for the present scene; the overview if the scene lacks the camera."""
@@ -98,7 +98,7 @@ class Desk:
         self._shots[size] = scene, shot
         return shot
 
-    def _send_picture(self, number: int, picture: Future[Pixels]) -> None:
+    def _send_image(self, number: int, picture: Future[Pixels]) -> None:
         """Send a finished image. Render thread."""
         try:
             pixels = picture.result()

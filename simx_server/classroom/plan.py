@@ -1,7 +1,7 @@
 """The plan of a class: its seats with ports, tokens, folders and the settings of their servers.
 
 Each seat's server requires a login: user ``seat-07``, password the seat's token. Zenoh reads both from files, which lie
-in a folder that only this user can read. The rules of `gateways/access.py` hold as on every server.
+in a folder that only this user can read. The rules of `gateways/zenoh/access.py` hold as on every server.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 from .addresses import claim, in_url
 from .tokens import Tokens

@@ -19,15 +19,15 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from simx_client.protocol import link
 from simx_client.protocol.cli.exit_codes import FAILURE, INTERRUPTED
+from simx_client.protocol.zenoh import link
 from simx_server.app.fleet import may_be_copied, tell_parent
 from simx_server.app.server import open_world, run_server
-from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
 from simx_server.history.succession import Succession
 from simx_server.outputs.filming import Shot
 from simx_server.processes.children import become, ending_signals, fork, how_it_ended
+from simx_server.settings.settings import Settings
 from simx_server.world.world import World
 
 from . import channel

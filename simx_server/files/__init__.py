@@ -1,1 +1,1 @@
-"""Files: search for scenes, check what they reference, and the workspace where clients may write."""
+"""Files: the workspace where clients may write, regular files, image files, shipped scenes."""

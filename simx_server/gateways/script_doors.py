@@ -15,11 +15,11 @@ from pathlib import Path
 
 from simx_client.protocol.messages import Pace
 from simx_server.errors import CommandError
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.service.server_loop import ServerLoop
 
 from .errors import GatewayError
-from .legacy.listener import LegacyGateway
-from .zenoh import ZenohGateway
+from .original.listener import LegacyGateway
+from .zenoh.gateway import ZenohGateway
 
 logger = logging.getLogger(__name__)
 

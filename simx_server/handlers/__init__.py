@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from simx_server.service.calls.registry import Handler, handler, handlers_of
+
 from . import collisions, files, joints, parameters, scripts, sensors, session, signals, simulation, vision
 from .objects import groups, object_parameters, objects, poses
-from .registry import Handler, handler, handlers_of
 from .user_interface import consoles, custom_uis, dialogs
 
 HANDLERS: Mapping[str, Handler] = MappingProxyType(

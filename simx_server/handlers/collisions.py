@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_server.service.calls.registry import handler
+
 from ..errors import CommandError, NotHandledYet
-from .registry import handler
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -53,7 +54,7 @@ def read_collision(world: World, collision_object: int) -> bool:
         raise NotHandledYet(
             f"collision object {collision_object} has not been handled yet; it is in each pass of a running "
             "simulation, or by its script when it is handled explicitly",
-            is_coming=world.simulation.is_before_first_pass,
+            is_coming=world.simulation.is_before_first_step,
         )
     return bool(found)
 

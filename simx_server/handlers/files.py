@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_server.files import workspace
-from simx_server.runtime.background import Steps
-from simx_server.sensors.vision.warm_up import warmed
+from simx_server.service.calls.background import Steps
+from simx_server.service.calls.registry import handler
+from simx_server.world.warm_up import warmed
 
 from ..errors import CommandError
 from .loading import add, file_to_load, find, load
-from .registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
+    from simx_server.service.clients.sessions import ClientSession
     from simx_server.world.world import World
 
 _MOST_LENT = 4

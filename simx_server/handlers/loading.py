@@ -8,24 +8,24 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, TypeVar
 
 from simx_client.protocol.files import VREP_UI_SUFFIX
+from simx_server.editing.models import add_model
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.library import shipped_scenes
-from simx_server.files.references import check_references
 from simx_server.parts.communication.simulator_messages import MODEL_LOADED
-from simx_server.runtime.background import Steps
+from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene as read_scene
 from simx_server.scene.formats.model_files import read_model
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import count_links
 from simx_server.scene.formats.vrep.recognising import is_vrep_file
-from simx_server.scene.models import add_model
 from simx_server.scene.trial.kinds import MODEL, SCENE
+from simx_server.service.calls.background import Steps
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
-    from simx_server.world.simulation import Simulation
+    from simx_server.service.clients.sessions import ClientSession
+    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
 _Read = TypeVar("_Read")

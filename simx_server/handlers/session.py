@@ -5,12 +5,11 @@ from __future__ import annotations
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
-from simx_server.world.simulation import SimulationState
-
-from .registry import handler
+from simx_server.service.calls.registry import handler
+from simx_server.simulation.simulation import SimulationState
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
+    from simx_server.service.clients.sessions import ClientSession
     from simx_server.world.world import World
 
 

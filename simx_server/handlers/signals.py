@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.kinds import MAX_BYTES
+from simx_server.service.calls.registry import handler
 
 from ..errors import CommandError
-from .registry import handler
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

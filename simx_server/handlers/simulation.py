@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
-from simx_server.world.simulation import SimulationState
-
-from .registry import handler
+from simx_server.service.calls.registry import handler
+from simx_server.simulation.simulation import SimulationState
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

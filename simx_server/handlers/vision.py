@@ -5,10 +5,10 @@ from __future__ import annotations
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
-from .registry import handler
+from simx_server.service.calls.registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
+    from simx_server.service.clients.sessions import ClientSession
     from simx_server.world.world import World
 
 _GREY = 1

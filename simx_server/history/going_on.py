@@ -18,7 +18,7 @@ from simx_server.scripting.script import ScriptKind
 from .moments import Moment, restore
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
     from simx_server.world.world import World
 
     from .history import History

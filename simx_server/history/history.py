@@ -8,14 +8,14 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Protocol
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .calls import CallsOfStep, LogOfCalls
 from .moments import Moment, take
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
 SECONDS = 120.0

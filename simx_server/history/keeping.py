@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .journal import Block, Journal
 from .moments import Moment, take
@@ -20,7 +20,7 @@ from .packing import NotPackable
 from .writing import First, Kind, Run, Writer
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
 

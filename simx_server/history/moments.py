@@ -15,12 +15,12 @@ import numpy as np
 from simx_server.joints.machine import Moment as JointsMoment
 from simx_server.parts.communication.signals import Values
 from simx_server.scene.editing.model_state import STATE, get_state
-from simx_server.world.saved_state import Snapshot
-from simx_server.world.simulation import Memories
-from simx_server.world.sleepers import Asleep
+from simx_server.simulation.saved_state import Snapshot
+from simx_server.simulation.simulation import Memories
+from simx_server.simulation.sleepers import Asleep
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
 _DERIVED = ("qfrc_bias", "actuator_force", "sensordata", "ten_length", "qacc")

@@ -18,8 +18,8 @@ from simx_server.errors import CommandError
 from simx_server.joints.machine import Moment as JointsMoment
 from simx_server.scene.editing.model_state import editable_arrays
 from simx_server.scene.objects import Scene
-from simx_server.world.saved_state import Snapshot
-from simx_server.world.simulation import Memories, Simulation, SimulationState
+from simx_server.simulation.saved_state import Snapshot
+from simx_server.simulation.simulation import Memories, Simulation, SimulationState
 
 from .going_on import start_from
 from .journal import Block
@@ -29,8 +29,8 @@ from .packing import NotPackable, unpack
 from .writing import FIELDS, FIELDS_OF_JOINTS, First, Kind, Run
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
-    from simx_server.world.part import Part
+    from simx_server.service.server_loop import ServerLoop
+    from simx_server.simulation.part import Part
 
 logger = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
+    from simx_server.service.clients.sessions import ClientSession
 
 WAIT = 4.0
 """Seconds that the simulation waits for clients that stepped it: the time after which a silent peer counts as lost."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.processes.children import how_it_ended
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 from .going_on import restarted_scripts
 from .journal import Block, Journal
@@ -25,7 +25,7 @@ from .writing import First, Kind
 
 if TYPE_CHECKING:
     from simx_server.recording import Recorder
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
 

@@ -24,7 +24,7 @@ from .moments import Moment, Structure
 from .packing import pack
 
 if TYPE_CHECKING:
-    from simx_server.world.saved_state import Snapshot
+    from simx_server.simulation.saved_state import Snapshot
 
 
 class Kind(IntEnum):

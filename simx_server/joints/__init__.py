@@ -17,7 +17,7 @@ motor drives it, under position control, to where its mode puts it. A spherical 
 force mode, else it stays.
 """
 
-from simx_server.joints.joints import Joints
-from simx_server.joints.state import JointMode, JointState
+from .joints import Joints
+from .state import JointMode, JointState
 
 __all__ = ["JointMode", "JointState", "Joints"]

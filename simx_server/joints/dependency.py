@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from simx_server.joints.servo import Entry, Rule
-from simx_server.joints.state import Binding, JointMode, JointState
+from .servo import Entry, Rule
+from .state import Binding, JointMode, JointState
 
 
 class Followers:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.joints.watch import TooSlow
+from .watch import TooSlow
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from simx_server.joints.state import Binding, JointState
-from simx_server.scene.geometry.poses import NO_TURN, Pose, Quaternion, about, conjugate, multiply, normalised
+from simx_server.scene.poses.poses import NO_TURN, Pose, Quaternion, about, conjugate, multiply, normalised
+
+from .state import Binding, JointState
 
 
 def intrinsic_pose(binding: Binding, position: float) -> Pose:

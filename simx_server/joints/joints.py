@@ -6,16 +6,17 @@ import math
 from collections.abc import Sequence
 
 from simx_server.errors import CommandError
-from simx_server.joints import profiles
-from simx_server.joints.intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
-from simx_server.joints.machine import Machine
-from simx_server.joints.parameters import READ, WRITE, describe
-from simx_server.joints.servo import UNDRIVEN, Rule, rule_of, write_force_limit
-from simx_server.joints.state import Binding, JointMode, JointState
 from simx_server.motion_profiles import Goal
-from simx_server.scene.geometry.frames import matrix12
-from simx_server.scene.geometry.joint_chain import joint_separation
-from simx_server.scene.geometry.poses import Pose, Quaternion
+from simx_server.scene.poses.frames import matrix12
+from simx_server.scene.poses.joint_chain import joint_separation
+from simx_server.scene.poses.poses import Pose, Quaternion
+
+from . import profiles
+from .intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
+from .machine import Machine
+from .parameters import READ, WRITE, describe
+from .servo import UNDRIVEN, Rule, rule_of, write_force_limit
+from .state import Binding, JointMode, JointState
 
 JOINT_TYPES = {"hinge": 10, "slide": 11, "ball": 12}
 """`sim_joint_revolute_subtype`, `..._prismatic_subtype`, `..._spherical_subtype`."""

@@ -11,10 +11,14 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.joints.dependency import Followers, write_equality
-from simx_server.joints.measured import Measured, Positions
-from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
-from simx_server.joints.state import (
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses.placing import carry_followers
+from simx_server.scene.poses.poses import Quaternion
+
+from .dependency import Followers, write_equality
+from .measured import Measured, Positions
+from .servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
+from .state import (
     SETTING_NAMES,
     Binding,
     JointMode,
@@ -24,13 +28,10 @@ from simx_server.joints.state import (
     initial_state,
     setting_values,
 )
-from simx_server.joints.stepping.scripted import Ask
-from simx_server.joints.stepping.stepper import Accompany, Memory, Stepper, Within
-from simx_server.joints.watch import Watch
-from simx_server.joints.weights import Weights
-from simx_server.scene.geometry.placing import carry_followers
-from simx_server.scene.geometry.poses import Quaternion
-from simx_server.scene.objects import ObjectKind
+from .stepping.scripted import Ask
+from .stepping.stepper import Accompany, Memory, Stepper, Within
+from .watch import Watch
+from .weights import Weights
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simx_server.joints.state import Binding
+from .state import Binding
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

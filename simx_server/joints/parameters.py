@@ -8,11 +8,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.scene.geometry.frames import euler_from_quat, xyzw_from_wxyz
-from simx_server.scene.geometry.poses import normalised, rotation_vector
+from simx_server.scene.poses.frames import euler_from_quat, xyzw_from_wxyz
+from simx_server.scene.poses.poses import normalised, rotation_vector
 
 if TYPE_CHECKING:
-    from simx_server.joints.joints import Joints
+    from .joints import Joints
 
 Reader = Callable[["Joints", int], float | int]
 Writer = Callable[["Joints", int, float], None]

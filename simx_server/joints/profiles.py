@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.joints.servo import Entry, Rule
-from simx_server.joints.state import Binding, JointState
 from simx_server.motion_profiles import Goal, Limits, Profile, State
+
+from .servo import Entry, Rule
+from .state import Binding, JointState
 
 
 class Profiles:

@@ -7,7 +7,7 @@ from enum import Enum
 import mujoco
 import numpy as np
 
-from simx_server.joints.state import UNLIMITED, VREP_DYNAMICS_STEP, Binding, JointMode, JointState, Native
+from .state import UNLIMITED, VREP_DYNAMICS_STEP, Binding, JointMode, JointState, Native
 
 
 class Rule(Enum):

@@ -18,8 +18,8 @@ import numpy as np
 
 from simx_server.motion_profiles import Profile
 from simx_server.scene.dependencies import EQUALITY
-from simx_server.scene.geometry.poses import Quaternion
 from simx_server.scene.objects import SceneObject
+from simx_server.scene.poses.poses import Quaternion
 from simx_server.scene.tree import drives_tendon
 
 VREP_DYNAMICS_STEP = 0.005

@@ -21,7 +21,7 @@ handling   auto                 auto: in each simulation step, after the scripts
 As in V-REP, a group moves those hinges and slides between base and tip that are **in IK mode** (``simx:joint:NAME``
 with ``mode=ik``, and ``hybrid=yes`` for motion by a motor); with no such joint it does nothing and the log reports
 it once. The name belongs to the group, not to an object; a model brings its groups along, and its second copy has
-``NAME#0``. Scripts use ``sim.getIkGroupHandle``, ``sim.handleIkGroup`` and the like (``scripting/api/ik.py``), or
+``NAME#0``. Scripts use ``sim.getIkGroupHandle``, ``sim.handleIkGroup`` and the like (``sim_api/kinematics/ik.py``), or
 ``simIK``, which needs no annotation.
 
 **Why our own solver.** `mink` 1.3 with daqp was measured against it on the UR5 (200 random poses, one start, at

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.joint_chain import body_pose
-from simx_server.scene.geometry.placing import carrier_body, object_pose
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse
+from simx_server.scene.poses.joint_chain import body_pose
+from simx_server.scene.poses.placing import carrier_body, object_pose
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse
 
 from ..errors import CommandError
 from ..joints import JointMode
@@ -22,7 +22,7 @@ from ..scene.objects import SceneObject
 from .scratch import Array
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.placing import carrier_body, object_pose
-from simx_server.scene.geometry.poses import Pose, compose, inverse
-from simx_server.world.sleepers import kinematics
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.placing import carrier_body, object_pose
+from simx_server.scene.poses.poses import Pose, compose, inverse
+from simx_server.simulation.sleepers import kinematics
 
 from ..errors import CommandError
 from ..joints import JointMode
@@ -30,7 +30,7 @@ from .scratch import Array, Scratch
 from .solver import Calculation, Method, Result, Solution, Solver, pose_of_body
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _START = Calculation(Method.PSEUDO_INVERSE, 0.0, 6)
 """The calculation of CoppeliaSim's new groups."""

@@ -9,18 +9,18 @@ import math
 import struct
 from typing import TYPE_CHECKING
 
-from simx_server.scene.geometry.frames import pose_from_matrix12
-from simx_server.scene.geometry.placing import moving_pose, object_pose
-from simx_server.scene.geometry.poses import NO_TURN, compose, inverse
 from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.poses.frames import pose_from_matrix12
+from simx_server.scene.poses.placing import moving_pose, object_pose
+from simx_server.scene.poses.poses import NO_TURN, compose, inverse
 
 from .chain import Element, largest_step
 from .groups import Group
 
 if TYPE_CHECKING:
     from simx_server.parts.dummy_links import DummyLinks
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
     from .groups import IkGroups
 

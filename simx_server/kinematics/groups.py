@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from simx_server.scene.formats.annotations import WORLD, Annotation
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.world.part import Part
+from simx_server.scene.poses.placing import object_pose
+from simx_server.simulation.part import Part
 
 from ..errors import CommandError
 from ..scene.registered import Registry
@@ -26,7 +26,7 @@ from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
@@ -146,6 +146,9 @@ class IkGroups(Part):
 
     def __contains__(self, handle: int) -> bool:
         return handle in self.all()
+
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"ik": self.names()}
 
     def names(self) -> list[str]:
         """Return the names of the groups that the scene registers and no script has removed."""

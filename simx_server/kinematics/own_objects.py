@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
+from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
 
 from ..errors import CommandError
 from .chain import Arm, Element, Joints, largest_step

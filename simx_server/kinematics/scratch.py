@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.world.sleepers import kinematics
+from simx_server.simulation.sleepers import kinematics
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from simx_server.scene.geometry.poses import Pose, blend
+from simx_server.scene.poses.poses import Pose, blend
 
 from ..errors import CommandError
 from .chain import Joints

@@ -9,7 +9,7 @@ from enum import IntEnum
 import mujoco
 import numpy as np
 
-from simx_server.scene.geometry.poses import (
+from simx_server.scene.poses.poses import (
     NO_TURN,
     Pose,
     Quaternion,

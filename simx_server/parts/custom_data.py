@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import UNTAGGED
 from simx_server.scene.formats.texts.values import decode_bytes
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.editing.twins import Twins
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
 """`sim_handle_scene` and `sim_handle_app`, used in place of an object's handle."""
@@ -142,14 +143,8 @@ class CustomData(Part):
         """Return the names in the order in which they were first written. Raises UnknownHandle."""
         return list(self._of(handle))
 
-    def copy(self, copies: Mapping[int, int], *, data: bool = True, references: bool = True) -> None:
-        """Copy the data of originals to their copies; references to copied objects then mean the copies.
-
-        Args:
-            copies: the handle of each original with that of its copy.
-            data: whether the data of scripts are copied.
-            references: whether references to other objects are copied.
-        """
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        """Copy the data of originals to their copies; references to copied objects then mean the copies."""
         self._bytes = None
         for original, copy in copies.items():
             if original not in self._known:
@@ -157,7 +152,7 @@ class CustomData(Part):
             self._known[copy] = {
                 name: _renumbered(content, copies) if name.startswith(REFERENCES) else content
                 for name, content in self._known[original].items()
-                if (references if name.startswith(REFERENCES) else data or name.startswith(HIDDEN))
+                if (kept.references if name.startswith(REFERENCES) else kept.data or name.startswith(HIDDEN))
             }
 
     def _of(self, handle: int) -> dict[str, bytes]:

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import IDENTITY, Pose, add, inverse, multiply, rotate
-from simx_server.world.part import Part
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import IDENTITY, Pose, add, inverse, multiply, rotate
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 POINTS, LINES, TRIANGLES, TRIANGLE_POINTS, QUAD_POINTS, DISC_POINTS, CUBE_POINTS, SPHERES, STRIP = range(9)
 """`sim_drawing_*` of V-REP 3, and the line strip of CoppeliaSim 4."""

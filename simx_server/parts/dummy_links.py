@@ -14,11 +14,11 @@ from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.link_constraints import EQUALITY, IK, PHYSICS, add_weld, site_name, site_of
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.objects import SceneObject
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 class DummyLinks(Part):

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.scene import properties
+from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
+from simx_server.scene.colliding.mask_bits import ALL_MASKS
+from simx_server.scene.colliding.respondable import governed_shapes, set_masks
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import numbers_of
-from simx_server.scene.geometry.placing import body_pose, free_joint
-from simx_server.scene.geometry.poses import conjugate, rotate
-from simx_server.scene.mask_bits import ALL_MASKS
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses.placing import body_pose, free_joint
+from simx_server.scene.poses.poses import conjugate, rotate
 from simx_server.scene.properties import FIRST_LAYER, SHOWN_LAYERS
-from simx_server.scene.respondable import governed_shapes, set_masks
-from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.editing.kept import Kept
+    from simx_server.simulation.simulation import Simulation
 
 _LAYERS = 0xFFFF
 _HIDDEN = 0x0100
@@ -70,8 +71,7 @@ class ObjectSettings(Part):
         known, placed, kept = memory
         self._known, self._placed, self._kept = dict(known), set(placed), dict(kept)
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy the settings of originals to their copies (handle of the original to that of the copy)."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
         self.apply_masks()
 
@@ -183,7 +183,7 @@ class ObjectSettings(Part):
             self._sim.changed()
 
     def mask(self, handle: int) -> int:
-        """Return the respondable mask, 16 bits, see `scene/respondable.py`. Raises UnknownHandle, WrongKind."""
+        """Return the respondable mask, 16 bits. Raises UnknownHandle, WrongKind."""
         self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
         return self._of(handle).mask
 

@@ -20,18 +20,19 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, Unsupported
 from simx_server.files.library import shipped_models, shipped_scenes
 from simx_server.scene.formats.annotations import ENGINES
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .parameter_table import Parameter, Table, kept, only
 
 if TYPE_CHECKING:
-    from simx_server.parts.object_settings import ObjectSettings
-    from simx_server.parts.paths.paths import Paths
-    from simx_server.parts.user_interface import UserInterface
     from simx_server.sensors.distance.meters import Meters
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
+
+    from .object_settings import ObjectSettings
+    from .paths.paths import Paths
+    from .user_interface import UserInterface
 
 logger = logging.getLogger(__name__)
 
@@ -139,7 +140,7 @@ _CONSTANT = {
 }
 """Values that V-REP tells of itself while nothing happens in it; this server has nothing to tell there."""
 
-_PICTURE = {
+_IMAGE = {
     c.sim_arrayparam_fog: (0.5, 10.0, 0.4),
     c.sim_arrayparam_background_color1: (0.7, 0.75, 0.8),
     c.sim_arrayparam_background_color2: (0.1, 0.1, 0.15),
@@ -328,7 +329,7 @@ class Parameters(Part):
                 lambda: list(self._vision.background), self._set_background
             ),
             c.sim_arrayparam_random_euler: Parameter(self._random_euler),
-            **{number: kept(list(values)) for number, values in _PICTURE.items()},
+            **{number: kept(list(values)) for number, values in _IMAGE.items()},
         }
 
     def _is_real_time(self) -> bool:

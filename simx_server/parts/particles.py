@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _BASE, _KINDS = 6, 5
 """Numbers of each particle: start and a second point, whose difference is the velocity; kinds of particles."""

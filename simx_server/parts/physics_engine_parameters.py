@@ -15,7 +15,7 @@ from simx_server.scene.formats.loader import ITERATIONS, MOST_ITERATIONS
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 
 class Selection(Part):

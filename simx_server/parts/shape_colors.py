@@ -17,14 +17,14 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.geometry.highlights import add_highlight, highlight_of
 from simx_server.scene.objects import ObjectKind
-from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 AMBIENT_DIFFUSE, DIFFUSE, SPECULAR, EMISSION, TRANSPARENCY, AUXILIARY = range(6)
 """`sim_colorcomponent_*`; the first two are the same for shapes."""

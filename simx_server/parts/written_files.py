@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.regular_files import read_of_client
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from simx_server.parts.status_bar import StatusBar
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
+
+    from .status_bar import StatusBar
 
 _CHUNK = 1 << 16
 _MOST_OPEN = 64

@@ -34,7 +34,8 @@ from itertools import pairwise
 from typing import NoReturn
 
 from simx_client.protocol.cli.exit_codes import INTERRUPTED
-from simx_server.processes.lifeline import end_with
+
+from .lifeline import end_with
 
 logger = logging.getLogger(__name__)
 

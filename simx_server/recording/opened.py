@@ -15,10 +15,10 @@ from typing import Any
 
 import mujoco
 
-from simx_server.app.setting_conflicts import DECISIVE
-from simx_server.app.settings import SettingError, Settings
 from simx_server.scene.formats.sources import Sources
-from simx_server.world.simulation import Simulation
+from simx_server.settings.conflicts import DECISIVE
+from simx_server.settings.settings import SettingError, Settings
+from simx_server.simulation.simulation import Simulation
 
 from .. import __version__
 from ..errors import CommandError
@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 _LAST_CLOCK = 1 << 62
 """Nanoseconds since 1970; that is in 2116."""
 
-_MANY_PICTURES = "pictures=10000000"
+_MANY_IMAGES = "pictures=10000000"
 """Clients request no images in a replay, and the images of a film must not make it refuse one that a script reads."""
 
 _EVENTS = (Kind.JOINED, Kind.JOINED_ZMQ, Kind.LEFT, Kind.STEPPING_LOST, Kind.BATCH)
@@ -85,7 +85,7 @@ class Opened:
         try:
             flags |= {"scene": str(scene), "workspace": str(workspace)}
             flags["unconfined_scripts"] = chosen.unconfined_scripts
-            flags["limit"] = [*flags.get("limit", ()), _MANY_PICTURES]
+            flags["limit"] = [*flags.get("limit", ()), _MANY_IMAGES]
             return Settings.gather(flags, {})
         except (SettingError, AttributeError, TypeError, ValueError) as error:
             raise LogError(f"the recording's header cannot be used: {error}") from None

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import mujoco
 
-from simx_server.app.setting_conflicts import DECISIVE
-from simx_server.world.part import Part
+from simx_server.settings.conflicts import DECISIVE
+from simx_server.simulation.part import Part
 
 from .. import __version__
 from . import state
@@ -28,10 +28,10 @@ from .records import BEHAVIOUR, Kind
 from .scene_files import files_of
 
 if TYPE_CHECKING:
-    from simx_server.app.settings import Settings
     from simx_server.history.journal import Block
-    from simx_server.runtime.sessions import ClientSession
     from simx_server.scene.formats.sources import Sources
+    from simx_server.service.clients.sessions import ClientSession
+    from simx_server.settings.settings import Settings
     from simx_server.world.world import World
 
 DIGEST_EVERY = 20
@@ -170,7 +170,7 @@ class Recorder(Part):
         if not is_advancing:
             self._log.put_packed(_IDLE)
             return
-        self._log.put(Kind.PASS, state.of_pass(self._world.simulation.data))
+        self._log.put(Kind.PASS, state.of_step(self._world.simulation.data))
         self._passes += 1
         if self._passes % DIGEST_EVERY == 0:
             self._log.put(Kind.STATE, False, state.digests(self._world))

@@ -16,25 +16,25 @@ from simx_client.protocol.commands import TABLE
 from simx_server.history.journal import Block
 from simx_server.history.succession import resume
 from simx_server.history.writing import First
-from simx_server.runtime.box import Arrival
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.service.calls.registry import Handler
+from simx_server.service.clock import Pacer
+from simx_server.service.queue.box import Arrival
+from simx_server.service.server_loop import ServerLoop
 
 from ..errors import CommandError
 from ..gateways.zmq.replayed import ReplayedClients
 from ..handlers import HANDLERS
-from ..handlers.registry import Handler
 from .log_file import LogError
 from .records import Kind, Record
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
-_PICTURES = tuple(command.name for command in TABLE if command.makes_image and command.only_reads)
+_IMAGES = tuple(command.name for command in TABLE if command.makes_image and command.only_reads)
 """Commands that request an image and change nothing."""
 
 
-class NoPicture(CommandError):
+class NoImage(CommandError):
     """The answer to a client that is not connected."""
 
     silent = True
@@ -48,7 +48,7 @@ class ReplayLoop(ServerLoop):
     """A server loop driven by the recording."""
 
     def __init__(self, world: World, *, has_physics_points: bool = True) -> None:
-        skipped = {name: _without_picture(HANDLERS[name]) for name in _PICTURES}
+        skipped = {name: _without_image(HANDLERS[name]) for name in _IMAGES}
         super().__init__(world, {**HANDLERS, **skipped}, Pacer(math.inf))
         self.points = 0
         self._scene = world.simulation.scene.path
@@ -120,11 +120,11 @@ class ReplayLoop(ServerLoop):
                     raise Divergence(
                         f"the simulation is {self.simulation.state.value}, or waits for a trigger"
                     )
-                self._pass()
+                self._round()
             case [Kind.IDLE]:
                 if self._is_advancing():
                     raise Divergence("the simulation runs where it stood still")
-                self._pass()
+                self._round()
             case _:
                 self.simulation.stop()
 
@@ -181,14 +181,14 @@ class NoLink:
 
     def publish(self, payload: bytes) -> None: ...
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None: ...
+    def publish_image(self, stream_id: int, payload: bytes) -> None: ...
 
     def close(self) -> None: ...
 
 
-def _without_picture(handler: Handler) -> Handler:
-    return replace(handler, function=_no_picture, with_client=False)
+def _without_image(handler: Handler) -> Handler:
+    return replace(handler, function=_no_image, with_client=False)
 
 
-def _no_picture(*_arguments: Any) -> Any:
-    raise NoPicture("a replay makes no pictures for clients")
+def _no_image(*_arguments: Any) -> Any:
+    raise NoImage("a replay makes no pictures for clients")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
-from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_client.protocol.add_ons.windows import ADD_ON as WINDOWS
 from simx_server.history import History
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from ..viewer.feed import Feed
 from ..viewer.messages import ADD_ON
@@ -77,7 +77,7 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
             return Outcome(passes, batches, states.compared, True, "")
         passes += kind == Kind.PASS
         batches += sum(record[0] == Kind.BATCH for record in (event, *belonging))
-        is_before_pass = following is not None and following[0] in (Kind.PASS, Kind.IDLE)
+        is_before_step = following is not None and following[0] in (Kind.PASS, Kind.IDLE)
         for record in belonging:
             if record[0] == Kind.STATE:
                 states.expect(record)
@@ -93,10 +93,10 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
                 states.forget()
             else:
                 loop.do(event)
-            loop.do_what_is_due(number if is_before_pass else None)
+            loop.do_what_is_due(number if is_before_step else None)
             if kind not in (Kind.PASS, Kind.IDLE):
                 simulation.settle()
-            states.compare(event, is_before_pass=is_before_pass, is_last=following is None)
+            states.compare(event, is_before_step=is_before_step, is_last=following is None)
         except Divergence as problem:
             raise Divergence(
                 f"in pass {passes} of the recording, {simulation.time:.3f} s after the start of that run: {problem}"
@@ -113,7 +113,7 @@ class _States(Part):
         self._made: deque[list[bytes]] = deque()
         """At stops."""
         self._recorded: deque[list[bytes]] = deque()
-        self._of_pass: list[bytes] | None = None
+        self._of_step: list[bytes] | None = None
         self.compared = 0
         self._sim.attach(self)
 
@@ -124,7 +124,7 @@ class _States(Part):
         """Compare nothing of what came before: the server crashed there, and its last records may be missing."""
         self._made.clear()
         self._recorded.clear()
-        self._of_pass = None
+        self._of_step = None
 
     def expect(self, record: Record) -> None:
         """Add the digests that were recorded behind an event."""
@@ -132,9 +132,9 @@ class _States(Part):
         if is_stop:
             self._recorded.append(digests)
         else:
-            self._of_pass = digests
+            self._of_step = digests
 
-    def compare(self, event: Record, *, is_before_pass: bool, is_last: bool) -> None:
+    def compare(self, event: Record, *, is_before_step: bool, is_last: bool) -> None:
         """Compare the state after an event. Raises Divergence.
 
         Args:
@@ -142,16 +142,16 @@ class _States(Part):
             is_last: the recording was cut off behind this event, perhaps before its stop was written.
         """
         if event[0] == Kind.PASS:
-            made = state.of_pass(self._sim.data)
-            self._refuse(state.differences_of_pass(made, event[1]))
-        digests, self._of_pass = self._of_pass, None
+            made = state.of_step(self._sim.data)
+            self._refuse(state.differences_of_step(made, event[1]))
+        digests, self._of_step = self._of_step, None
         if digests is not None:
             self._refuse(state.differences(state.digests(self._world), digests))
         while self._made and self._recorded:
             self._refuse(state.differences(self._made.popleft(), self._recorded.popleft()), " at a stop")
         if self._made and not is_last:
             raise Divergence("the simulation stopped, which it did not when it was recorded")
-        if self._recorded and not is_before_pass:
+        if self._recorded and not is_before_step:
             raise Divergence("the simulation did not stop, as it did when it was recorded")
 
     def _refuse(self, differences: list[str], when: str = "") -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DIGEST = 8
 """Bytes of a digest (BLAKE2b): by chance, two states have the same one once in 10**19 times."""
 
-_PASS = struct.Struct("<II")
+_STEP = struct.Struct("<II")
 
 _MODEL = (
     "qpos0", "body_pos", "body_quat", "body_mass", "body_inertia", "jnt_range", "jnt_stiffness", "dof_damping",
@@ -34,12 +34,12 @@ _LONG = 4096
 """Bytes of a string signal above which only its length counts."""
 
 
-def of_pass(data: mujoco.MjData) -> bytes:
+def of_step(data: mujoco.MjData) -> bytes:
     """Return the CRC-32 of the positions and of the velocities."""
-    return _PASS.pack(zlib.crc32(data.qpos), zlib.crc32(data.qvel))
+    return _STEP.pack(zlib.crc32(data.qpos), zlib.crc32(data.qvel))
 
 
-def differences_of_pass(one: bytes, other: bytes) -> list[str]:
+def differences_of_step(one: bytes, other: bytes) -> list[str]:
     """Return the names of the quantities in which two simulation steps differ."""
     names = ("positions (qpos)", "velocities (qvel)")
     return [name for place, name in enumerate(names) if one[4 * place :][:4] != other[4 * place :][:4]]

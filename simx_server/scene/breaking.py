@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_server.scene.editing.least_mass import make_light
-from simx_server.scene.editing.recompile import edit
-from simx_server.scene.editing.transplant import find_body, move_body, move_joint, move_leaf
-from simx_server.scene.editing.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
-from simx_server.scene.geometry.placing import body_pose, free_joint, is_linking_sensor
-from simx_server.scene.geometry.poses import Pose
-from simx_server.scene.objects import SceneObject
-from simx_server.scene.tree import INTERNAL
+from .editing.least_mass import make_light
+from .editing.recompile import edit
+from .editing.transplant import find_body, move_body, move_joint, move_leaf
+from .editing.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
+from .objects import SceneObject
+from .poses.placing import body_pose, free_joint, is_linking_sensor
+from .poses.poses import Pose
+from .tree import INTERNAL
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from .live import LiveScene
 
 _STUMP = INTERNAL + "broken:"
 """Prefix of the name of the body that keeps a broken sensor in its place."""

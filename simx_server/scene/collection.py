@@ -9,18 +9,20 @@ create more collections, and change any of them: until the stop, if it did so wh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation
-from simx_server.scene.formats.texts.values import read_steps
-from simx_server.scene.objects import Scene
-from simx_server.scene.registered import Registry
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
+
+from .formats.annotations import ENTITY_PREFIX, Annotation
+from .formats.texts.values import read_steps
+from .objects import Scene
+from .registered import Registry
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from .live import LiveScene
 
 FIRST_HANDLE = 2_000_000
 """First handle of collections, as in V-REP."""
@@ -143,6 +145,9 @@ class Collections(Part):
     def find(self, name: str) -> int | None:
         """Return the handle of a collection, or None."""
         return next((handle for handle, known in self._all().items() if known == name), None)
+
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"collection": self.names()}
 
     def names(self) -> list[str]:
         """Return the names of the collections that the scene registers."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import mujoco
 
-from simx_server.scene.formats.annotations import Annotation, Annotations, SceneError
-from simx_server.scene.spec_elements import leaves_of
-from simx_server.scene.tree import INTERNAL
+from .formats.annotations import Annotation, Annotations, SceneError
+from .spec_elements import leaves_of
+from .tree import INTERNAL
 
 EQUALITY = INTERNAL + "dependency:"
 """Prefix of the names of added equalities; the rest is the dependent joint's name."""

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from simx_server.scene.tree import INTERNAL
+from .tree import INTERNAL
 
 if TYPE_CHECKING:
-    from simx_server.scene.objects import SceneObject
+    from .objects import SceneObject
 
 PHYSICS, IK = 0, 5
 """`sim_dummy_linktype_dynamics_loop_closure` and `sim_dummy_linktype_ik_tip_target`."""

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     import mujoco
 
-    from simx_server.files.scene_files import SceneFiles
     from simx_server.limits import Limits
-    from simx_server.scene.editing.twins import Twins
-    from simx_server.scene.geometry.poses import Quaternion
-    from simx_server.scene.objects import Scene
-    from simx_server.world.interruptions import Interruptions
-    from simx_server.world.physics_callbacks import PhysicsCalls
+    from simx_server.simulation.interruptions import Interruptions
+    from simx_server.simulation.physics_callbacks import PhysicsCalls
+
+    from .editing.twins import Twins
+    from .finding.scene_files import SceneFiles
+    from .objects import Scene
+    from .poses.poses import Quaternion
 
 
 class JointValues(Protocol):

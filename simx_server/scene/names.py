@@ -12,7 +12,7 @@ from simx_client.protocol.nearest import nearest
 from simx_server.errors import UnknownName
 
 if TYPE_CHECKING:
-    from simx_server.scene.objects import Scene
+    from .objects import Scene
 
 _INDEX = re.compile(r"^(?P<alias>.*)(?:\[(?P<index>\d+)\]|\{(?P<among_all>\d+)\})$")
 _COPY = re.compile(r"#\d*$")

@@ -7,8 +7,7 @@ from typing import Any
 
 import mujoco
 
-from simx_server.scene.live import LiveScene
-
+from .live import LiveScene
 from .names import path_parts
 from .objects import ObjectKind, Scene, SceneObject
 

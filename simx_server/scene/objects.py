@@ -17,12 +17,13 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import UnknownHandle, WrongKind
-from simx_server.scene.editing.twins import Names
-from simx_server.scene.formats.annotations import Annotation, Annotations
-from simx_server.scene.names import resolve
+
+from .editing.twins import Names
+from .formats.annotations import Annotation, Annotations
+from .names import resolve
 
 if TYPE_CHECKING:
-    from simx_server.scene.formats.vrep.report import Report
+    from .formats.vrep.report import Report
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""

@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.scene.editing.welding import set_static
-from simx_server.scene.formats.annotations.annotation import Value
-from simx_server.scene.geometry.placing import free_joint
-from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene, SceneObject
-from simx_server.scene.respondable import collect_masks
-from simx_server.sensors.vision.visibility import SENSORS_GROUP, USERS_GROUP, VISIBLE_GROUPS
+
+from .cameras.visibility import SENSORS_GROUP, USERS_GROUP, VISIBLE_GROUPS
+from .colliding.respondable import collect_masks
+from .editing.welding import set_static
+from .formats.annotations.annotation import Value
+from .objects import NOT_A_MODEL, ObjectKind, Scene, SceneObject
+from .poses.placing import free_joint
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from .live import LiveScene
 
 SCRIPTS_INACTIVE = 0x200
 """`sim_modelproperty_scripts_inactive`, which the legacy constants lack."""

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from simx_server.errors import CommandError
-from simx_server.scene.formats.annotations import ENTITY_PREFIX, FREE, WORLD, Annotation, Value
-from simx_server.scene.formats.annotations.ros2_keys import JOINT_LISTS, renamed_joints
-from simx_server.scene.formats.texts.graph_streams import renamed_streams
-from simx_server.scene.formats.texts.values import read_steps, write_steps
+
+from .formats.annotations import ENTITY_PREFIX, FREE, WORLD, Annotation, Value
+from .formats.annotations.ros2_keys import JOINT_LISTS, renamed_joints
+from .formats.texts.graph_streams import renamed_streams
+from .formats.texts.values import read_steps, write_steps
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from .live import LiveScene
 
 _T = TypeVar("_T")
 

@@ -15,9 +15,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from simx_server.scene.formats.annotations import WORLD, Annotation, Annotations, SceneError, check_objects
-from simx_server.scene.names import alias_of
-from simx_server.scene.objects import ANNOTATED_KINDS, ObjectKind, Scene, SceneObject
+from .formats.annotations import WORLD, Annotation, Annotations, SceneError, check_objects
+from .names import alias_of
+from .objects import ANNOTATED_KINDS, ObjectKind, Scene, SceneObject
 
 INTERNAL = "~"
 
@@ -77,7 +77,7 @@ def _check_parents(scene: Scene) -> None:
 
 
 class Builder:
-    """Make the objects of a whole model. `scene/successor.py` makes only those that an edit concerns."""
+    """Make the objects of a whole model. `scene/editing/successor.py` makes only those that an edit concerns."""
 
     def __init__(
         self,

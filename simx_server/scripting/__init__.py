@@ -1,10 +1,10 @@
-"""The scene's own scripts: the list of them, their calls, and the functions that they may call.
+"""The scene's own scripts: the list of them, and calls into them.
 
 `scripts.py` stores them and finds the target of a call (`targets.py`), `phases.py` decides which one runs and when it
 is called, `lives.py` starts, calls and ends one, `callbacks/` calls those that physics or cameras need.
 `interpreter.py` is the interface to a script's language: `lua/` with its sandbox, watch, library and patterns, and
-`python/`. `api/` is the ``sim`` that scripts see, `namespaces.py` finds a function in it, `signature.py` converts
-script values into typed arguments. `bodies.py` is for scripts of V-REP 3.
+`python/`. The ``sim`` that scripts see is in `sim_api/`; `signature.py` converts script values into typed arguments.
+`bodies.py` is for scripts of V-REP 3.
 """
 
 from .scripts import Scripts

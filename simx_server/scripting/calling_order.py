@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from simx_server.scripting.script import Order, Script, ScriptKind, Traversal
+from .script import Order, Script, ScriptKind, Traversal
 
 if TYPE_CHECKING:
     from simx_server.scene.objects import Scene

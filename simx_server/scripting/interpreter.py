@@ -22,7 +22,7 @@ The time is counted in calls and not by a clock, so that runs can be repeated bi
 one without calls, switches in the same way after a fixed number of iterations since the resumption. Where Lua cannot
 yield (in a function that a C function such as ``table.sort`` calls) the loop continues.
 
-**Other clients are served.** While a call into a script runs longer than ``PATIENCE``, the interpreter calls
+**Other clients are served.** While a call into a script runs longer than ``TIMEOUT``, the interpreter calls
 `Api.serve_others` every few milliseconds, from the physics thread and at a point where the script holds no lock. This
 time does not count against the script's processor time. A Python script, whose process runs in parallel, also has a
 limit in wall time.
@@ -46,7 +46,7 @@ MEMORY_LIMIT = 64 << 20
 ENDING_LIMIT = 1.0
 """Wall seconds that a call into a script may take, also one to its cleanup, while the server is shutting down."""
 
-PATIENCE = 0.003
+TIMEOUT = 0.003
 """Seconds that a script may run before the server answers other clients, and between two such times."""
 
 MAX_DEPTH = 16

@@ -19,7 +19,7 @@ from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, Spac
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
     from .interpreter import Plain
 

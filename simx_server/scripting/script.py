@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from simx_server.parts.status_bar import StatusBar
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 PYTHON = "python"

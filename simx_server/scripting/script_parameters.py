@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
+
+    from .script import Script
 
 _MOST = 1000
 """Maximum number for all scripts together."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.parts.add_ons import AddOn
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .calling_order import in_calling_order
 from .exchange import check_results
@@ -27,12 +27,13 @@ from .targets import find_target, split_target
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
     from .callbacks.objects import ObjectCallBacks
 
@@ -129,6 +130,12 @@ class Scripts(Part):
     def model_changed(self, twins: Twins | None) -> None:
         self._find_more()
         self._phases.objects.note_changes()
+
+    def copying_objects(self, handles: Collection[int]) -> None:
+        self.of_objects.before_copy(handles)
+
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        self.of_objects.copied(copies)
 
     def run_starting(self) -> None:
         self._phases.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION)

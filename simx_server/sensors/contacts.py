@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.scene.geometry.poses import Vector
+from simx_server.scene.poses.poses import Vector
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.poses import Vector
-from simx_server.world.part import Part
+from simx_server.scene.poses.poses import Vector
+from simx_server.simulation.part import Part
 
 from ..errors import CommandError
 from ..scene.breaking import break_sensor
@@ -30,7 +31,7 @@ from ..scene.objects import ObjectKind, SceneObject
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
@@ -80,6 +81,11 @@ class ForceSensors(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self._places.clear()
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        if self._sim.scene.get(handle).kind == ObjectKind.FORCE_SENSOR:
+            powers = {"max_force": 3, "max_torque": 4}
+            renaming.scale_annotation(self._sim, handle, "force", powers, factor)
 
     def remember(self) -> object:
         if not self._records and not self._broken:

@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_client.protocol import constants as c
+from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
+from simx_server.scene.geometry.triangles import GeomTriangles
+from simx_server.scene.poses.pose_copies import PoseCopies, Poses
 
-from ..scene.geometry.pose_copies import PoseCopies, Poses
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import ObjectKind, Scene
 from .distance.box_tree import BoxTree
 from .proximity.bundles import Bundles
-from .triangles import GeomTriangles
-from .vision.visibility import VISIBLE_GROUPS
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 class Surroundings:

@@ -14,7 +14,7 @@ the physics, and the simulation goes on when it fails. ::
     `page/composition.py`  makes the parts below, and updates them
     `page/link.py`         its connections: `Eye` reads from the feed, `Hands` execute clicks
     `page/mirror.py`       a copy of the server's model and state
-    `page/world.py`        the copy in 3-D, of `bodies.py` and `drawings.py`
+    `page/view/world.py`        the copy in 3-D, of `bodies.py` and `drawings.py`
     `page/panels/`         one file per tab, and the time slider
     `page/tools/`          dragging, viewpoints, pictures and films, readings of sensors, files, plots
 

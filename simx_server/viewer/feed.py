@@ -14,7 +14,7 @@ sensing                                                 buffer: `Sensing`, readi
 files                                                   buffer: `Files`, names of shipped scenes and models
 ==========  ==========================================  ===========================================================
 
-`simx_client.protocol.past` has the functions for past steps that other programs use as well.
+`simx_client.protocol.add_ons.past` has the functions for past steps that other programs use as well.
 
 Answers are msgpack maps. A field that the caller knows already is None: models are large, and trees rarely change.
 """
@@ -30,10 +30,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgpack
 import mujoco
 
-from simx_client.protocol import windows
+from simx_client.protocol.add_ons import windows
+from simx_client.protocol.add_ons.past import GO_ON, KEEP, KEPT, STEP, GoneOn, Kept, PastStep
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
-from simx_client.protocol.past import GO_ON, KEEP, KEPT, STEP, GoneOn, Kept, PastStep
 from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
 from simx_server.history import History
@@ -41,16 +41,19 @@ from simx_server.history.going_on import go_on
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
 from simx_server.parts.drawing import LINES
-from simx_server.runtime.monitoring import report
 from simx_server.scene.editing.model_state import get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
-from simx_server.viewer.inspection import script_views, sensing, shipped_files
-from simx_server.viewer.messages import (
+from simx_server.service.monitoring import report
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
+
+from .inspection import script_views, sensing, shipped_files
+from .messages import (
     ADD_ON,
     FILES,
     LOOK,
-    ONE_PASS,
+    ONE_STEP,
     OWN_NAME,
     PAST,
     READS,
@@ -66,15 +69,13 @@ from simx_server.viewer.messages import (
     StreamView,
     Survey,
 )
-from simx_server.viewer.past import past_call, past_joints, past_signals
-from simx_server.viewer.sent_model import SentModel
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from .past import past_call, past_joints, past_signals
+from .sent_model import SentModel
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
     from simx_server.scene.editing.twins import Twins
-    from simx_server.world.simulation import Simulation
+    from simx_server.service.server_loop import ServerLoop
+    from simx_server.simulation.simulation import Simulation
 
 _MOST_TEXT = 200
 """Bytes of a string signal that are shown."""
@@ -117,7 +118,7 @@ class Feed(Part):
             {
                 LOOK: (2, 0, self._look),
                 SURVEY: (2, 0, self._survey),
-                ONE_PASS: (0, 0, self._one_pass),
+                ONE_STEP: (0, 0, self._one_step),
                 SPEED: (0, 1, self._set_speed),
                 PAST: (3, 0, self._past),
                 SENSING: (0, 0, lambda: sensing(self._world)),
@@ -368,7 +369,7 @@ class Feed(Part):
 
     # --- one step --------------------------------------------------------------------------------
 
-    def _one_pass(self) -> None:
+    def _one_step(self) -> None:
         sim = self._sim
         if sim.state is SimulationState.RUNNING:
             if self._loop.is_waiting_for_trigger:

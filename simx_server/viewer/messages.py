@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypedDict
 
-from simx_client.protocol.past import ADD_ON as ADD_ON
-from simx_client.protocol.past import GO_ON as GO_ON
-from simx_client.protocol.past import KEEP, KEPT, STEP, Kept, PastStep, State
+from simx_client.protocol.add_ons.past import ADD_ON as ADD_ON
+from simx_client.protocol.add_ons.past import GO_ON as GO_ON
+from simx_client.protocol.add_ons.past import KEEP, KEPT, STEP, Kept, PastStep, State
 from simx_client.protocol.reports import Metrics
 
-LOOK, SURVEY, ONE_PASS, SPEED = "look", "survey", "onePass", "speed"
+LOOK, SURVEY, ONE_STEP, SPEED = "look", "survey", "onePass", "speed"
 PAST, SENSING, FILES = "past", "sensing", "files"
 READS = frozenset({LOOK, SURVEY, PAST, SENSING, FILES, KEEP, KEPT, STEP})
 """Functions that change nothing in the simulation."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from simx_client.protocol.add_ons.past import PastCall
 from simx_client.protocol.commands import ANSWERED
-from simx_client.protocol.past import PastCall
 from simx_server.history import Moment
 from simx_server.history.calls import Called, Cut, short
 

@@ -1,7 +1,8 @@
 """Keep the windows that scripts show with ``cv2.imshow`` without a display, for the web viewer.
 
-This is an add-on, as the feed is. The format is in `simx_client.protocol.windows`. All its content comes from outside,
-so every value is checked and bounded. After a time without calls, a script counts as gone, and its windows are removed.
+This is an add-on, as the feed is. The format is in `simx_client.protocol.add_ons.windows`. All its content comes from
+outside, so every value is checked and bounded. After a time without calls, a script counts as gone, and its windows
+are removed.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 
 import msgpack
 
-from simx_client.protocol import windows as w
+from simx_client.protocol.add_ons import windows as w
 from simx_server.errors import CommandError
 from simx_server.parts.add_ons import Functions, Results
 

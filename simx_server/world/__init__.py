@@ -1,1 +1,1 @@
-"""The simulated world: the simulation, the parts around it, and the order of one simulation step."""
+"""The composition: the world of a server as one value, and the order of one simulation step."""

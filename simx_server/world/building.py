@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simx_server.files.scene_files import SceneFiles
 from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
-from simx_server.kinematics.motion_plannings import MotionPlannings
-from simx_server.kinematics.path_plannings import PathPlannings
+from simx_server.kinematics.planning.motion_plannings import MotionPlannings
+from simx_server.kinematics.planning.path_plannings import PathPlannings
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
@@ -32,13 +31,11 @@ from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
 from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
+from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
 from simx_server.scene.unreset import UnresetModels
 from simx_server.scripting import Scripts
-from simx_server.scripting.coverage import descriptions
-from simx_server.scripting.import_log import ImportLog
-from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
 from simx_server.sensors.distance.meters import Meters
@@ -47,10 +44,13 @@ from simx_server.sensors.instant import Instants
 from simx_server.sensors.proximity.proximity import ProximitySensors
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
+from simx_server.sim_api.listing.coverage import descriptions
+from simx_server.sim_api.listing.import_log import ImportLog
+from simx_server.sim_api.namespaces import Namespaces
+from simx_server.simulation.applied_forces import AppliedForces
+from simx_server.simulation.simulation import Simulation
+from simx_server.simulation.velocities import Velocities
 
-from .applied_forces import AppliedForces
-from .simulation import Simulation
-from .velocities import Velocities
 from .world import World
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from simx_server.kinematics import IkGroups
-from simx_server.kinematics.motion_plannings import MotionPlannings
-from simx_server.kinematics.path_plannings import PathPlannings
+from simx_server.kinematics.planning.motion_plannings import MotionPlannings
+from simx_server.kinematics.planning.path_plannings import PathPlannings
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
@@ -41,10 +41,9 @@ from simx_server.sensors.instant import Instants
 from simx_server.sensors.proximity.proximity import ProximitySensors
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
-
-from .applied_forces import AppliedForces
-from .simulation import Simulation, SimulationState
-from .velocities import Velocities
+from simx_server.simulation.applied_forces import AppliedForces
+from simx_server.simulation.simulation import Simulation, SimulationState
+from simx_server.simulation.velocities import Velocities
 
 Action = Callable[[], object]
 

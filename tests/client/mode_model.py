@@ -1,7 +1,7 @@
 """What the operation modes should do, written down a second time and more simply: a client and a server as plain data.
 
 Made from the rules of the original (keys, one inbox entry and one stream per key, what replaces what), not from
-``simx_client/legacy/operation_modes.py``: the property test runs both on the same calls and compares what they return.
+``simx_client/calls/operation_modes.py``: the property test runs both on the same calls and compares what they return.
 """
 
 from __future__ import annotations
@@ -243,7 +243,7 @@ class Model:
     def turn(self) -> None:
         """Everything that has arrived is executed, then every stream once."""
         self._execute()
-        self._pass()
+        self._round()
 
     def _execute(self) -> None:
         server = self.server
@@ -258,7 +258,7 @@ class Model:
                 if sent.kind == "stream" and not (sent.question.ends_with_hit and result[0] == OK):
                     server.streams[sent.number] = sent.question
 
-    def _pass(self) -> None:
+    def _round(self) -> None:
         server = self.server
         snapshot: dict[int, tuple[Question, Result]] = {}
         for number, question in list(server.streams.items()):

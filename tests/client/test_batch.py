@@ -23,6 +23,8 @@ from simx_client.legacy import stubs
 from simx_client.protocol.codec import decode_batch, decode_delivery
 from simx_client.protocol.messages import Reply
 
+pytestmark = pytest.mark.slow
+
 BLOCKING = v.simx_opmode_blocking
 
 

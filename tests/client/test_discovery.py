@@ -20,15 +20,15 @@ from routers import Wire, free_port, router
 import simx_client as v
 from simx_client.cli import listing
 from simx_client.connection.discovery import Found, find_servers
-from simx_client.connection.endpoints import ServerAddress, find_address
 from simx_client.protocol import roster
 from simx_client.protocol.messages import PROTOCOL_VERSION, Status
-from simx_server.runtime.monitoring.load import LoadMeter
+from simx_client.transport.endpoints import ServerAddress, find_address
+from simx_server.service.monitoring.load import LoadMeter
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
-PATIENCE = 20.0
+TIMEOUT = 20.0
 
 
 @pytest.fixture(autouse=True)
@@ -83,7 +83,7 @@ def network(scene: Path) -> Iterator[Network]:
             )
         }
         network = Network(port, servers, wire)
-        assert wait_until(lambda: set(network.found()) == set(servers), PATIENCE)
+        assert wait_until(lambda: set(network.found()) == set(servers), TIMEOUT)
         yield network
 
 
@@ -105,7 +105,7 @@ def test_a_simulator_is_found_by_its_name_through_a_router(network: Network) -> 
             name: int(name == realm) for name in network.servers
         }
         v.simxFinish(client)
-        assert wait_until(lambda realm=realm: network.status(realm).clients == 0, PATIENCE)
+        assert wait_until(lambda realm=realm: network.status(realm).clients == 0, TIMEOUT)
 
 
 def test_what_is_listed_is_what_the_servers_do(network: Network) -> None:
@@ -120,7 +120,7 @@ def test_what_is_listed_is_what_the_servers_do(network: Network) -> None:
     south = network.status("south")
     assert (south.state, south.real_time_factor) == ("stopped", 0)
     assert network.status("north").state == "running"
-    assert wait_until(lambda: network.status("north").real_time_factor > 0.3, PATIENCE)
+    assert wait_until(lambda: network.status("north").real_time_factor > 0.3, TIMEOUT)
 
 
 def test_an_unknown_name_is_told_with_those_that_are_there(
@@ -154,10 +154,10 @@ def test_variables_lead_a_script_that_cannot_be_edited(
 
 def test_two_of_one_name_are_refused(network: Network, scene: Path, caplog: pytest.LogCaptureFixture) -> None:
     with server(scene, "--realm", "south", "--connect", network.endpoint):
-        assert wait_until(lambda: len(find_servers([network.endpoint], 0.5)[0]) == 4, PATIENCE)
+        assert wait_until(lambda: len(find_servers([network.endpoint], 0.5)[0]) == 4, TIMEOUT)
         assert network.connect("south") == -1
         assert "2 simulators" in caplog.text
-    assert wait_until(lambda: len(find_servers([network.endpoint], 0.5)[0]) == 3, PATIENCE)
+    assert wait_until(lambda: len(find_servers([network.endpoint], 0.5)[0]) == 3, TIMEOUT)
 
 
 def test_a_server_keeps_its_own_ports_beside_the_router(network: Network) -> None:
@@ -171,12 +171,12 @@ def test_a_server_keeps_its_own_ports_beside_the_router(network: Network) -> Non
 def test_a_server_whose_link_is_cut_is_gone_at_once_and_comes_back(network: Network) -> None:
     cut_off, other = network.connect("east", once=False), network.connect("north")
     network.wire.cut()
-    assert wait_until(lambda: "east" not in network.found(), PATIENCE)
-    assert wait_until(lambda: v.simxGetConnectionId(cut_off) == -1, PATIENCE)
+    assert wait_until(lambda: "east" not in network.found(), TIMEOUT)
+    assert wait_until(lambda: v.simxGetConnectionId(cut_off) == -1, TIMEOUT)
     assert _hinge(other) == v.simx_return_ok
     network.wire.mend()
-    assert wait_until(lambda: "east" in network.found(), PATIENCE)
-    assert wait_until(lambda: v.simxGetConnectionId(cut_off) == 2, PATIENCE)
+    assert wait_until(lambda: "east" in network.found(), TIMEOUT)
+    assert wait_until(lambda: v.simxGetConnectionId(cut_off) == 2, TIMEOUT)
     assert _hinge(cut_off) == v.simx_return_ok
 
 
@@ -188,12 +188,12 @@ def test_a_frozen_server_does_not_answer_then_is_gone_and_comes_back(network: Ne
         found = network.found()
         assert found["south"].status is None
         assert found["north"].status is not None
-        assert wait_until(lambda: "south" not in network.found(), PATIENCE)
+        assert wait_until(lambda: "south" not in network.found(), TIMEOUT)
         assert v.simxGetConnectionId(client) == -1
     finally:
         process.send_signal(signal.SIGCONT)
-    assert wait_until(lambda: "south" in network.found(), PATIENCE)
-    assert wait_until(lambda: v.simxGetConnectionId(client) == 2, PATIENCE)
+    assert wait_until(lambda: "south" in network.found(), TIMEOUT)
+    assert wait_until(lambda: v.simxGetConnectionId(client) == 2, TIMEOUT)
     assert _hinge(client) == v.simx_return_ok
 
 
@@ -208,7 +208,7 @@ def test_servers_outlive_their_router_and_find_the_next_one(scene: Path) -> None
     with server(scene, "--realm", "early", "--connect", endpoint) as early:
         for _ in range(2):
             with router(port):
-                assert wait_until(lambda: names() == ["early"], PATIENCE)
+                assert wait_until(lambda: names() == ["early"], TIMEOUT)
                 client = _connect("early@127.0.0.1", port)
                 assert _hinge(client) == v.simx_return_ok
                 v.simxFinish(client)

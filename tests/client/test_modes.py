@@ -4,9 +4,9 @@ import pytest
 from mode_world import GET, SET, cid, world
 
 import simx_client as v
+from simx_client.calls.marshalling import Shape
+from simx_client.calls.operation_modes import Modes
 from simx_client.connection.clients import CLIENTS
-from simx_client.legacy.marshalling import Shape
-from simx_client.legacy.operation_modes import Modes
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import Reply
 

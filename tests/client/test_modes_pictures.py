@@ -8,7 +8,7 @@ from mode_world import GET, cid, world
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_delivery
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 __all__ = ["cid", "world"]
 

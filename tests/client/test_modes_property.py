@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import hypothesis.strategies as st
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from mode_model import Model, ModelServer, Question, Result
@@ -14,7 +15,9 @@ from plain_world import World
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+
+pytestmark = pytest.mark.slow
 
 MODES = {
     "oneshot": v.simx_opmode_oneshot,

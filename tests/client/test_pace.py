@@ -17,8 +17,10 @@ import simx_client as v
 from simx_client.cli.shims import write_shims
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
-from simx_server.runtime.batches import MOST_PASSES
-from simx_server.runtime.pacing import MOST_REMEMBERED, PacedCalls
+from simx_server.service.calls.batches import MOST_ROUNDS
+from simx_server.service.calls.pacing import MOST_REMEMBERED, PacedCalls
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
 GRIPPER = 3
@@ -169,7 +171,7 @@ def test_a_blocking_call_waits_for_a_slow_image_at_most_a_step(world: Gripper, s
         assert v.simxStartSimulation(client, BLOCKING) == 0
     if state == "running":
         make_a_step(world)
-    expected = world.simulation.passes + (MOST_PASSES if state == "running" else 0)
+    expected = world.simulation.passes + (MOST_ROUNDS if state == "running" else 0)
     assert v.simxGetVisionSensorImage(client, 1, 0, v.simx_opmode_streaming)[0] == 1
     for joint in (GRIPPER, GRIPPER + 1):  # the second does not wait again
         assert v.simxGetJointPosition(client, joint, BLOCKING)[0] == 0

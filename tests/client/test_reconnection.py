@@ -17,11 +17,11 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS as CONNECTIONS
 from simx_client.errors import NoAnswer
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING, BUFFER, STREAMING = v.simx_opmode_blocking, v.simx_opmode_buffer, v.simx_opmode_streaming
 CLIENTS = 10
-PATIENCE = 20.0
+TIMEOUT = 20.0
 Record = Callable[[str, object], None]
 
 
@@ -41,7 +41,7 @@ def streamed_joint(client: int) -> int:
     code, hinge = v.simxGetObjectHandle(client, "hinge", BLOCKING)
     assert code == 0
     assert v.simxGetJointPosition(client, hinge, STREAMING) == (1, 0.0)
-    assert wait_until(lambda: v.simxGetJointPosition(client, hinge, BUFFER)[0] == 0, PATIENCE)
+    assert wait_until(lambda: v.simxGetJointPosition(client, hinge, BUFFER)[0] == 0, TIMEOUT)
     return hinge
 
 
@@ -55,7 +55,7 @@ def test_ten_scripts_that_only_read_their_buffers_go_on_with_a_restarted_server(
         hinges = {client: streamed_joint(client) for client in clients}
         killed = time.monotonic()
         first.kill()
-        assert wait_until(lambda: {v.simxGetConnectionId(client) for client in clients} == {-1}, PATIENCE)
+        assert wait_until(lambda: {v.simxGetConnectionId(client) for client in clients} == {-1}, TIMEOUT)
         noticed = time.monotonic()
         for client, hinge in hinges.items():
             assert v.simxGetJointPosition(client, hinge, BUFFER) == (1, 0.0), "nothing old is given as new"
@@ -73,13 +73,13 @@ def test_ten_scripts_that_only_read_their_buffers_go_on_with_a_restarted_server(
             )
             return not waiting
 
-        assert wait_until(all_read, PATIENCE)
+        assert wait_until(all_read, TIMEOUT)
         recovered = time.monotonic()
         assert [v.simxGetConnectionId(client) for client in clients] == [2] * CLIENTS
         # What they read now moves on: it is the new server's.
         before = v.simxGetJointPosition(0, hinges[0], BUFFER)
         v.simxSetJointTargetVelocity(0, hinges[0], 1.0, BLOCKING)
-        assert wait_until(lambda: v.simxGetJointPosition(0, hinges[0], BUFFER) != before, PATIENCE)
+        assert wait_until(lambda: v.simxGetJointPosition(0, hinges[0], BUFFER) != before, TIMEOUT)
     record_property(
         "figures",
         f"a killed server is noticed by {CLIENTS} clients within {1000 * (noticed - killed):.0f} ms; once it is back, "
@@ -93,7 +93,7 @@ def test_who_connects_only_once_is_told_so_for_ever_and_starts_anew_by_himself(s
         client = start(port, once=True)
         hinge = streamed_joint(client)
         first.kill()
-        assert wait_until(lambda: v.simxGetConnectionId(client) == -1, PATIENCE)
+        assert wait_until(lambda: v.simxGetConnectionId(client) == -1, TIMEOUT)
     with server(scene, ports=(port,)):
         other = start(port, number=2)
         assert v.simxGetPingTime(other)[0] == 0  # the server is there
@@ -115,7 +115,7 @@ def test_a_blocking_call_in_a_gap_waits_for_the_server_and_is_answered_by_it(sce
         client = v.simxStart("127.0.0.1", port, True, False, -20_000, 5)
         hinge = streamed_joint(client)
         first.kill()
-        assert wait_until(lambda: v.simxGetConnectionId(client) == -1, PATIENCE)
+        assert wait_until(lambda: v.simxGetConnectionId(client) == -1, TIMEOUT)
         v.simxSetIntegerSignal(client, "asked for in the gap", 7, v.simx_opmode_oneshot)
     with server(scene, ports=(port,)):
         assert v.simxGetJointPosition(client, hinge, BLOCKING)[0] == 0
@@ -179,7 +179,7 @@ def test_pictures_are_streamed_again(plain: World) -> None:
     lose_and_find(plain, client)
     plain.simulation.pictures[-1].set_result(([1, 1], b"\1\2\3"))
     assert wait_until(
-        lambda: v.simxGetVisionSensorImage(client, 5, 0, BUFFER)[0] == 0, PATIENCE, turn=plain.settle
+        lambda: v.simxGetVisionSensorImage(client, 5, 0, BUFFER)[0] == 0, TIMEOUT, turn=plain.settle
     )
 
 
@@ -203,7 +203,7 @@ def test_a_client_that_missed_the_return_of_its_server_finds_it(
         # As if the token of the new server had come before the old one's end.
         transport._on_server(SimpleNamespace(kind=transport._zenoh.SampleKind.DELETE))
         assert v.simxGetConnectionId(client) == -1
-        assert wait_until(lambda: v.simxGetConnectionId(client) > 0, PATIENCE)
+        assert wait_until(lambda: v.simxGetConnectionId(client) > 0, TIMEOUT)
         assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
         v.simxFinish(client)
 

@@ -13,6 +13,8 @@ from simx_client.batch import Batch
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_batch
 
+pytestmark = pytest.mark.slow
+
 ONESHOT, BLOCKING = v.simx_opmode_oneshot, v.simx_opmode_blocking
 
 

@@ -26,6 +26,8 @@ from conforming import (
 import simx_client as v
 from simx_client.protocol.commands import BY_NAME
 
+pytestmark = pytest.mark.slow
+
 REMOTE = [declaration for declaration in BINDING.values() if declaration.is_remote]
 QUEUED = [declaration for declaration in REMOTE if declaration.name != "simxTransferFile"]
 """Sent by themselves; simxTransferFile reads a file on the client's side first."""

@@ -18,6 +18,8 @@ from real_world import handle_of
 
 import simx_client as v
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -12,6 +12,8 @@ from real_world import start_stepped, step
 
 import simx_client as v
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 NO_PARAMETER = 4242
 
 

@@ -11,6 +11,8 @@ from real_world import start_stepped, step
 
 import simx_client as v
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ZEROS = [0.0] * 3
 NOT_THERE = (REMOTE_ERROR, False, ZEROS, 0, ZEROS)
 

@@ -9,7 +9,7 @@ import pytest
 from conforming import BLOCKING, OK, ONESHOT, REMOTE_ERROR, SCENE, of
 
 import simx_client as v
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 
 @of("simxStartSimulation")

@@ -15,7 +15,9 @@ from real_world import start_stepped, step
 
 import simx_client as v
 from simx_client.protocol.commands import BY_NAME
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 
 def test_01_the_code_is_that_of_the_previous_reply_and_values_are_defaults(world: Any, cid: int) -> None:

@@ -13,6 +13,8 @@ from conforming import BLOCKING, NO_OBJECT, OK, REMOTE_ERROR, assert_types, of
 
 import simx_client as v
 
+pytestmark = pytest.mark.slow
+
 NO_COLOURS = (None, None, None, None)
 
 

@@ -16,6 +16,8 @@ from real_world import RealWorld, handle_of, step
 import simx_client as v
 from simx_client.protocol.commands import BY_NAME, TABLE, Place
 
+pytestmark = pytest.mark.slow
+
 PAGE = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
 EXAMPLES = dict(re.findall(r"^## (simx\w+)\n\n    (.*)$", PAGE, re.MULTILINE))
 ELSEWHERE = {"simxStart", "simxFinish", "simxQuery"}

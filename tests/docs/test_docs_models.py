@@ -10,6 +10,8 @@ from handler_calls import World
 
 from simx_server.files.library import find_scene, list_scenes, shipped_models
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "models.md"
 ROWS = {

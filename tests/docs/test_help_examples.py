@@ -19,12 +19,14 @@ from processes import PENDULUM, ROOT, ServerProcess, server, wait_until
 from simx_client import Client
 from simx_client import __main__ as simx
 from simx_client.checking import command as check
-from simx_client.connection.redirect import VARIABLE, format_redirects
 from simx_client.launch import run
+from simx_client.transport.redirect import VARIABLE, format_redirects
 from simx_server.app import cli
-from simx_server.app.settings import Settings
 from simx_server.classroom import command as classroom
+from simx_server.settings.settings import Settings
 from simx_server.viewer.page import command as view
+
+pytestmark = pytest.mark.slow
 
 SCRIPT = """
 import vrep, sys

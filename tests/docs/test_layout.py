@@ -13,12 +13,12 @@ import pytest
 from processes import ROOT
 
 PACKAGES = ("simx_client", "simx_server")
-MOST_FILES = 20
-"""Python files in one folder; the aim is fifteen."""
+MOST_FILES = 15
+"""Python files in one folder, beside its `__init__.py`."""
 
 MAY_IMPORT_THE_CLIENT = (
     "simx_server.viewer.page",
-    "simx_server.gateways.loopback",
+    "simx_server.gateways.loopback.gateway",
     "simx_server.gateways.embedded",
     "simx_server.app.embedding",
 )
@@ -104,5 +104,5 @@ def test_the_client_loads_no_module_of_the_server_by_name() -> None:
 
 @pytest.mark.parametrize("part", ["simx_client", "simx_server", "bench", "tests"])
 def test_no_folder_has_very_many_files(part: str) -> None:
-    counts = Counter(path.parent for path in files(part))
+    counts = Counter(path.parent for path in files(part) if path.name != "__init__.py")
     assert not {str(folder): count for folder, count in counts.items() if count > MOST_FILES}

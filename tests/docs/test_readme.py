@@ -10,11 +10,13 @@ from launching import simx_run
 
 from simx_client.checking.command import make_parser as make_check_parser
 from simx_client.connection.pace import VARIABLE as PACE
-from simx_client.connection.redirect import VARIABLE as REDIRECT
 from simx_client.launch.run import make_parser as make_run_parser
+from simx_client.transport.redirect import VARIABLE as REDIRECT
 from simx_server.app.cli import make_parser as make_server_parser
-from simx_server.app.settings import SETTINGS
-from simx_server.scripting.coverage import Support, script_functions
+from simx_server.settings.settings import SETTINGS
+from simx_server.sim_api.listing.coverage import Support, script_functions
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -18,6 +18,8 @@ from example_modules import import_from
 
 import simx_client
 
+pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.gl]
+
 FOLDER = Path(__file__).parents[2] / "examples" / "detect"
 COUNT = 12
 RADIUS = 0.05

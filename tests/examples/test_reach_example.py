@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from example_modules import import_from
 
+pytestmark = [pytest.mark.slow, pytest.mark.system]
+
 pytest.importorskip(
     "stable_baselines3", reason="needs the extra learning: Stable-Baselines3 is not installed"
 )

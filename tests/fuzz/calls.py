@@ -21,7 +21,7 @@ from real_world import RealWorld
 from simx_client.protocol.codec import decode_delivery
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 from .scene import SCENE
 

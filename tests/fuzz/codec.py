@@ -16,9 +16,10 @@ from typing import Any
 
 import msgpack
 
-from simx_client.protocol import codec, keys
+from simx_client.protocol import codec
 from simx_client.protocol.kinds import KINDS
 from simx_client.protocol.messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome
+from simx_client.protocol.zenoh import keys
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.limits import LimitError, Limits, limit_text

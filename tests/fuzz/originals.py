@@ -9,7 +9,7 @@ from pathlib import Path
 
 from original_peer import Peer, command, ints, message, packed, peer, served, text
 
-from simx_server.gateways.legacy.translation import WIRES
+from simx_server.gateways.original.translation import WIRES
 
 from .scene import SCENE
 

@@ -16,6 +16,7 @@ if __name__ == "__main__":
     sys.path[:0] = [
         str(Path(__file__).resolve().parents[1] / "support"),
         str(Path(__file__).resolve().parents[1] / "support" / "worlds"),
+        str(Path(__file__).resolve().parents[1] / "support" / "gateways"),
         *map(str, Path(__file__).resolve().parents[1:3]),
     ]
 
@@ -24,10 +25,10 @@ from processes import ROOT, ServerProcess, read_line, running, server
 import simx_client as v
 from fuzz.codec import SEEDS
 from fuzz.scene import SCENE
-from simx_client.protocol import keys, link
+from simx_client.protocol.zenoh import keys, link
 
 PEERS = 3
-PATIENCE = 30.0
+TIMEOUT = 30.0
 NAMES = ("*", "**", "$*", "a$*", "x" * 64, "x" * 5_000, "viewer-x", "@x", "é", "0")
 SIZES = (0, 1, 100, 5_000, 70_000, 1_000_000)
 MOST_KEPT = 200
@@ -141,7 +142,7 @@ class Witness:
     """A normal client in a thread of its own; each of its calls must succeed and bring its own answer."""
 
     def __init__(self, port: int) -> None:
-        self.client = v.simxStart("127.0.0.1", port, True, True, int(1000 * PATIENCE), 5)
+        self.client = v.simxStart("127.0.0.1", port, True, True, int(1000 * TIMEOUT), 5)
         assert self.client >= 0
         self.calls, self.longest = 0, 0.0
         self.failure = ""
@@ -154,7 +155,7 @@ class Witness:
 
     def __exit__(self, *_: object) -> None:
         self._is_over.set()
-        self._thread.join(2 * PATIENCE)
+        self._thread.join(2 * TIMEOUT)
         v.simxFinish(self.client)
 
     def _run(self) -> None:
@@ -180,12 +181,12 @@ def run(cases: int, seed: int, folder: Path) -> str:
     link.import_zenoh()
     with server(scene, "--workspace", folder) as place, Witness(place.port) as witness:
         with _peers(place, cases, seed) as peers:
-            line = read_line(peers, PATIENCE + cases / 20)
+            line = read_line(peers, TIMEOUT + cases / 20)
             assert line == "done\n", line
-            assert peers.wait(PATIENCE) == 0
+            assert peers.wait(TIMEOUT) == 0
         assert not witness.failure, witness.failure
         assert place.process.poll() is None
-        newcomer = v.simxStart("127.0.0.2", place.port, True, True, int(1000 * PATIENCE), 5)
+        newcomer = v.simxStart("127.0.0.2", place.port, True, True, int(1000 * TIMEOUT), 5)
         assert v.simxGetObjectHandle(newcomer, "hinge", v.simx_opmode_blocking)[0] == 0
         assert v.simxGetConnectionId(witness.client) == 1, "the connection was lost in between"
         v.simxFinish(newcomer)

@@ -21,6 +21,7 @@ from pathlib import Path
 sys.path[:0] = [
     str(Path(__file__).resolve().parents[1] / "support"),
     str(Path(__file__).resolve().parents[1] / "support" / "worlds"),
+    str(Path(__file__).resolve().parents[1] / "support" / "gateways"),
     str(Path(__file__).resolve().parents[1] / "support" / "vrep_files"),
     *map(str, Path(__file__).resolve().parents[1:3]),
 ]
@@ -155,7 +156,8 @@ def _hypothesis_target(target: str, cases: int, seed: int) -> int:
 
 
 def _peers_target(target: str, cases: int, seed: int) -> int:
-    from fuzz import message_costs, originals, peers, sockets, zmq_clients
+    from fuzz import originals, peers, sockets, zmq_clients
+    from fuzz.costs import messages as message_costs
 
     run = {
         "peers": peers, "originals": originals, "zmq": zmq_clients, "sockets": sockets, "costs": message_costs,

@@ -13,10 +13,10 @@ from pathlib import Path
 from real_world import RealWorld
 
 from simx_client.protocol.codec import decode_delivery, encode
-from simx_client.protocol.local.frames import MESSAGE, Frames, frame, memory_frame
-from simx_client.protocol.local.offer import read_offer
+from simx_client.protocol.lane.frames import MESSAGE, Frames, frame, memory_frame
+from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.messages import Batch, Call, Operation
-from simx_server.gateways.local.gateway import LocalGateway
+from simx_server.gateways.lane.gateway import LocalGateway
 
 from .scene import SCENE
 
@@ -35,7 +35,7 @@ class _Zenoh:
     def publish(self, payload: bytes) -> None:
         """Do nothing."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing."""
 
     def close(self) -> None:

@@ -14,6 +14,8 @@ from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 
 def turn(axis: Sequence[float], angle: float) -> np.ndarray:
     """(3, 3) rotation about an axis, by Rodrigues' formula."""

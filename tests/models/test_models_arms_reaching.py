@@ -12,6 +12,8 @@ from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 ONESHOT = vrep.simx_opmode_oneshot
 
 

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 import pytest
-from model_checks import check_copies, check_still, position_of
+from model_checks import position_of
 from real_world import RealWorld, handle_of, render_with, start_stepped, step
-from wheeled_stock import LINE_TRACER
 
 import simx_client as vrep
 from simx_server.sensors.opengl.backend import RAYCAST, Backend
 from simx_server.sensors.vision.render_thread import RenderThread
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 World = tuple[RealWorld, int]
 Open = Callable[..., World]
@@ -36,17 +37,6 @@ def world() -> Iterator[Open]:
             return one, one.client()
 
         yield open_scene
-
-
-def test_model_and_its_copy_are_vreps(world: Open) -> None:
-    opened, client = world("stock_kinect")
-    check_copies(opened, client, "models/robots/mobile/line follower.ttm", LINE_TRACER)
-
-
-def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
-    opened, client = world("line_tracer")
-    names = ("LineTracer", "DynamicLeftJoint", "LeftJoint", "DynamicSlider")
-    check_still(opened, client, names, record_property)
 
 
 @pytest.mark.parametrize("back_end", [None, RAYCAST])

@@ -6,24 +6,14 @@ import math
 from collections.abc import Callable
 
 import pytest
-from manipulators_stock import YOUBOT
-from model_checks import check_copies, check_still, load_model, position_of, rotation_of
+from model_checks import load_model, position_of, rotation_of
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 ONESHOT = vrep.simx_opmode_oneshot
-
-
-def test_model_and_its_copy_are_vreps(world: Open) -> None:
-    opened, client = world("stock_kinect")
-    check_copies(opened, client, "models/robots/mobile/KUKA YouBot.ttm", YOUBOT)
-
-
-def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
-    opened, client = world("youbot")
-    names = ("youBot", "youBotGripperJoint2", "youBot_positionTip", "Cube")
-    check_still(opened, client, names, record_property)
 
 
 WHEELS = ("fl", "rl", "rr", "fr")

@@ -6,46 +6,16 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from model_checks import (
-    DUMMY,
-    REVOLUTE,
-    SHAPE,
-    VISION,
-    Stock,
-    check_copies,
-    check_idle,
-    load_model,
-    position_of,
-)
+from model_checks import load_model, position_of
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from scanner_stock import FAR, NEAR
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 World = tuple[RealWorld, int]
 FILE = "models/components/sensors/Hokuyo URG 04LX UG01_Fast.ttm"
-NEAR, FAR = 0.009, 5.0
-
-
-def _half(number: int, turn: float) -> tuple[Stock, Stock]:
-    place = (0.0, 0.0, 0.063)
-    return (
-        Stock(
-            f"fastHokuyo_joint{number}", REVOLUTE, place, (0, 0, 1),
-            interval="cyclic", mode=5, position_q=turn, max_force=2.5, upper_velocity=6.28,
-        ),
-        Stock(
-            f"fastHokuyo_sensor{number}", VISION, place, (math.cos(turn), math.sin(turn), 0), up=(0, 0, 1),
-            resolution=(256, 1), angle_deg=120, near=NEAR, far=FAR,
-        ),
-    )  # fmt: skip
-
-
-SCANNER = (
-    Stock("fastHokuyo", SHAPE, (0, 0, 0.035), euler_deg=(0, 0, 0), mass=0.2),
-    *_half(1, -math.pi / 3),
-    *_half(2, math.pi / 3),
-    Stock("fastHokuyo_ref", DUMMY, (0, 0, 0)),
-)
 
 
 @pytest.fixture
@@ -62,13 +32,6 @@ def distances(client: int, sensor: str) -> list[float]:
     )
     assert (code, resolution) == (vrep.simx_return_ok, [256, 1])
     return [NEAR + share * (FAR - NEAR) for share in buffer]
-
-
-def test_model_and_its_copy_are_vreps_and_stand_still(world: World) -> None:
-    opened, client = world
-    check_copies(opened, client, FILE, SCANNER)
-    start_stepped(client)
-    check_idle(client, ("fastHokuyo#0", "fastHokuyo_sensor1#0"))
 
 
 def test_scanner_on_a_robot_measures_the_room_and_rides_along(world: World) -> None:

@@ -11,39 +11,18 @@ import pytest
 from model_checks import (
     FORCE,
     REVOLUTE,
-    check_copies,
-    check_still,
     load_model,
     position_of,
     rotation_of,
 )
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
-from small_stock import E_PUCK, NAO
+from small_stock import NAO
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ONESHOT = vrep.simx_opmode_oneshot
-
-
-MODELS = {"models/robots/mobile/e-puck.ttm": E_PUCK, "models/robots/mobile/NAO.ttm": NAO}
-SCENES = {
-    "e_puck": ("ePuck", "ePuck_leftRespondableWheel", "ePuck_topPart"),
-    "nao": ("NAO", "NAO_head", "NAO_leftHand", "NAO_rightFoot"),
-}
-
-
-@pytest.mark.parametrize("file", MODELS)
-def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
-    opened, client = world("stock_kinect")
-    check_copies(opened, client, file, MODELS[file])
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_scene_stands_still_for_a_minute(
-    world: Open, scene: str, record_property: Callable[[str, str], None]
-) -> None:
-    opened, client = world(scene)
-    check_still(opened, client, SCENES[scene], record_property)
 
 
 class Epuck:

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from model_checks import Stock, check_copies, check_idle, load_model, position_of, rotation_of
+from model_checks import Stock, load_model, position_of, rotation_of
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 from small_wheeled_stock import DR12, K_JUNIOR, KHEPERA, LUMIBOT
 
 import simx_client as vrep
+
+pytestmark = pytest.mark.slow
 
 World = tuple[RealWorld, int]
 
@@ -51,22 +53,6 @@ def world() -> Iterator[World]:
     opened = RealWorld("stock_kinect")
     yield opened, opened.client()
     opened.close()
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_model_and_its_copy_are_vreps(world: World, name: str) -> None:
-    opened, client = world
-    robot = ROBOTS[name]
-    check_copies(opened, client, "models/robots/mobile/" + robot.file, robot.rows)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_model_stands_still_for_a_minute(world: World, name: str) -> None:
-    _, client = world
-    robot = ROBOTS[name]
-    load_model(client, robot.file, (0.5, 0.5))
-    start_stepped(client)
-    check_idle(client, (robot.rows[0].name, robot.left))
 
 
 @pytest.mark.parametrize("name", ROBOTS)

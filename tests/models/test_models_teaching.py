@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from model_checks import check_still, load_model, position_of
+from model_checks import load_model, position_of
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
+
+pytestmark = pytest.mark.slow
 
 ONESHOT = vrep.simx_opmode_oneshot
 
@@ -20,14 +21,6 @@ SCENES = {
     "cart_pole": ("cart",),
     "two_link_arm": ("link2", "tip"),
 }
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_scene_stands_still_for_a_minute(
-    world: Open, scene: str, record_property: Callable[[str, str], None]
-) -> None:
-    opened, client = world(scene)
-    check_still(opened, client, SCENES[scene], record_property)
 
 
 @pytest.mark.parametrize("scene", SCENES)

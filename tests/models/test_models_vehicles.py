@@ -3,42 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from model_checks import check_copies, check_idle, check_still, load_model, position_of, rotation_of
+from model_checks import check_idle, load_model, position_of, rotation_of
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
-from vehicles_stock import ACKERMANN, MANTA, QUADRICOPTER
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 ONESHOT = vrep.simx_opmode_oneshot
-
-
-MODELS = {
-    "models/robots/mobile/Quadricopter.ttm": QUADRICOPTER,
-    "models/vehicles/simple Ackermann steering.ttm": ACKERMANN,
-    "models/vehicles/Manta with differential.ttm": MANTA,
-}
-SCENES = {
-    "quadricopter": ("Quadricopter", "Quadricopter_target", "Quadricopter_propeller_respondable1"),
-    "ackermann_line": ("nakedAckermannSteeringCar", "nakedCar_frontLeftWheel_respondable", "Vision_sensor"),
-}
-
-
-@pytest.mark.parametrize("file", MODELS)
-def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
-    opened, client = world("stock_kinect")
-    check_copies(opened, client, file, MODELS[file], at=(5.0, 5.5))
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_scene_stands_still_for_a_minute(
-    world: Open, scene: str, record_property: Callable[[str, str], None]
-) -> None:
-    opened, client = world(scene)
-    check_still(opened, client, SCENES[scene], record_property, settling=2.0)
 
 
 # The quadricopter: clients move the target, the model's own script flies.

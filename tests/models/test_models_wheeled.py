@@ -7,36 +7,12 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from model_checks import check_copies, check_still, load_model, position_of, rotation_of
+from model_checks import load_model, position_of, rotation_of
 from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped, step
-from wheeled_stock import BUBBLE_ROB, PIONEER, REMOTE_BUBBLE_ROB
 
 import simx_client as vrep
 
-MODELS = {
-    "models/robots/mobile/pioneer p3dx.ttm": PIONEER,
-    "bubbleRob.ttm": BUBBLE_ROB,
-    "remoteApiControlledBubbleRob.ttm": REMOTE_BUBBLE_ROB,
-}
-SCENES = {
-    "pioneer_p3dx": ("Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_caster_wheel"),
-    "bubblerob": ("remoteApiControlledBubbleRob", "remoteApiControlledBubbleRobLeftMotor"),
-    "bubblerob_tutorial": ("bubbleRob", "bubbleRob_leftMotor"),
-}
-
-
-@pytest.mark.parametrize("file", MODELS)
-def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
-    opened, client = world("stock_kinect")
-    check_copies(opened, client, file, MODELS[file])
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_scene_stands_still_for_a_minute(
-    world: Open, scene: str, record_property: Callable[[str, str], None]
-) -> None:
-    opened, client = world(scene)
-    check_still(opened, client, SCENES[scene], record_property)
+pytestmark = pytest.mark.slow
 
 
 COPIES = {

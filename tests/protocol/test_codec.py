@@ -24,6 +24,8 @@ from simx_client.protocol.codec import (
 )
 from simx_client.protocol.messages import Batch, Call, Delivery, Greeting, Reply, Welcome
 
+pytestmark = pytest.mark.slow
+
 int32 = st.integers(-(2**31), 2**31 - 1)
 float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
 values = st.recursive(

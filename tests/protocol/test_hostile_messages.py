@@ -16,8 +16,10 @@ from simx_client.protocol import codec
 from simx_client.protocol.codec import CodecError, decode_batch, decode_callers, encode
 from simx_client.protocol.kinds import KINDS
 from simx_client.protocol.messages import STATUS_REMOTE_ERROR, Batch, Call
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.limits import Limits
+
+pytestmark = pytest.mark.slow
 
 CASES = 6000
 

@@ -12,12 +12,12 @@ from processes import ROOT, read_line, running
 import simx_client as v
 from simx_client.protocol.messages import PROTOCOL_VERSION
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 SERVER = """
 import logging, runpy, sys
 logging.basicConfig(level=logging.WARNING)
-import simx_server.gateways.zenoh as gateway
+import simx_server.gateways.zenoh.gateway as gateway
 gateway.OLDEST_PROTOCOL = gateway.PROTOCOL_VERSION = {version}
 if {notices_nothing}:
     gateway.choose_version = lambda *spoken: {version}

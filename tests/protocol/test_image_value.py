@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simx_client.legacy.images import DepthBuffer, VisionImage
+from simx_client.calls.images import DepthBuffer, VisionImage
 
 WIDTH, HEIGHT = 4, 3
 RECEIVED = bytes((7 * i + 120) % 256 for i in range(WIDTH * HEIGHT * 3))
@@ -349,7 +349,7 @@ def test_values_work_without_numpy(tmp_path: Path) -> None:
     (tmp_path / "numpy.py").write_text("raise ImportError('not here')\n")
     program = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from simx_client.legacy.images import VisionImage, DepthBuffer\n"
+        "from simx_client.calls.images import VisionImage, DepthBuffer\n"
         "assert 'numpy' not in sys.modules\n"
         "image = VisionImage.from_bytes(bytes([0, 127, 128, 255, 1, 2]), 2, 1)\n"
         "assert image == [0, 127, -128, -1, 1, 2], image\n"

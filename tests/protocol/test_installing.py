@@ -16,6 +16,8 @@ from packaging.requirements import Requirement
 
 from simx_client.protocol.cli import installing
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS: dict[str, list[str]] = PROJECT["optional-dependencies"]
@@ -121,7 +123,7 @@ def test_no_hint_is_written_by_hand() -> None:
         path
         for folder in ("simx_client", "simx_server", "examples", "bench", "tests")
         for path in (ROOT / folder).rglob("*.py")
-        if path.name not in ("installing.py", "test_installing.py") and "legacy" not in path.parts
+        if path.name not in ("installing.py", "test_installing.py") and "old_programs" not in path.parts
     ]
     assert len(files) > 100
     found = {path.name: BY_HAND.findall(path.read_text(encoding="utf-8")) for path in files}

@@ -16,10 +16,13 @@ import pytest
 from processes import server
 from real_world import RealWorld
 
-from simx_client.protocol import codec, link
+from simx_client.protocol import codec
 from simx_client.protocol.codec import CodecError
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, choose_version, no_common_version
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_client.protocol.zenoh import link
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 FIXTURES = Path(__file__).parent / "fixtures"
 V1 = FIXTURES / "protocol_1"

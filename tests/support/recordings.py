@@ -20,15 +20,15 @@ from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import Batch, Call
 from simx_server.app.server import attach_outputs, open_world, serve
-from simx_server.app.settings import Settings
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.recording import Recorder
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
-from simx_server.runtime.sessions import ClientSession
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
 

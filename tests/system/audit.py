@@ -31,7 +31,7 @@ ALLOWED = (
 )
 """Beginnings of the licences that what simx needs may have: of those, nothing but a notice is asked of its users."""
 
-PATIENCE = 300.0
+TIMEOUT = 300.0
 """Seconds for all questions to the database; each has five."""
 
 
@@ -106,7 +106,7 @@ def ask_database() -> str:
     command = [sys.executable, "-m", "pip_audit", "--local", "--skip-editable", "--format", "json"]
     options = ["--progress-spinner", "off", "--timeout", "5"]
     try:
-        return subprocess.run([*command, *options], capture_output=True, text=True, timeout=PATIENCE).stdout
+        return subprocess.run([*command, *options], capture_output=True, text=True, timeout=TIMEOUT).stdout
     except subprocess.TimeoutExpired:
         return ""
 

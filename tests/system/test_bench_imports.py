@@ -9,6 +9,8 @@ from vrep_writer import VrepWriter
 
 from bench.imports.__main__ import main, tally
 
+pytestmark = pytest.mark.slow
+
 
 def put(path: Path, script: str = "") -> None:
     writer = VrepWriter(21)

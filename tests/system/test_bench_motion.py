@@ -8,8 +8,10 @@ from bench.motion.__main__ import ARMS, DRIVES, SCENES
 from bench.motion.arms import arm
 from bench.motion.cars import CARS, drive
 from bench.motion.drives import differential, mecanum
-from bench.motion.grasps import trial
-from bench.motion.hands import SHIPPED
+from bench.motion.holding.grasps import trial
+from bench.motion.holding.hands import SHIPPED
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_robot_on_two_wheels_drives_straight_and_turns_as_its_wheels_say() -> None:

@@ -53,6 +53,8 @@ from bench.measuring.report import (
 from bench.ros2 import steps
 from bench.world import edits, scenes, sensors, step
 
+pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.gl]
+
 TINY = Effort(sets=1, rounds=1, factor=0.02, least=1)
 
 

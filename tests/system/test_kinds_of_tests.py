@@ -1,4 +1,4 @@
-"""The markers system, gl and browser: which tests get them."""
+"""The markers system and gl: which tests get them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,7 @@ from pathlib import Path
 
 import kinds_of_tests
 import pytest
-from kinds_of_tests import BROWSER, GL, STARTS_BY_LIBRARY, TESTS
 from processes import ROOT
-
-
-def test_every_listed_file_is_there() -> None:
-    there = {path.stem for path in TESTS.rglob("test_*.py")}
-    assert {*BROWSER, *GL, *STARTS_BY_LIBRARY} <= there
 
 
 @pytest.mark.parametrize(
@@ -39,7 +33,7 @@ def test_a_file_that_imports_what_starts_processes_is_of_the_system(
 
 
 def test_a_test_that_casts_rays_needs_no_opengl() -> None:
-    """Of a file that is listed, those tests that render with both back ends."""
+    """Of the tests that render with both back ends."""
     command = [
         sys.executable,
         "-m",

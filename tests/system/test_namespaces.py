@@ -21,7 +21,9 @@ from typing import Any
 import pytest
 from processes import ROOT, read_line, running, wait_until
 
-PATIENCE = 30.0
+pytestmark = pytest.mark.slow
+
+TIMEOUT = 30.0
 HOSTS = ("client", "north", "east")
 READ = """
 import simx_client as v
@@ -107,7 +109,7 @@ class Lab:
 
     def run(self, host: str, *arguments: object) -> str:
         done = subprocess.run(
-            self.command(host, *arguments), capture_output=True, text=True, cwd=ROOT, timeout=PATIENCE
+            self.command(host, *arguments), capture_output=True, text=True, cwd=ROOT, timeout=TIMEOUT
         )
         return done.stdout
 
@@ -146,14 +148,14 @@ def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(scene
             router = f"tcp/{hosts.router_of(realm)}:7447"
             hosts.start(realm, "-m", "simx_server", scene, "--port", 0, "--realm", realm, "--connect", router)
         both = {"north": "stopped", "east": "stopped"}
-        assert wait_until(lambda: hosts.listed() == both, PATIENCE)
+        assert wait_until(lambda: hosts.listed() == both, TIMEOUT)
         assert hosts.read("north") == hosts.read("east") == "0"
         hosts.tell_cable("east", "cut")
         assert hosts.listed()["east"] == "no answer"
         assert hosts.read("north") == "0"
-        assert wait_until(lambda: hosts.listed() == {"north": "stopped"}, PATIENCE)
+        assert wait_until(lambda: hosts.listed() == {"north": "stopped"}, TIMEOUT)
         hosts.tell_cable("east", "mend")
-        assert wait_until(lambda: hosts.listed() == both, PATIENCE)
+        assert wait_until(lambda: hosts.listed() == both, TIMEOUT)
         assert hosts.read("east") == "0"
 
 
@@ -196,7 +198,7 @@ def test_a_slow_network_that_loses_packets_is_slow_and_loses_no_call(
 
         def seconds_until(is_so: Callable[[dict[str, Any]], bool]) -> float:
             began = time.monotonic()
-            assert wait_until(lambda: is_so(caller.tell("look")), PATIENCE)
+            assert wait_until(lambda: is_so(caller.tell("look")), TIMEOUT)
             return time.monotonic() - began
 
         figures = [f"{'well':>22}: {caller.calls(50)[1]:.1f} ms a call"]

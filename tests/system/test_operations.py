@@ -17,8 +17,8 @@ from processes import ROOT
 from simx_client.cli.status import command as status
 from simx_client.protocol.reports import Metrics
 from simx_server.app import cli
-from simx_server.app.log_format import JsonFormatter
-from simx_server.app.settings import Settings
+from simx_server.processes.log_format import JsonFormatter
+from simx_server.settings.settings import Settings
 
 PAGE = (ROOT / "docs" / "operations.md").read_text()
 RECIPES = dict(re.findall(r"^```(?:ini|dockerfile) (\S+)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE))
@@ -93,6 +93,6 @@ def test_every_field_of_the_table_is_told() -> None:
 def test_line_of_the_log_is_as_shown() -> None:
     (shown,) = re.findall(r"^```json\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
     record = logging.makeLogRecord(
-        {"name": "simx_server.runtime.clock", "levelno": 30, "levelname": "WARNING", "msg": "x"}
+        {"name": "simx_server.service.clock", "levelno": 30, "levelname": "WARNING", "msg": "x"}
     )
     assert json.loads(shown).keys() == json.loads(JsonFormatter().format(record)).keys()

@@ -19,10 +19,12 @@ from routers import router
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.discovery import find_servers, measure_servers
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
+from simx_client.protocol.zenoh import keys, link
+
+pytestmark = pytest.mark.slow
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 TIMEOUT = 5000

@@ -21,6 +21,8 @@ from processes import ROOT, server
 
 from simx_client.protocol.version import __version__
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 pytest.importorskip("hatchling")
 pytest.importorskip("pip")
 

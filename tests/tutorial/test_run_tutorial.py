@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from launching import python, write_script
 
+pytestmark = pytest.mark.slow
+
 BESIDE = Path(__file__).parents[3] / "shared" / "seed" / "robotControl.py"
 TUTORIAL = os.environ.get("TUTORIAL_SCRIPT") or (str(BESIDE) if BESIDE.exists() else "")
 
@@ -38,7 +40,7 @@ PYGAME_IMAGE = "def load(path):\n    return open(path, 'rb').read()\n"
 LAUNCH = """
 import sys
 import simx_client, simx_client.launch.run
-from simx_client.legacy.images import VisionImage
+from simx_client.calls.images import VisionImage
 calls = []
 def answer(name, value):
     def function(*arguments):

@@ -9,7 +9,9 @@ from scenes_for_tests import world_of
 
 from simx_server.files.library import find_scene
 from simx_server.scene.editing import editing
-from simx_server.scene.geometry import frames
+from simx_server.scene.poses import frames
+
+pytestmark = pytest.mark.slow
 
 GRASP = (78.0, 12.2, 110.7, -32.9, -90.0, -12.0)
 """Degrees; the pads are around a ball of 50 mm on the floor, pointing down."""

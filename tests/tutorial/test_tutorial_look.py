@@ -16,13 +16,15 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 POSE = np.radians([95.98, -55.02, 85.55, 9.75, -87.13, 0.5])
 """The arm where the tutorial's author took his picture."""
 
 FOCAL = 320 / math.tan(math.radians(57) / 2)
 YELLOW = (-0.644, 0.274)
 
-Picture = NDArray[np.int64]
+CameraImage = NDArray[np.int64]
 
 
 def floor_texture() -> ModuleType:
@@ -43,11 +45,11 @@ class View:
         sensor = handle_of(client, "kinect_rgb")
         code, resolution, image = vrep.simxGetVisionSensorImage(client, sensor, 0, BLOCKING)
         assert (code, resolution) == (vrep.simx_return_ok, [640, 480])
-        self.picture: Picture = np.array(image, dtype=np.uint8).reshape(480, 640, 3)[::-1].astype(int)
+        self.picture: CameraImage = np.array(image, dtype=np.uint8).reshape(480, 640, 3)[::-1].astype(int)
         camera = world.simulation.data.camera("kinect_rgb")
         self._place, self._axes = camera.xpos.copy(), camera.xmat.reshape(3, 3).copy()
 
-    def pixels(self, points: NDArray[np.float64]) -> Picture:
+    def pixels(self, points: NDArray[np.float64]) -> CameraImage:
         """(n, 3) colours of points (n, 3) that are in the picture; those outside are left out."""
         x, y, z = self._axes.T @ (points - self._place).T
         column, row = np.rint(320 - FOCAL * x / z), np.rint(240 + FOCAL * y / z)

@@ -7,7 +7,9 @@ import pytest
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as v
-from simx_server.sensors.vision.warm_up import warm_up
+from simx_server.world.warm_up import warm_up
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 VIEW = [90, -45, 90, 0, -100, 0]  # degrees: ball, green cube and yellow cylinder are in the picture
 GRASP = [78.0, 12.2, 110.7, -32.9, -90.0, -12.0]  # the pads stand around a ball at (-0.2, 0.35, 0.025)

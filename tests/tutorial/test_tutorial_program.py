@@ -13,7 +13,7 @@ import pytest
 from processes import ROOT, read_line, running, server, wait_until
 
 import simx_client as v
-from simx_client.connection.redirect import VARIABLE, format_redirects
+from simx_client.transport.redirect import VARIABLE, format_redirects
 
 PROGRAM = ROOT.parent / "shared" / "seed" / "robotControl.py"
 TOOLS = ("Xvfb", "xdotool")
@@ -21,6 +21,7 @@ BLOCKING = v.simx_opmode_blocking
 
 missing = [tool for tool in TOOLS if shutil.which(tool) is None]
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(bool(missing), reason=f"{missing} missing: apt-get install xvfb xdotool"),
     pytest.mark.skipif(not PROGRAM.exists(), reason="the tutorial's program is not beside this repository"),
 ]

@@ -11,7 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.loader import load_scene
-from simx_server.world.simulation import Simulation
+from simx_server.simulation.simulation import Simulation
+
+pytestmark = pytest.mark.slow
 
 Array = NDArray[np.float64]
 

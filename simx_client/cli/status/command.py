@@ -15,10 +15,10 @@ from simx_client.cli import discovery_flags
 from simx_client.cli.command_parser import command_parser, program
 from simx_client.cli.listing import NO_ANSWER
 from simx_client.connection.discovery import Measured, Unreachable, measure_servers, silent_servers
-from simx_client.connection.endpoints import ServerAddress
 from simx_client.protocol import roster
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
-from simx_client.protocol.keys import check_chunk
+from simx_client.protocol.zenoh.keys import check_chunk
+from simx_client.transport.endpoints import ServerAddress
 
 from .prometheus import exposition
 from .text import description

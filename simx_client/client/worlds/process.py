@@ -14,11 +14,11 @@ from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection as Pipe
 from typing import Any
 
+from simx_client.calls.marshalling import Shape
 from simx_client.client.opening import open_embedded
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.errors import ConnectionFailed
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import Reply
 

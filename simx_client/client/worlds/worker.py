@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Sequence
 from multiprocessing.connection import Connection as Pipe
 from typing import Any, NamedTuple
 
+from simx_client.calls.marshalling import Shape
 from simx_client.errors import ConnectionFailed
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.messages import Reply, of_fields
 
 STARTS_WITHIN = 120.0

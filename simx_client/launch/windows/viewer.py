@@ -15,11 +15,11 @@ import msgpack
 
 from simx_client.client.channel import Channel
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_address
+from simx_client.protocol.add_ons import windows as w
+from simx_client.transport.endpoints import find_address
 from simx_client.transport.zenoh import ZenohTransport
 
 from ...errors import SimxError
-from ...protocol import windows as w
 from . import screen as s
 from .outbox import Outbox
 

@@ -12,7 +12,7 @@ from simx_server.sensors.opengl.libraries import INSTALL_HINT, install_advice
 from .child import ProbeFailed, run_probe
 from .findings import OK, PROBLEM, WARNING, Finding
 
-PICTURE_PATIENCE = 120.0
+IMAGE_TIMEOUT = 120.0
 """Time-out in seconds, for a large scene on a busy machine."""
 
 
@@ -47,11 +47,11 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
         yield Finding(WARNING, "graphics", "pictures are made by casting rays, which is slower", INSTALL_HINT)
 
 
-def check_picture(scene: str | None) -> Finding:
+def check_image(scene: str | None) -> Finding:
     """Render the first vision sensor of the scene that a server would load, in a separate process."""
     arguments = () if scene is None else (scene,)
     try:
-        found = run_probe("simx_server.app.doctor.image_probe", *arguments, timeout=PICTURE_PATIENCE)
+        found = run_probe("simx_server.app.doctor.image_probe", *arguments, timeout=IMAGE_TIMEOUT)
     except ProbeFailed as error:
         advice = "see what is said of graphics above; MUJOCO_GL=disable casts rays in place of OpenGL"
         return Finding(PROBLEM, "picture", f"no test picture: {error}", advice)

@@ -14,7 +14,7 @@ from simx_server.sensors.opengl.mujoco_import import import_mujoco
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
-PATIENCE = 100.0
+TIMEOUT = 100.0
 """Time-out in seconds for one image."""
 
 
@@ -22,7 +22,7 @@ def main(arguments: list[str]) -> int:
     """Print the result; return exit status 1 with a reason on stderr when the image cannot be made."""
     import_mujoco()
     from simx_server.errors import CommandError
-    from simx_server.sensors.vision.image import RenderError
+    from simx_server.scene.cameras.image import RenderError
 
     try:
         found = _look(arguments[0] if arguments else None)
@@ -37,8 +37,8 @@ def _look(scene: str | None) -> dict[str, Any]:
     import numpy as np
 
     from simx_server.app.server import open_world
-    from simx_server.app.settings import Settings
     from simx_server.scene.objects import ObjectKind
+    from simx_server.settings.settings import Settings
 
     with ExitStack() as stack:
         world = open_world(Settings(scene=scene), stack)
@@ -48,12 +48,12 @@ def _look(scene: str | None) -> dict[str, Any]:
             return {"scene": simulation.scene.name, "sensor": None}
         handle = sensors[0]
         _look_at_all(world, handle)
-        (width, height), pixels = world.vision.image(handle, as_grey=False).result(PATIENCE)
-        _, depths = world.vision.depth(handle).result(PATIENCE)
+        (width, height), pixels = world.vision.image(handle, as_grey=False).result(TIMEOUT)
+        _, depths = world.vision.depth(handle).result(TIMEOUT)
         simulation.start()
         world.step()
         began = time.perf_counter()
-        world.vision.image(handle, as_grey=False).result(PATIENCE)
+        world.vision.image(handle, as_grey=False).result(TIMEOUT)
         took = time.perf_counter() - began
         backend = world.rendering.backend
         colours = np.frombuffer(pixels, np.uint8).reshape(-1, 3)

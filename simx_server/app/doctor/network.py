@@ -12,7 +12,7 @@ from .child import ProbeFailed, run_probe
 from .findings import OK, PROBLEM, WARNING, Finding
 
 LOOPBACK = "127.0.0.1"
-ZENOH_PATIENCE = 30.0
+ZENOH_TIMEOUT = 30.0
 """Time-out in seconds; without problems it takes less than one."""
 
 
@@ -79,7 +79,7 @@ def _listening_inode(port: int) -> str | None:
 def check_zenoh() -> Finding:
     """Open one session that listens and another that sends it a query."""
     try:
-        found = run_probe("simx_server.app.doctor.zenoh_probe", timeout=ZENOH_PATIENCE)
+        found = run_probe("simx_server.app.doctor.zenoh_probe", timeout=ZENOH_TIMEOUT)
     except ProbeFailed as error:
         text = f"two sessions on {LOOPBACK} could not talk: {error}"
         return Finding(

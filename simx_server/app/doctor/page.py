@@ -11,7 +11,7 @@ from dataclasses import asdict
 
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.cli.terminal import Paint
-from simx_server.app.settings import Settings, port_of
+from simx_server.settings.settings import Settings, port_of
 
 from . import graphics, machine, network
 from .findings import OK, PROBLEM, WARNING, Finding
@@ -33,7 +33,7 @@ def checks(settings: Settings) -> list[Check]:
         lambda: network.check_ports([*settings.ports, *map(port_of, settings.legacy_ports)]),
         lambda: [network.check_zenoh()],
         graphics.check_backends,
-        lambda: [graphics.check_picture(settings.scene)],
+        lambda: [graphics.check_image(settings.scene)],
     ]
 
 

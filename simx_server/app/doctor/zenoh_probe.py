@@ -8,11 +8,11 @@ import sys
 import time
 from typing import Any
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 KEY = "simx/doctor"
 QUESTIONS = 20
-PATIENCE = 5.0
+TIMEOUT = 5.0
 """Time-out in seconds for one answer."""
 
 
@@ -47,13 +47,13 @@ def _answer(query: Any) -> None:
 
 def _ask(session: Any) -> float:
     """Return the seconds of one query and its answer. Raises TimeoutError."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline:  # until the two have found each other
         began = time.perf_counter()
-        if any(reply.ok is not None for reply in session.get(KEY, timeout=PATIENCE)):
+        if any(reply.ok is not None for reply in session.get(KEY, timeout=TIMEOUT)):
             return time.perf_counter() - began
         time.sleep(0.01)
-    raise TimeoutError(f"no answer within {PATIENCE:g} s")
+    raise TimeoutError(f"no answer within {TIMEOUT:g} s")
 
 
 if __name__ == "__main__":

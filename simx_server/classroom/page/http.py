@@ -119,7 +119,8 @@ class HttpServer:
                     HTTPStatus.SERVICE_UNAVAILABLE, "There are too many connections to this page.\n"
                 )
             while await self._serve_one(reader, writer):
-                pass
+                # Requests that are here already would keep the other connections waiting.
+                await asyncio.sleep(0)
         except BadRequest as bad:
             writer.write(bad.response.packed(is_head=False, stays=False))
         except (OSError, TimeoutError, EOFError):

@@ -22,7 +22,7 @@ logger = logging.getLogger(__name__)
 REPORT_AGE = 0.7
 """Seconds for which a report is new enough."""
 
-PICTURE_AGE = {"small": 0.4, "large": 0.2}
+IMAGE_AGE = {"small": 0.4, "large": 0.2}
 """The same for an image, by size."""
 
 ANSWERS_WITHIN = 5.0
@@ -43,7 +43,7 @@ _numbers = itertools.count(time.monotonic_ns())
 """Numbers of requests; a page that is started again must not take answers to the page before for its own."""
 
 
-class NoPicture(Exception):
+class NoImage(Exception):
     """No image can be had now; the text has the reason."""
 
 
@@ -76,7 +76,7 @@ class SeatView:
         """When the report that is under way was requested."""
 
         self._reporting: asyncio.Task[None] | None = None
-        self._kept = {size: _Kept() for size in PICTURE_AGE}
+        self._kept = {size: _Kept() for size in IMAGE_AGE}
         self._problem = ""
         """Why the last image could not be made."""
 
@@ -91,7 +91,7 @@ class SeatView:
         seat.setblocking(False)
         self._channel, self._is_ready = seat, is_ready
         self._report, self._report_at, self._asked_at = {}, -1e9, None
-        self._kept = {size: _Kept() for size in PICTURE_AGE}
+        self._kept = {size: _Kept() for size in IMAGE_AGE}
         self._problem, self._rest, self._rests_until, self._has_drawn = "", REST, -1e9, False
         asyncio.get_running_loop().add_reader(seat, self._read)
 
@@ -207,7 +207,7 @@ class SeatView:
             NoPicture: there is none; the text has the reason.
         """
         kept = self._kept[size]
-        if time.monotonic() - kept.at <= PICTURE_AGE[size]:
+        if time.monotonic() - kept.at <= IMAGE_AGE[size]:
             return kept.jpeg
         if kept.task is None:
             kept.task = asyncio.create_task(self._draw(kept, size))
@@ -218,18 +218,18 @@ class SeatView:
         now = time.monotonic()
         is_busy = self._asked_at is not None and now - self._asked_at > BUSY_AFTER
         if is_busy or now < self._rests_until:  # it must not keep the images of other seats waiting
-            raise NoPicture(self._problem or "the seat is busy")
+            raise NoImage(self._problem or "the seat is busy")
         try:
             async with self._gate:
                 answer = await self._ask(size=size)
         except TimeoutError:
             self._rest_a_while()
-            raise NoPicture(self._problem or "the renderer of the seat starts") from None
+            raise NoImage(self._problem or "the renderer of the seat starts") from None
         except OSError as problem:
-            raise NoPicture(str(problem)) from None
+            raise NoImage(str(problem)) from None
         if not answer.picture:
             self._problem = str(answer.fields.get("problem", "no image could be made"))
-            raise NoPicture(self._problem)
+            raise NoImage(self._problem)
         self._problem, self._rest, self._has_drawn = "", REST, True
         kept.at, kept.jpeg = time.monotonic(), answer.picture
         return answer.picture

@@ -23,7 +23,7 @@ from simx_server.gateways.descriptors import raise_limit
 from . import texts
 from .access import Access
 from .http import HttpServer, Request, Response
-from .seat_view import PICTURE_AGE, NoPicture, SeatView
+from .seat_view import IMAGE_AGE, NoImage, SeatView
 
 logger = logging.getLogger(__name__)
 
@@ -181,13 +181,11 @@ class ClassPage:
 
     async def _picture(self, request: Request, seat: Seat) -> Response:
         size = request.query.get("size", "small")
-        if size not in PICTURE_AGE:
-            return _refusal(
-                HTTPStatus.BAD_REQUEST, f"There is no such size; valid: {', '.join(PICTURE_AGE)}."
-            )
+        if size not in IMAGE_AGE:
+            return _refusal(HTTPStatus.BAD_REQUEST, f"There is no such size; valid: {', '.join(IMAGE_AGE)}.")
         try:
             return Response(HTTPStatus.OK, await self.views[seat.number].picture(size), "image/jpeg")
-        except NoPicture as problem:
+        except NoImage as problem:
             return _refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"There is no image: {problem}.")
 
     async def _reset(self, _: Request, seat: Seat) -> Response:

@@ -20,12 +20,12 @@ from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values, through_message
 from simx_client.transport.direct import DirectFunction
-from simx_server.runtime.answers import Answer
-from simx_server.runtime.direct import DirectCall
-from simx_server.runtime.replies import Instant
-from simx_server.runtime.server_loop import ServerLoop
-from simx_server.runtime.sessions import ClientSession
-from simx_server.runtime.streams import Stream
+from simx_server.service.answers.answers import Answer
+from simx_server.service.answers.replies import Instant
+from simx_server.service.answers.streams import Stream
+from simx_server.service.calls.direct import DirectCall
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.service.server_loop import ServerLoop
 
 from .turns import Turns
 
@@ -267,7 +267,7 @@ class EmbeddedTransport:
     def publish(self, payload: bytes) -> None:
         self._stream.append(payload)
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         self._pictures[stream_id] = payload
         self._came.set()
 

@@ -12,8 +12,8 @@ import threading
 import time
 from collections import deque
 
-from simx_server.runtime.server_loop import LOOK, ServerLoop
-from simx_server.world.interruptions import nothing
+from simx_server.service.server_loop import LOOK, ServerLoop
+from simx_server.simulation.interruptions import nothing
 
 GIVE_WAY = 0.01
 """Most seconds that the pacing thread waits for a caller to take its turn."""

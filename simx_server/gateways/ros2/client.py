@@ -17,12 +17,12 @@ from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Oper
 from simx_client.protocol.messages import Call as TableCall
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
-from simx_server.runtime.admission.places import Entrance
+from simx_server.service.clients.admission.places import Entrance
 
 from .endpoints import Call
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 _EXECUTE = int(Operation.EXECUTE)
 
@@ -122,7 +122,7 @@ class Ros2Client:
     def publish(self, payload: bytes) -> None:
         """Do nothing: streams of the remote API are not used."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing: streams of the remote API are not used."""
 
     def close(self) -> None:

@@ -10,9 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
+from simx_server.ros2_messages import MessageError, MessageType, ServiceType
 
 from .endpoints import Commanded, Message, Moment, Published, Served
-from .messages import MessageError, MessageType, ServiceType
 from .wire.endpoint import Endpoint
 from .wire.publisher import Publisher
 from .wire.service import Request, Service

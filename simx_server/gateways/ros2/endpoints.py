@@ -23,7 +23,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .wire.names import Distribution, Place
 from .wire.qos import Qos

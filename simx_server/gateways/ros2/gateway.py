@@ -13,18 +13,19 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
+from simx_server import ros2_messages as messages
+from simx_server.gateways.zenoh.posting import Care, Postman
+from simx_server.gateways.zenoh.throttle import Throttle
 from simx_server.limits import LimitReached
 from simx_server.scene.editing.twins import Twins
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 
 from ..errors import GatewayError
 from ..exposure import is_beyond_loopback
 from ..outsider_log import OutsiderLog
-from ..posting import Care, Postman
-from ..throttle import Throttle
-from . import messages
+from .annotated.helper import SET_STEPPING, TRIGGER
 from .client import Ros2Client
 from .content.catalogue import CONTENT
 from .endpoints import Content, Context, Moment, Offer
@@ -32,11 +33,12 @@ from .offered import Offered
 from .scripts import ScriptTopics
 from .wire.endpoint import Endpoint
 from .wire.names import Distribution, Place
+from .wire.pulse import Pulse
 from .wire.session import Ros2Session, Router
 from .wire.subscription import Guard
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
 
@@ -68,7 +70,8 @@ class Ros2Gateway(Part):
         self._simulation = loop.simulation
         is_humble = options.distribution is Distribution.HUMBLE
         self._types = messages.humble() if is_humble else messages.Types(messages.BY_NAME, messages.SERVICES)
-        self._session = Ros2Session(options.place, options.router)
+        self._pulse = Pulse(options.place, options.place.full(TRIGGER))
+        self._session = Ros2Session(options.place, options.router, self._pulse)
         endpoint = options.router.endpoint
         self.endpoint = f"ros2/{'router/' if options.router.is_self else ''}{endpoint}"
         """For the line that says that the server is ready."""
@@ -174,6 +177,7 @@ class Ros2Gateway(Part):
         elif self._seen[1] != simulation.model_version and now >= self._next_renewal:
             self._next_renewal = now + REPEAT  # a script may write the model in each simulation step
             self._renew()
+        self._look_for_life()
         if now < self._next_repeat:
             return
         self._next_repeat = now + REPEAT
@@ -184,6 +188,16 @@ class Ros2Gateway(Part):
         for outlet in self._offered.outlets:
             if outlet.offer.repeats or not waits_for_step:
                 outlet.repeat(moment)
+
+    def _look_for_life(self) -> None:
+        """End the stepped mode when the nodes that trigger steps are frozen, or have gone."""
+        pulse, session = self._pulse, self._client.session
+        if session.is_stepping != pulse.is_wanted:
+            pulse.forget()
+            pulse.is_wanted = session.is_stepping
+        if session.is_waiting and pulse.problem:
+            self._loop.end_stepping(self._client.key, f"{pulse.problem}; {SET_STEPPING} sets it again")
+            pulse.forget()
 
     def _moment(self) -> Moment:
         return Moment.of(self._simulation.step_count, self._simulation.time_step)

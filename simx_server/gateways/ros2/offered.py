@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from simx_server import ros2_messages as messages
 from simx_server.errors import CommandError
 
-from . import messages
 from .desk import Desk, Intake, Outlet
 from .endpoints import Commanded, Followed, Offer, Published, Served
 from .wire.endpoint import Endpoint

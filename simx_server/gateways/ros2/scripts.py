@@ -7,12 +7,12 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
+from simx_server import ros2_messages as messages
 from simx_server.errors import CommandError
 from simx_server.parts.communication.ros2_topics import TopicQuality
+from simx_server.ros2_messages import MessageError, MessageType, ServiceType
 from simx_server.sensors.vision.futures import then
 
-from . import messages
-from .messages import MessageError, MessageType, ServiceType
 from .wire.endpoint import Endpoint
 from .wire.names import Distribution, Place, is_name
 from .wire.publisher import Publisher

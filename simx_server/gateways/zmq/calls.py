@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
+from simx_server import sim_api as api
 from simx_server.errors import CommandError
-from simx_server.scripting import api
 from simx_server.scripting.interpreter import Function, Waiting
-from simx_server.scripting.namespaces import signatures
-from simx_server.world.simulation import SimulationState
+from simx_server.sim_api.namespaces import signatures
+from simx_server.simulation.simulation import SimulationState
 
 from . import permissions
 from .forms import adjusted

@@ -15,14 +15,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
-from simx_server.runtime.admission.places import Entrance
-from simx_server.runtime.sessions import ClientSession
-from simx_server.scripting.interpreter import PATIENCE
-from simx_server.scripting.namespaces import Namespaces
+from simx_server.scripting.interpreter import TIMEOUT
 from simx_server.scripting.script import Script, ScriptKind
-from simx_server.world.part import Part
+from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.sim_api.namespaces import Namespaces
+from simx_server.simulation.part import Part
 
-from .connection import Connection, too_long
+from .connection import Connection
 from .demands import demands_of_message
 from .functions import described
 from .peer import NUMBER_BYTES, Peer, SocketPeer, number_of, with_number
@@ -30,7 +30,7 @@ from .reading import only_reads
 from .wire import language_of
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
@@ -40,6 +40,9 @@ FIRST_HANDLE = 3_000_003
 
 ONE_CALL = 5.0
 """Seconds after which a client that has made one call only gives its place to another one, if all are taken."""
+
+LEAST_REST = 0.05
+"""Seconds that functions of a client may hold others in one call without consequences: a simulation step."""
 
 Answer = Callable[[Peer, Any], None]
 
@@ -92,7 +95,7 @@ class _Link:
     def publish(self, payload: bytes) -> None:
         """Do nothing: the protocol has no streams."""
 
-    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
         """Do nothing: the protocol has no streams."""
 
     def close(self) -> None:
@@ -127,6 +130,9 @@ class ZmqClients(Part):
         self._next_handle = first_handle
         self._waiting: dict[Connection, None] = {}
         """Connections whose call waits for a simulation step, in the order of their calls."""
+
+        self._resting: dict[str, float] = {}
+        """Clients that are not served, and until when."""
 
         loop.idlers.append(self)
         loop.metrics.more_commands = _Functions()
@@ -205,6 +211,7 @@ class ZmqClients(Part):
             self._waiting.pop(connection, None)
         if self._clients.get(client.key) is client:
             del self._clients[client.key]
+            self._resting.pop(client.key, None)
 
     # --- messages --------------------------------------------------------------------------------
 
@@ -252,11 +259,28 @@ class ZmqClients(Part):
                 connection.has_answered()
                 return queue.popleft() or f"the client has left within its function {name}"
             began = time.perf_counter()
-            self.loop.sockets.poll(PATIENCE)
-            connection.has_waited(time.perf_counter() - began)
+            self.loop.sockets.poll(TIMEOUT)
+            seconds = time.perf_counter() - began
+            connection.has_waited(seconds, others_wait=self.loop.others_wait_for(connection.client.key))
             if not queue and not simulation.physics_calls.is_in_step:
                 simulation.interruptions.serve_others()
-        return "the server ends" if simulation.is_ending else too_long(name)
+        return "the server ends" if simulation.is_ending else connection.too_long(name)
+
+    def has_held_others(self, client: Client, seconds: float) -> None:
+        """Have a client rest for as long as others have waited for its functions in one call, or one step of it.
+
+        Else a client that calls again at once would leave them one simulation step a call.
+        """
+        if seconds > LEAST_REST and not client.session.is_stepping:
+            self._resting[client.key] = time.monotonic() + seconds
+            self.loop.suspend(client.key, True)
+
+    def look(self) -> None:
+        """Go on with the clients that have rested; now and then."""
+        now = time.monotonic()
+        for key in [key for key, until in self._resting.items() if until <= now]:
+            del self._resting[key]
+            self.loop.suspend(key, False)
 
     # --- calls that wait -------------------------------------------------------------------------
 

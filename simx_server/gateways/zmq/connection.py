@@ -9,13 +9,13 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
+from simx_server import sim_api as api
 from simx_server.errors import CommandError, UnknownName
-from simx_server.runtime.monitoring.metrics import UNKNOWN
-from simx_server.scripting import api
 from simx_server.scripting.interpreter import ScriptError, Waiting
+from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
 from .functions import described
@@ -40,15 +40,21 @@ _STEPS = ("sim.step", "sim.setStepping")
 """Functions that come with every step of a client that steps."""
 
 SILENCE = 0.9
-"""Seconds that the client may take for the functions in one call, or in one simulation step of a call that waits: the
-others wait for these too.
-"""
+"""Seconds that the client may take for the functions in one call, or in one simulation step of a call that waits."""
 
-QUICK = 0.02
-"""Seconds more for each message: a call that needs thousands of quick answers gets them."""
 
-LONGEST = 10.0
-"""Seconds for all functions in one call or step, with the calls that they make."""
+class Patience(NamedTuple):
+    """More time that functions of a client have in one call or step."""
+
+    quick: float
+    """Seconds more for each message: a call that needs thousands of quick answers gets them."""
+
+    longest: float
+    """Seconds for all functions together, with the calls that they make."""
+
+
+ALONE, AMONG_OTHERS = Patience(0.02, 10.0), Patience(0.002, 3.0)
+"""While no other client waits for the server, and while others wait for the end of the call."""
 
 
 class ClientFunction:
@@ -83,11 +89,15 @@ class Connection:
         self._depth = 0
         """Functions of the client that are running."""
 
-        self._until = 0.0
-        """When the functions of the client have taken too long."""
+        self._began = 0.0
+        """The start of the present piece of the call."""
 
-        self._patience = 0.0
+        self._left = 0.0
         """Seconds that are left for the client itself."""
+
+        self._patience = ALONE
+        self._held_others = 0.0
+        """Seconds for which others have waited for functions of the client in the present piece of the call."""
 
         self._is_broken = False
         """A function of the client was not waited for any longer, so the client does not wait for the present call."""
@@ -192,14 +202,15 @@ class Connection:
         client, loop, name = self.client, self._clients.loop, self._function
         outer, client.acting = client.acting, self
         outer_work = loop.begin_work(client.key, name)
-        began = time.perf_counter()
-        self._until, self._patience = began + LONGEST, SILENCE
+        self._began = began = time.perf_counter()
+        self._left, self._held_others, self._patience = SILENCE, 0.0, ALONE
         try:
             return action()
         finally:
             loop.metrics.executed(name, time.perf_counter() - began)
             loop.end_work(outer_work)
             client.acting = outer
+            self._clients.has_held_others(client, self._held_others)
 
     # --- answers ---------------------------------------------------------------------------------
 
@@ -302,15 +313,28 @@ class Connection:
 
     def is_late(self) -> bool:
         """Return whether the functions of the client have taken too long."""
-        return self._patience <= 0 or time.perf_counter() > self._until
+        return self._left <= 0 or time.perf_counter() > self._began + self._patience.longest
 
-    def has_waited(self, seconds: float) -> None:
-        """Count time for which the server has waited for the client."""
-        self._patience -= seconds
+    def has_waited(self, seconds: float, *, others_wait: bool) -> None:
+        """Count time for which the server has waited for the client, and perhaps others with it."""
+        self._left -= seconds
+        self._patience = AMONG_OTHERS if others_wait else ALONE
+        if others_wait:
+            self._held_others += seconds
 
     def has_answered(self) -> None:
         """Count a message of the client."""
-        self._patience = min(SILENCE, self._patience + QUICK)
+        self._left = min(SILENCE, self._left + self._patience.quick)
+
+    def too_long(self, name: str) -> str:
+        """Return why a function of the client is not waited for any longer."""
+        quick, longest = self._patience
+        others = ", while other clients wait" if self._patience is AMONG_OTHERS else ""
+        return (
+            f"the function {name} took too long: all functions in one call may take {SILENCE:g} s, and {quick * 1e3:g} "
+            f"ms more for each message, at most {longest:g} s{others}; make calls with fewer objects, or keep the time "
+            "between two answers short"
+        )
 
     def broken(self, reason: str) -> ScriptError:
         """Return the error that ends the present call; its answer is not sent."""
@@ -333,14 +357,6 @@ class Connection:
         raise self.broken(
             f"{request.function} waits for a simulation step, so it cannot be called within {name}"
         )
-
-
-def too_long(name: str) -> str:
-    """Return why a function of a client is not waited for any longer."""
-    return (
-        f"the function {name} took too long: all functions in one call may take {SILENCE:g} s, and {QUICK:g} s more "
-        f"for each message, at most {LONGEST:g} s; other clients wait meanwhile"
-    )
 
 
 def _as_text(argument: Any) -> Any:

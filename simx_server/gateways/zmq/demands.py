@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from simx_client.protocol.commands import ANSWERED
-from simx_server.runtime.demands import Demands
+from simx_server.service.calls.demands import Demands
 
 from .functions import described
 from .peer import NUMBER_BYTES

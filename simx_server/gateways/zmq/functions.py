@@ -6,9 +6,9 @@ import typing
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from simx_server.scripting import api
-from simx_server.scripting.namespaces import signatures
+from simx_server import sim_api as api
 from simx_server.scripting.strings import GIVES_BYTES
+from simx_server.sim_api.namespaces import signatures
 
 MOST_REMEMBERED = 4096
 """Names; there are some 1,500 functions, and clients may invent names."""

@@ -16,10 +16,10 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
-from simx_client.protocol.keys import VIEWER
-from simx_server.runtime.admission.places import is_elsewhere
-from simx_server.runtime.sessions import FROZEN
-from simx_server.runtime.sockets import LOOK
+from simx_client.protocol.zenoh.keys import VIEWER
+from simx_server.service.clients.admission.places import is_elsewhere
+from simx_server.service.clients.sessions import FROZEN
+from simx_server.service.queue.sockets import LOOK
 
 from ..errors import GatewayError
 from ..exposure import is_loopback
@@ -30,7 +30,7 @@ from .wire import MAX_MESSAGE, packer, uuid_of
 from .zmtp import BadPeer
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 logger = logging.getLogger(__name__)
 
@@ -228,6 +228,7 @@ class ZmqGateway:
         now = time.monotonic()
         if (returning := self._loop.returning) is not None and returning.is_early:
             self._answer_lost_calls(returning.text, now - QUIET)
+        self._clients.look()
         if now < self._next_look:
             return
         self._next_look = now + RETRY

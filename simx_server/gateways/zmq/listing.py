@@ -6,8 +6,8 @@ from functools import cache
 from typing import Any, cast
 
 from simx_server.errors import CommandError
-from simx_server.scripting.coverage import Support, script_functions
-from simx_server.scripting.namespaces import Namespaces
+from simx_server.sim_api.listing.coverage import Support, script_functions
+from simx_server.sim_api.namespaces import Namespaces
 
 from .functions import split_name
 

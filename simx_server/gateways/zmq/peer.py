@@ -8,7 +8,7 @@ import socket
 import time
 from collections import deque
 
-from simx_server.runtime.admission.unfinished import Unfinished
+from simx_server.service.clients.admission.unfinished import Unfinished
 
 from .zmtp import GREETING, PING, BadPeer, Incoming, framed
 

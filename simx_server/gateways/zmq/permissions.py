@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
-from simx_server.scripting.namespaces import Namespaces
+from simx_server.sim_api.namespaces import Namespaces
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

@@ -10,7 +10,7 @@ from .connection import Connection
 from .peer import Peer, number_of
 
 if TYPE_CHECKING:
-    from simx_server.runtime.server_loop import ServerLoop
+    from simx_server.service.server_loop import ServerLoop
 
 
 class ReplayedClients(ZmqClients):

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import matrix
 from simx_server.scene.geometry.stand_ins import stand_ins
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import matrix
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 Vector = NDArray[np.float64]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_server.errors import Unsupported
-from simx_server.handlers.registry import handler
+from simx_server.service.calls.registry import handler
 
 from .parameter_tables import Entry, entries_of
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
+from simx_server.editing.copying import copy_objects
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.handlers.registry import handler
 from simx_server.parts.communication.simulator_messages import SELECTION_CHANGED
-from simx_server.runtime.background import Steps
 from simx_server.scene import properties
 from simx_server.scene.editing import editing
-from simx_server.scene.editing.copying import copy_objects
-from simx_server.sensors.vision.warm_up import with_images
+from simx_server.service.calls.background import Steps
+from simx_server.service.calls.registry import handler
+from simx_server.world.warm_up import with_images
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
+    from simx_server.service.clients.sessions import ClientSession
     from simx_server.world.world import World
 
 HANDLE_ALL = -2

@@ -1,13 +1,14 @@
-"""Poses and velocities of objects. Frames and conventions: `scene/frames.py`."""
+"""Poses and velocities of objects. Frames and conventions: `scene/poses/frames.py`."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.handlers.objects.shape_properties import is_static
-from simx_server.handlers.registry import handler
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import Pose
+from simx_server.service.calls.registry import handler
+
+from .shape_properties import is_static
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_server.errors import Unsupported
+from simx_server.scene.colliding.respondable import collect_masks, compile_hulls
 from simx_server.scene.editing import welding
 from simx_server.scene.editing.model_changes import undone_on_failure
 from simx_server.scene.objects import ObjectKind, SceneObject
-from simx_server.scene.respondable import collect_masks, compile_hulls
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _LEAST_MASS = 1e-9
 """Least mass in kilograms; MuJoCo cannot step a moving body without mass."""

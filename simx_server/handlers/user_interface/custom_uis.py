@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_server.handlers.loading import FILE_IS_ON_CLIENT, file_to_load
-from simx_server.handlers.registry import handler
 from simx_server.parts.user_interface.custom_ui_files import find_ui_file
-from simx_server.runtime.background import Steps
+from simx_server.service.calls.background import Steps
+from simx_server.service.calls.registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.runtime.sessions import ClientSession
+    from simx_server.service.clients.sessions import ClientSession
     from simx_server.world.world import World
 
 _NO_EVENT = -1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.handlers.registry import handler
+from simx_server.service.calls.registry import handler
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.joints.servo import Entry, is_motor
-from simx_server.joints.stepping.indices import as_slice
 from simx_server.joints.watch import StepFailed
+
+from .indices import as_slice
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Makes one physics step."""

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from simx_server.joints.dependency import Followers
 from simx_server.joints.servo import MOST_VELOCITY, Entry, Rule
 from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
-from simx_server.joints.stepping.indices import as_slice
+
+from .indices import as_slice
 
 Control = Callable[[int, int], object]
 """Called at each physics step: its index in the simulation step (from 0), and their number."""

@@ -14,13 +14,14 @@ import mujoco
 import numpy as np
 
 from simx_server.joints.servo import Entry, Rule
-from simx_server.joints.stepping.grip import Grip
-from simx_server.joints.stepping.kinematic import Kinematic
-from simx_server.joints.stepping.motors import Motors, Step
-from simx_server.joints.stepping.noslip import Noslip
-from simx_server.joints.stepping.position_control import Control, PositionControl, PositionMemory
-from simx_server.joints.stepping.scripted import Ask, ScriptedJoints
-from simx_server.joints.stepping.stiff_springs import StiffSprings
+
+from .grip import Grip
+from .kinematic import Kinematic
+from .motors import Motors, Step
+from .noslip import Noslip
+from .position_control import Control, PositionControl, PositionMemory
+from .scripted import Ask, ScriptedJoints
+from .stiff_springs import StiffSprings
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is

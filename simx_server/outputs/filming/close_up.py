@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.vision.image import Viewpoint
+from simx_server.scene.cameras.image import Viewpoint
 
 FILLED = 0.45
 """Share of the view that things must fill at least; otherwise the camera comes nearer."""

@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .film_file import FilmWriter
-from .shot import Shot, first_picture
+from .shot import Shot, first_image
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
@@ -49,10 +49,10 @@ class Film(Part):
         """
         self._sim = sim
         self._shot = shot
-        per_pass = Fraction(1 / sim.time_step).limit_denominator(1000)
-        self.fps = min(Fraction(MOST_FPS), per_pass) if fps is None else Fraction(fps).limit_denominator(1000)
+        per_step = Fraction(1 / sim.time_step).limit_denominator(1000)
+        self.fps = min(Fraction(MOST_FPS), per_step) if fps is None else Fraction(fps).limit_denominator(1000)
         # Choosing the renderer takes a second or two, which the first frames would lack.
-        first_picture(shot)
+        first_image(shot)
         self._writer = FilmWriter(path, shot.size, self.fps)
         self._begin = self._next = 0
         """Frame numbers: of the present run's first, and of the next one."""

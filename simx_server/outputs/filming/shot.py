@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
+from simx_server.scene.cameras.image import CameraView, Viewpoint
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.vision.content import framed
 from simx_server.sensors.vision.futures import then
-from simx_server.sensors.vision.image import CameraView, Viewpoint
 
 from .close_up import CloseUp, viewpoint_of
 
@@ -183,7 +183,7 @@ class Shot:
             raise CommandError(f"the scene's overview cannot be pictured: {problem}") from None
 
 
-def first_picture(shot: Shot) -> Pixels:
+def first_image(shot: Shot) -> Pixels:
     """Wait for an image, and for the choice of the renderer.
 
     Raises:

@@ -11,11 +11,11 @@ import cv2
 
 from simx_server.errors import CommandError
 from simx_server.outputs.packages import OutputError
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 from simx_server.world.world import World
 
-from .shot import Pixels, Shot, awaited, first_picture
+from .shot import Pixels, Shot, awaited, first_image
 
 logger = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ def write_snapshot(world: World, path: Path, shot: Shot, duration: float | None)
     try:
         if duration is not None:
             _run(world, duration)
-        pixels = first_picture(shot)
+        pixels = first_image(shot)
     finally:
         world.simulation.stop()
     _write(pixels, path, shot)
@@ -51,7 +51,7 @@ class Moment(Part):
         Raises:
             CommandError: images cannot be made here.
         """
-        first_picture(shot)  # report problems now, and not after a long run
+        first_image(shot)  # report problems now, and not after a long run
         self._sim = sim = world.simulation
         self._shot = shot
         self._second = second

@@ -21,7 +21,7 @@ MOST_AWAITED = 4
 """Images that were requested and are not made."""
 
 
-class Pictures:
+class Images:
     """The images of one camera. Physics thread only."""
 
     def __init__(self, shot: Shot, fps: float, writer: McapWriter) -> None:

@@ -14,13 +14,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.placing import body_pose, carrier_body, object_pose
-from simx_server.scene.geometry.poses import Pose, compose, inverse
 from simx_server.scene.objects import SceneObject
+from simx_server.scene.poses.placing import body_pose, carrier_body, object_pose
+from simx_server.scene.poses.poses import Pose, compose, inverse
 from simx_server.sensors.proximity.seen import cross
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 Array = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from simx_server.sensors.vision.visibility import USERS_GROUP, VISIBLE_GROUPS
+from simx_server.scene.cameras.visibility import USERS_GROUP, VISIBLE_GROUPS
 
 from .messages import plain
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 PLANE = 10.0
 """Side in metres of the square that stands for an infinite plane."""

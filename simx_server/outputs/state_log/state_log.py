@@ -22,11 +22,11 @@ import numpy as np
 
 from simx_server.joints.joints import JOINT_TYPES
 from simx_server.outputs.filming.film import MOST_FPS
-from simx_server.outputs.filming.shot import Shot, first_picture
+from simx_server.outputs.filming.shot import Shot, first_image
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
-from .images import Pictures
+from .images import Images
 from .mcap_file import McapWriter
 from .messages import plain, set_time
 from .packed import Packed
@@ -82,9 +82,9 @@ class StateLog(Part):
         self._status_bar = world.status_bar
         self._present_signals = world.signals
         if shot is not None:
-            first_picture(shot)
+            first_image(shot)
         self._writer = McapWriter(path)
-        self._pictures = None if shot is None else Pictures(shot, fps or MOST_FPS, self._writer)
+        self._pictures = None if shot is None else Images(shot, fps or MOST_FPS, self._writer)
         self._zero = time.time_ns() if began is None else began
         self._before = 0.0
         """Simulated seconds of the runs that are over."""

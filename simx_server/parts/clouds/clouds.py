@@ -16,21 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.parts.clouds.near import Array
-from simx_server.parts.clouds.points import Colors, Points
-from simx_server.parts.clouds.showing import Shown, show
-from simx_server.parts.clouds.voxels import Voxels
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.texts.values import decode_bytes
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import inverse, matrix
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import inverse, matrix
+from simx_server.simulation.part import Part
+
+from .near import Array
+from .points import Colors, Points
+from .showing import Shown, show
+from .voxels import Voxels
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
@@ -115,8 +117,7 @@ class PointClouds(Part):
         objects = self._sim.scene.objects
         self._clouds = {handle: cloud for handle, cloud in self._clouds.items() if handle in objects}
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy the points of originals to their copies (handle of the original to that of the copy)."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         for handle, cloud in list(self._clouds.items()):
             if handle in copies:
                 self._clouds[copies[handle]] = cloud.copy()
@@ -152,9 +153,12 @@ class PointClouds(Part):
         red, green, blue = (round(255 * part) for part in self.settings(handle).color)
         return rows_of((red, green, blue), count)
 
-    def scale(self, handle: int, factor: float) -> None:
-        """Scale the points and the size of the cells about the frame. Raises UnknownHandle, WrongKind."""
-        cloud = self._get(handle, ObjectKind.POINT_CLOUD, ObjectKind.OCTREE)
+    def object_scaled(self, handle: int, factor: float) -> None:
+        """Scale the points and the size of the cells about the frame."""
+        kind = self._sim.scene.get(handle).kind
+        if kind not in (ObjectKind.POINT_CLOUD, ObjectKind.OCTREE):
+            return
+        cloud = self._get(handle, kind)
         cloud.settings = replace(cloud.settings, voxel=cloud.settings.voxel * factor)
         if isinstance(cloud.content, Voxels):
             cloud.content.size *= factor

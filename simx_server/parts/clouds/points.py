@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.parts.clouds.near import Array, Spacing, near
+from .near import Array, Spacing, near
 
 Colors = NDArray[np.uint8]
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.parts.clouds.near import Array
-from simx_server.parts.clouds.voxels import FARTHEST, Cells
+
+from .near import Array
+from .voxels import FARTHEST, Cells
 
 _MOST_PAIRS = 1_000_000
 """Pairs of a triangle and a cell of one size: half a second."""

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.parts.clouds.near import Array
-from simx_server.parts.clouds.points import Colors
+
+from .near import Array
+from .points import Colors
 
 Cells = NDArray[np.int64]
 """(n, 3) numbers of cells along x, y, z; cell 0 lies between 0 and the size."""

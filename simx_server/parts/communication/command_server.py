@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_server.editing.models import load_model
 from simx_server.files.library import shipped_models
-from simx_server.scene.models import load_model
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

@@ -12,11 +12,11 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING, Protocol
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from simx_server.errors import CommandError
 from ..custom_data import APPLICATION
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 MAX_NAME = 1000
 """Most characters of a signal's name."""

@@ -9,7 +9,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from simx_client.protocol import constants as c
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 MAX_UNREAD = 64
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 MAX_PACKETS = 10_000
 """Most unread packets that one end keeps."""

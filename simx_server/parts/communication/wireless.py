@@ -12,12 +12,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import IDENTITY, Pose, conjugate, rotate, subtract
-from simx_server.world.part import Part
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import IDENTITY, Pose, conjugate, rotate, subtract
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 MAX_MESSAGES = 4096
 """Most messages in the air; the oldest are dropped."""

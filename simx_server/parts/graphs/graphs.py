@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.texts.graph_streams import StreamNote, read_curves, read_streams
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .sources import Sources
 from .streams import Curve, Graph, Stream
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.sensors.distance.meters import Meters
     from simx_server.sensors.proximity.proximity import ProximitySensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 
 class Graphs(Part):

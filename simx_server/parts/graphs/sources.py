@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.texts.graph_streams import DETECTED, DISTANCE, POSITION
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.poses import NO_TURN, compose
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.poses import NO_TURN, compose
 
 if TYPE_CHECKING:
     from simx_server.sensors.distance.meters import Meters
     from simx_server.sensors.proximity.proximity import ProximitySensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 Source = Callable[[], float | None]
 """Returns the present value; None when there is none, such as without a detection."""

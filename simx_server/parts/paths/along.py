@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from simx_server.errors import CommandError
-from simx_server.scene.geometry.frames import wxyz_from_xyzw, xyzw_from_wxyz
-from simx_server.scene.geometry.poses import NO_TURN, Pose, Quaternion, Vector, from_rows, subtract
+from simx_server.scene.poses.frames import wxyz_from_xyzw, xyzw_from_wxyz
+from simx_server.scene.poses.poses import NO_TURN, Pose, Quaternion, Vector, from_rows, subtract
 
 from .flat_paths import BEZIER, CARTESIAN, QUATERNION, FlatPath, lengths_of
 

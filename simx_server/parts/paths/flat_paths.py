@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.scene.geometry.frames import wxyz_from_xyzw
-from simx_server.scene.geometry.poses import conjugate, multiply, rotation_vector
+from simx_server.scene.poses.frames import wxyz_from_xyzw
+from simx_server.scene.poses.poses import conjugate, multiply, rotation_vector
 
 CARTESIAN, CYCLIC, QUATERNION = range(3)
 """Types of a number: as it is; an angle where whole turns are equal; one of four of a quaternion."""

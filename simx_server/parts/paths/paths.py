@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.texts.path_points import points_of
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.placing import place_all
-from simx_server.scene.geometry.poses import Pose, compose, inverse, normalised
+from simx_server.scene.geometry.curve import LENGTH_PER_ANGLE, ControlPoint, Curve, Method, Rules
 from simx_server.scene.objects import ObjectKind, SceneObject
-from simx_server.world.part import Part
-
-from .curve import LENGTH_PER_ANGLE, ControlPoint, Curve, Method, Rules
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.placing import place_all
+from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.formats.annotations import Annotation
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 ORIENTATIONS = ("points", "curve", "curve_x_up")
 """Values of the annotation's key `orientation`: whose orientation Bezier points have."""
@@ -89,8 +89,7 @@ class Paths(Part):
         self._tracks, self._followers = dict(tracks), dict(followers)
         self.version += 1
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy the curves and settings of originals to their copies (handle of the original to that of the copy)."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self._tracks |= {copies[handle]: each for handle, each in self._tracks.items() if handle in copies}
         self._followers |= {
             copies[handle]: each for handle, each in self._followers.items() if handle in copies

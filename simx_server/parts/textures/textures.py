@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.tree import GRAFT_END, INTERNAL
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -7,14 +7,15 @@ that show it.
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
-from simx_server.runtime.background import Steps, at_once
 from simx_server.scene.trial.kinds import UI
-from simx_server.world.part import Part
+from simx_server.service.calls.background import Steps, at_once
+from simx_server.simulation.part import Part
 
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.trial.trials import Trials
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 __all__ = ["ADD_ON_NAME", "UserInterface", "UserInterfaceAddOn"]
 
@@ -69,6 +70,9 @@ class UserInterface(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self.old_uis.update()
+
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"old_ui": self.old_uis.names(), "ui": [ui.name for ui in self.custom_uis]}
 
     def load(self, file: str) -> Steps[list[int]]:
         """Load the custom UIs of a file and return their handles in the file's order.

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -41,7 +41,7 @@ from simx_server.scene.formats.texts.old_uis import FLAGS, KINDS, MAX_ELEMENTS, 
 from .custom_uis import MAX_LABEL, MAX_SLIDER, VISIBLE, Color, CustomUI, Element
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -21,10 +21,10 @@ from simx_server.scene.formats.texts.old_uis import (
     check_property,
     kind_of,
 )
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .custom_uis import MAX_LABEL, CustomUI, CustomUIs, Element
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

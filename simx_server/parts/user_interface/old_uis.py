@@ -17,7 +17,7 @@ from .custom_uis import CustomUIs
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.annotations import Annotation
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -25,18 +25,9 @@ import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
 from simx_server.scene import properties
-from simx_server.scene.editing.recompile import edit
-from simx_server.scene.editing.transplant import delete, delete_all, find_body, move_leaf
-from simx_server.scene.editing.welding import (
-    body_name,
-    body_under,
-    holding_joint,
-    is_link,
-    move_body_object,
-    set_static,
-)
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.placing import (
+from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.poses.placing import (
     body_pose,
     element_pose,
     free_joint,
@@ -45,9 +36,19 @@ from simx_server.scene.geometry.placing import (
     object_pose,
     place,
 )
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse, rotate
-from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse, rotate
 from simx_server.scene.tree import INTERNAL, Addition
+
+from .recompile import edit
+from .transplant import delete, delete_all, find_body, move_leaf
+from .welding import (
+    body_name,
+    body_under,
+    holding_joint,
+    is_link,
+    move_body_object,
+    set_static,
+)
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

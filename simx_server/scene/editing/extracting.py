@@ -12,8 +12,8 @@ from typing import Any
 
 import mujoco
 
-from simx_server.scene.editing.element_copies import LEAVES, Copier
-from simx_server.scene.editing.transplant import OBJECT_TYPES, TRANSMISSIONS, equality_kind
+from .element_copies import LEAVES, Copier
+from .transplant import OBJECT_TYPES, TRANSMISSIONS, equality_kind
 
 _AS_IT_IS = Copier(lambda name: name)
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.errors import CommandError, one_line
-from simx_server.scene.editing.model_state import STATE, editable_arrays, get_state
-from simx_server.scene.editing.twins import Names, Twins
+
+from .model_state import STATE, editable_arrays, get_state
+from .twins import Names, Twins
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

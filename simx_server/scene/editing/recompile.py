@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.scene.editing.successor import succeed
-from simx_server.scene.editing.transfer import carry_over
-from simx_server.scene.editing.twins import Names, Twins
 from simx_server.scene.formats.loader import SceneError, compile_spec, take_weight
 from simx_server.scene.tree import Addition
+
+from .successor import succeed
+from .transfer import carry_over
+from .twins import Names, Twins
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

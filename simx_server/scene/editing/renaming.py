@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -61,6 +62,16 @@ def set_alias(sim: LiveScene, handle: int, alias: str) -> None:
 def annotate(sim: LiveScene, handle: int, kind: str, values: dict[str, Value]) -> None:
     """Add an annotation to the object as if it were in the scene's file. Raises UnknownHandle."""
     _replace_note(sim, handle, kind, {**sim.scene.get(handle).annotations.get(kind, {}), **values})
+
+
+def scale_annotation(
+    sim: LiveScene, handle: int, kind: str, powers: Mapping[str, int], factor: float
+) -> None:
+    """Multiply numbers of an object's annotation, where it has them, by powers of a factor. Raises UnknownHandle."""
+    note = sim.scene.get(handle).annotations.get(kind, {})
+    scaled = {key: float(note[key]) * factor**power for key, power in powers.items() if key in note}
+    if scaled:
+        annotate(sim, handle, kind, dict(scaled))
 
 
 def drop_key(sim: LiveScene, handle: int, kind: str, key: str) -> None:

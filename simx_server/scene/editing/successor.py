@@ -15,10 +15,11 @@ from itertools import compress
 import mujoco
 import numpy as np
 
-from simx_server.scene.editing.twins import Twins
 from simx_server.scene.formats.annotations import Annotations
 from simx_server.scene.objects import Scene, SceneObject
 from simx_server.scene.tree import Builder
+
+from .twins import Twins
 
 _KINDS = {"geom": "geom", "site": "site", "camera": "cam", "light": "light", "joint": "jnt"}
 """Kinds of elements in a body: object's term to the prefix of the model's arrays."""

@@ -8,9 +8,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.scene.editing.model_state import option_values, write_options
-from simx_server.scene.editing.twins import Twins
 from simx_server.scene.geometry.highlights import highlights_of
+
+from .model_state import option_values, write_options
+from .twins import Twins
 
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),

@@ -13,10 +13,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.scene.editing.element_copies import LEAVES, Copier
-from simx_server.scene.editing.least_mass import keep_movable
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
 from simx_server.scene.tree import INTERNAL
+
+from .element_copies import LEAVES, Copier
+from .least_mass import keep_movable
 
 _OLD = INTERNAL + "old:"
 

@@ -8,11 +8,12 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
-from simx_server.scene.editing.recompile import edit
-from simx_server.scene.editing.transplant import move_body
-from simx_server.scene.geometry.placing import body_pose, free_joint, is_carried
-from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, rotate
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.poses.placing import body_pose, free_joint, is_carried
+from simx_server.scene.poses.poses import Pose, compose, conjugate, inverse, rotate
+
+from .recompile import edit
+from .transplant import move_body
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

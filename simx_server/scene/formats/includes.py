@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.sources import Sources
+from .annotations import SceneError
+from .sources import Sources
 
 _DEEPEST = 16
 """Deepest level of includes within includes."""

@@ -22,18 +22,19 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.dependencies import add_dependencies
-from simx_server.scene.formats.annotations import SceneError, read_annotations
-from simx_server.scene.formats.jacobian import store_loops_fully
-from simx_server.scene.formats.model_copies import copy_models
-from simx_server.scene.formats.mounting import mount_bodies
-from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.specs import one_line, read_scene
-from simx_server.scene.formats.surroundings import default_scene as default_spec
-from simx_server.scene.formats.urdf.reading import is_urdf, read_urdf
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
 from simx_server.scene.tree import INTERNAL, build_scene
-from simx_server.world import physics_warnings
+from simx_server.simulation import physics_warnings
+
+from .annotations import SceneError, read_annotations
+from .jacobian import store_loops_fully
+from .model_copies import copy_models
+from .mounting import mount_bodies
+from .sources import Sources
+from .specs import one_line, read_scene
+from .surroundings import default_scene as default_spec
+from .urdf.reading import is_urdf, read_urdf
 
 __all__ = ["ADDED_ACTUATOR", "SceneError", "default_scene", "empty_scene", "load_scene", "prepare"]
 

@@ -22,9 +22,10 @@ import mujoco
 from simx_server.errors import CommandError
 from simx_server.scene.editing.element_copies import LEAVES, Copier
 from simx_server.scene.editing.transplant import delete_all
-from simx_server.scene.formats.annotations import PREFIX, Annotation, Annotations, SceneError
 from simx_server.scene.names import copy_names
 from simx_server.scene.registered import concerned, renamed, renamed_registered
+
+from .annotations import PREFIX, Annotation, Annotations, SceneError
 
 KIND = "copies"
 

@@ -14,13 +14,14 @@ import mujoco
 
 from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.editing.transplant import gather_geoms
-from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.loader import build
-from simx_server.scene.formats.loose_meshes import settle
-from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.specs import SpecOfFile, read_spec
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
+
+from .annotations import SceneError
+from .loader import build
+from .loose_meshes import settle
+from .sources import Sources
+from .specs import SpecOfFile, read_spec
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from __future__ import annotations
 import mujoco
 
 from simx_server.scene.editing.transplant import move_body
-from simx_server.scene.formats.annotations import PREFIX, Annotations, SceneError
-from simx_server.scene.geometry.poses import Pose, add, rotate
+from simx_server.scene.poses.poses import Pose, add, rotate
+
+from .annotations import PREFIX, Annotations, SceneError
 
 KIND = "mount"
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import mujoco
 
-from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.loader import compile_spec
-from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.specs import read_scene
-from simx_server.scene.formats.vrep.recognising import is_vrep_file
+from .annotations import SceneError
+from .loader import compile_spec
+from .sources import Sources
+from .specs import read_scene
+from .vrep.recognising import is_vrep_file
 
 
 def save_mjcf(file: Path, target: Path, sources: Sources) -> None:

@@ -16,7 +16,8 @@ from xml.etree import ElementTree
 
 from simx_server.files.library import shipped_scenes
 from simx_server.files.regular_files import is_file
-from simx_server.scene.formats.contents import Contents
+
+from .contents import Contents
 
 PACKAGE_FILE = "package.xml"
 

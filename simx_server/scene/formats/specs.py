@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_client.protocol.files import MESH_SUFFIXES, OPENED_SUFFIXES
-from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.includes import shipped_includes
-from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.surroundings import surround
-from simx_server.scene.formats.urdf.reading import is_urdf, read_urdf
-from simx_server.scene.formats.vrep.recognising import is_vrep, refuse_xml
+
+from .annotations import SceneError
+from .includes import shipped_includes
+from .sources import Sources
+from .surroundings import surround
+from .urdf.reading import is_urdf, read_urdf
+from .vrep.recognising import is_vrep, refuse_xml
 
 if TYPE_CHECKING:
-    from simx_server.scene.formats.vrep.report import Report
+    from .vrep.report import Report
 
 _TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
 
@@ -120,7 +121,7 @@ def _refuse_others(data: bytes, file: Path, name: str) -> None:
 
 
 def _read_vrep(data: bytes, file: Path, sources: Sources, name: str) -> SpecOfFile:
-    from simx_server.scene.formats.vrep.opening import open_vrep  # slow, and often not needed
+    from .vrep.opening import open_vrep  # slow, and often not needed
 
     spec, report, is_model = open_vrep(data, name)
     if sources.contents is not None:  # pictures of the default scene

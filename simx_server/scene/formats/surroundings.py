@@ -8,10 +8,11 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.editing.element_copies import LEAVES, Copier, agree
-from simx_server.scene.formats.annotations import PREFIX
-from simx_server.scene.formats.sources import Sources
 from simx_server.scene.names import copy_names
 from simx_server.scene.spec_elements import bodies_of
+
+from .annotations import PREFIX
+from .sources import Sources
 
 DEFAULT_SCENE = "parts/default_scene.xml"
 PARTS = ("parts/settings.xml", DEFAULT_SCENE)

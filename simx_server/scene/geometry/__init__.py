@@ -1,1 +1,1 @@
-"""Poses, frames, inertia and looks of objects."""
+"""Inertia, hulls, meshes and looks of objects."""

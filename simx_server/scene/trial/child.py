@@ -23,9 +23,9 @@ from typing import Any
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.files.references import check_references
 from simx_server.limits import Limits
 from simx_server.parts.user_interface.custom_ui_files import read_ui_file
+from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.contents import digests
 from simx_server.scene.formats.loader import load_scene
@@ -35,8 +35,9 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import count_links
 from simx_server.scene.formats.vrep.recognising import is_vrep
 from simx_server.scene.geometry.overlaps import log_overlaps
-from simx_server.scene.trial.gathering import gather
-from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
+
+from .gathering import gather
+from .kinds import MESH, MODEL, SCENE, UI
 
 try:
     import resource

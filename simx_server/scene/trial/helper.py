@@ -166,7 +166,7 @@ def serve(requests: int, replies: int) -> None:
             request = json.loads(_receive(requests))
         except (EOFError, OSError):
             return
-        from simx_server.scene.trial.child import try_file  # slow, and often not needed
+        from .child import try_file  # slow, and often not needed
 
         if not hasattr(os, "fork"):
             reply = {"exit": 0, "result": try_file(request), "seconds": time.process_time(), "goes_on": False}

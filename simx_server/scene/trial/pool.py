@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
-from simx_server.scene.trial import helper
-from simx_server.scene.trial.helper import Helper
+from . import helper
+from .helper import Helper
 
 MOST = 3
 """Most simultaneous trials. Others wait until one of them ends; every trial ends."""

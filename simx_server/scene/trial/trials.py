@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.runtime.background import Steps, all_steps, beside
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.contents import contents_of
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.trial.helper import Helper
-from simx_server.scene.trial.kinds import SCENE
-from simx_server.scene.trial.pool import Loan, Pool
+from simx_server.service.calls.background import Steps, all_steps, beside
+
+from .helper import Helper
+from .kinds import SCENE
+from .pool import Loan, Pool
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, TypeVar
 from simx_server.errors import CommandError
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _T = TypeVar("_T")
 
-PATIENCE = 10.0
+TIMEOUT = 10.0
 """Time-out in seconds; the first image of a server may have to wait until a back end has been tried."""
 
 _GLANCE = 0.01
@@ -28,12 +28,12 @@ def wait_for(sim: Simulation, future: Future[_T]) -> _T:
     Raises:
         CommandError: the time-out passed without a result.
     """
-    end, began = time.monotonic() + PATIENCE, time.thread_time()
+    end, began = time.monotonic() + TIMEOUT, time.thread_time()
     try:
         while time.monotonic() < end:
             if futures.wait([future], _GLANCE).done:
                 return future.result()
             sim.interruptions.serve_others()
-        raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later")
+        raise CommandError(f"the picture was not ready within {TIMEOUT:.0f} s; try it again later")
     finally:
         sim.interruptions.waited += time.thread_time() - began

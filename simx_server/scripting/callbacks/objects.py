@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _CREATED, _DELETED = "sysCall_afterCreate", "sysCall_afterDelete"
 _BEFORE_DELETE = "sysCall_beforeDelete"

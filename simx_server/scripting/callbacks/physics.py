@@ -14,12 +14,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from simx_server.scripting.lives import Lives
-from simx_server.world.contact_filter import ask_about_contacts, ask_no_more
+from simx_server.simulation.contact_filter import ask_about_contacts, ask_no_more
 
 if TYPE_CHECKING:
     from simx_server.scripting.interpreter import Plain
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 CONTACT = ("sysCall_contactCallback", "sysCall_contact")
 STEP = ("sysCall_dynCallback", "sysCall_dyn")

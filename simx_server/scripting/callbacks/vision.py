@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 VISION = "sysCall_vision"
 TRIGGER = "sysCall_trigger"
@@ -65,7 +65,7 @@ class VisionCallBacks:
         """Update the list of sensors after scripts have started or ended."""
         self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
         self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
-        self._vision.on_picture = self._judge
+        self._vision.on_image = self._judge
 
     def sense(self) -> None:
         """Process the images of a simulation step: all are requested before the first script waits for one."""

@@ -22,8 +22,8 @@ from simx_server.scripting.interpreter import (
     MEMORY_LIMIT,
     NOT_IN_A_THREAD,
     OLD_SPACES,
-    PATIENCE,
     TIME_LIMIT,
+    TIMEOUT,
     Api,
     Plain,
     ScriptError,
@@ -186,7 +186,7 @@ class LuaInterpreter:
             self._deadline = time.thread_time() + self._time_limit
             self._api.switching.spent = self._api.switching.edited = 0.0
             self._api.switching.calls = 0
-            self._serve_next = time.monotonic() + PATIENCE
+            self._serve_next = time.monotonic() + TIMEOUT
             self._end_by = time.monotonic() + ENDING_LIMIT
         self._depth += 1
         try:
@@ -232,7 +232,7 @@ class LuaInterpreter:
             before = time.thread_time()
             self._api.serve_others()
             self._deadline += time.thread_time() - before
-            self._serve_next = time.monotonic() + PATIENCE
+            self._serve_next = time.monotonic() + TIMEOUT
             if self._api.is_ending and time.monotonic() > self._end_by:
                 return True
         return time.thread_time() > self._deadline + self._api.switching.spent

@@ -29,7 +29,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from simx_server.scripting.interpreter import ENDING_LIMIT, PATIENCE, ScriptError
+from simx_server.scripting.interpreter import ENDING_LIMIT, TIMEOUT, ScriptError
 
 from .python_limits import NOT_CONFINED
 from .python_wire import HEADER, Packer, Unpacker, WireError
@@ -170,7 +170,7 @@ class PythonProcess:
         self._ending_end = now + ENDING_LIMIT
         self._processor_end = used + limit
         self._is_long = False
-        self._next_service = now + PATIENCE
+        self._next_service = now + TIMEOUT
         self._unasked += max(0.0, used - self._finished) - _UNASKED_PER_REQUEST
         if self._unasked > _UNASKED_LIMIT:
             raise self.kill(f"{self.name}: computed while nothing was asked of it and was stopped")
@@ -295,7 +295,7 @@ class PythonProcess:
             self._is_long, self._delay_before = True, self._delay()
         self._serve_others()
         now = time.monotonic()
-        self._next_service = now + PATIENCE
+        self._next_service = now + TIMEOUT
         is_late = self._is_ending() and now > self._ending_end
         if now < self._look_at and not is_late:
             return

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
+from simx_server.scene.geometry.triangles import TOGETHER, Array
 from simx_server.sensors.instant import Instant
 from simx_server.sensors.proximity.seen import cross
-from simx_server.sensors.triangles import TOGETHER, Array
 
 from .measuring import triangles_in_world
 

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from simx_server.scene.geometry.triangles import Array, plane_triangles
 from simx_server.scene.objects import ObjectKind
 from simx_server.sensors.instant import Instant
 from simx_server.sensors.proximity.detection import detect
 from simx_server.sensors.proximity.optics import Optics
 from simx_server.sensors.proximity.volume import cone
-from simx_server.sensors.triangles import Array, plane_triangles
 
 from .box_tree import BoxTree, Placed
 from .triangle_pairs import Gap, least_gap

@@ -10,7 +10,7 @@ and of "all others". If a caller names a single object, it is measured in any ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -21,12 +21,12 @@ from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.registered import Registry
 from simx_server.sensors.instant import Instant, Instants
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .measuring import Pair, colliding_pair, distance
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 _R = TypeVar("_R")
 
@@ -291,6 +291,9 @@ class Meters(Part):
     def recall(self, memory: Any) -> None:
         self.collisions.enabled, self.distances.enabled = memory
         self.sense()
+
+    def registered_names(self) -> Mapping[str, list[str]]:
+        return {"collision": self.collisions.names(), "distance": self.distances.names()}
 
     def sense(self) -> None:
         """Note the instant that results of this simulation step are computed from."""

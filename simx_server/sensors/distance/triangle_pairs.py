@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.geometry.triangles import Array
 from simx_server.sensors.proximity.seen import cross
-from simx_server.sensors.triangles import Array
 
 from .box_tree import Bounds, Indices, Placed
 

@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from simx_server.errors import RenderError
-from simx_server.sensors.opengl.libraries import INSTALL_HINT, why_it_fails
+
+from .libraries import INSTALL_HINT, why_it_fails
 
 logger = logging.getLogger(__name__)
 

@@ -19,7 +19,8 @@ from typing import NoReturn
 from simx_client.protocol.files import is_vrep_name
 from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
-from simx_server.sensors.opengl.backend import (
+
+from .backend import (
     DIES_WITHIN,
     PROBE_LIMIT,
     candidates,
@@ -27,7 +28,7 @@ from simx_server.sensors.opengl.backend import (
     probe_in_child,
     requested_backend,
 )
-from simx_server.sensors.opengl.probe import what_is_wrong
+from .probe import what_is_wrong
 
 _INCLUDE = re.compile(rb"""<include[^>]*\sfile\s*=\s*["']([^"']+)""")
 _CAMERA = re.compile(rb"""<camera\b[^>]*\sname\s*=\s*["']([^"']+)""")

@@ -7,7 +7,8 @@ libraries are checked before anything large is imported.
 import sys
 
 from simx_server.errors import RenderError
-from simx_server.sensors.opengl.libraries import missing_libraries, why_it_fails
+
+from .libraries import missing_libraries, why_it_fails
 
 _SCENE = """
 <mujoco>
@@ -28,8 +29,9 @@ def check_backend(name: str) -> None:
     import mujoco
     import numpy as np
 
-    from simx_server.sensors.opengl.renderer import OpenGLRenderer
-    from simx_server.sensors.vision.image import CameraView
+    from simx_server.scene.cameras.image import CameraView
+
+    from .renderer import OpenGLRenderer
 
     model = mujoco.MjModel.from_xml_string(_SCENE)
     data = mujoco.MjData(model)

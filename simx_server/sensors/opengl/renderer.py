@@ -25,25 +25,21 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.highlights import highlights_of
-from simx_server.sensors.opengl.backend import make_gl_context
-from simx_server.sensors.opengl.commands import COUNT, Commands
-from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
-from simx_server.sensors.vision.image import (
+from simx_server.scene.cameras.image import (
     DEPTH_OFFSET,
     NO_CODE,
     PART,
+    CameraImage,
     CameraView,
-    Picture,
     RenderError,
     nothing,
 )
-from simx_server.sensors.vision.visibility import (
-    SENSORS_GROUP,
-    VISIBLE_GROUPS,
-    drawn,
-    near_the_view,
-)
+from simx_server.scene.cameras.visibility import SENSORS_GROUP, VISIBLE_GROUPS, drawn, near_the_view
+from simx_server.scene.geometry.highlights import highlights_of
+
+from .backend import make_gl_context
+from .commands import COUNT, Commands
+from .roundness import may_be_coarse, round_geoms
 
 logger = logging.getLogger(__name__)
 
@@ -119,7 +115,7 @@ class OpenGLRenderer:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         """Return the image of `view` in the state `data` (forward kinematics done), with the requested channels.
 
         Args:
@@ -149,8 +145,8 @@ class OpenGLRenderer:
             background = np.array(view.background_bytes(), np.uint8)
             colours.view("V3")[..., 0][nearness == 0.0] = background.view("V3")
         if not depth or nearness is None:
-            return Picture(colours, None)
-        return Picture(colours, _linear_depth(nearness, view))
+            return CameraImage(colours, None)
+        return CameraImage(colours, _linear_depth(nearness, view))
 
     def _render_rows(
         self,

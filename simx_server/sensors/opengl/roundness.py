@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.vision.image import CameraView
-from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
+from simx_server.scene.cameras.image import CameraView
+from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 
 _ROUND = (
     int(mujoco.mjtGeom.mjGEOM_SPHERE),

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.poses import Vector
+from simx_server.scene.geometry.triangles import CURVED, plane_triangles, true_surface
+from simx_server.scene.poses.poses import Vector
 from simx_server.sensors.instant import Instant
-from simx_server.sensors.triangles import CURVED, plane_triangles, true_surface
 
 from .nearest import nearest_points
 from .optics import Optics

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from simx_server.scene.geometry.poses import Vector
+from simx_server.scene.poses.poses import Vector
 
 from .detection import Detection
 from .nearest import nearest_points

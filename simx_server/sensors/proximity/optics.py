@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.poses import Vector
+from simx_server.scene.poses.poses import Vector
 
 from . import volume as volumes
 from .volume import Volume

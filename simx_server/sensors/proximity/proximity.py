@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from simx_server.errors import NotHandledYet
 from simx_server.scene.collection import ALL
+from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .detection import Detection, detect_all
 from .given import detect_given
@@ -33,12 +34,19 @@ from .volume import TYPES
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.sensors.instant import Instants
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 __all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
 
 DEFAULT_RANGE = 10.0
 """Range in metres of a rangefinder without a range (annotation or the sensor's cutoff)."""
+
+
+_LENGTHS = (
+    *("offset", "range", "radius", "radius_far", "size_x", "size_y", "size_x_far", "size_y_far"),
+    *("height", "min_distance"),
+)
+"""Lengths in the annotation of a sensor."""
 
 
 class ProximitySensors(Part):
@@ -100,7 +108,7 @@ class ProximitySensors(Part):
         if self.is_explicit(handle):
             raise NotHandledYet(
                 f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run",
-                is_coming=self._sim.is_before_first_pass,
+                is_coming=self._sim.is_before_first_step,
             )
         self._asked[handle] = None
         if handle not in self._results:
@@ -109,7 +117,7 @@ class ProximitySensors(Part):
                 raise NotHandledYet(
                     f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running "
                     "simulation",
-                    is_coming=self.enabled and self._sim.is_before_first_pass,
+                    is_coming=self.enabled and self._sim.is_before_first_step,
                 )
             together = self._alike(instant, handle)
             self._results.update(zip(together, self._detect(instant, together), strict=True))
@@ -347,6 +355,11 @@ class ProximitySensors(Part):
         """Return the randomness of a sensor's next reading: the same in each run with the same readings."""
         self._throws[handle] += 1
         return np.random.default_rng((self._sim.step_count, handle, self._throws[handle]))
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        if self._sim.scene.get(handle).kind == ObjectKind.PROXIMITY_SENSOR:
+            renaming.scale_annotation(self._sim, handle, "proximity", dict.fromkeys(_LENGTHS, 1), factor)
+            self.look_again(handle)
 
     def look_again(self, handle: int) -> None:
         """Read the annotation of a sensor again before the next detection: it has changed."""

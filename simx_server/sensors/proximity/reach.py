@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.triangles import Array
+from simx_server.scene.geometry.triangles import Array
 
 from .volume import Volume
 

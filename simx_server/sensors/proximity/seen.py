@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.triangles import Array
+from simx_server.scene.geometry.triangles import Array
 
 _NEXT = [1, 2, 0]
 

@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.ray_casting.surface import Ids, Points
-from simx_server.sensors.vision.image import DEPTH_OFFSET, CameraView
-from simx_server.sensors.vision.visibility import drawn, near_the_view
+from simx_server.scene.cameras.image import DEPTH_OFFSET, CameraView
+from simx_server.scene.cameras.visibility import drawn, near_the_view
+
+from .surface import Ids, Points
 
 _SEEN_GROUP = 0
 _HIDDEN_GROUP = 1

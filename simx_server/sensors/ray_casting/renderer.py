@@ -11,10 +11,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.ray_casting.rays import Rays, Seeing
-from simx_server.sensors.ray_casting.surface import Surfaces
-from simx_server.sensors.vision.image import CameraView, Picture, nothing
-from simx_server.sensors.vision.visibility import OPAQUE_ALPHA
+from simx_server.scene.cameras.image import CameraImage, CameraView, nothing
+from simx_server.scene.cameras.visibility import OPAQUE_ALPHA
+
+from .rays import Rays, Seeing
+from .surface import Surfaces
 
 _LAYERS = 6
 """Maximum number of surfaces that a ray passes (see-through, or cut open by the near plane) before it is dropped."""
@@ -40,7 +41,7 @@ class RaycastRenderer:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         """Return the image of `view` in the state `data` (forward kinematics done), with the requested channels.
 
         Args:
@@ -77,7 +78,7 @@ class RaycastRenderer:
             if depths is not None:
                 linear = (distance - view.near) / (view.far - view.near)
                 depths[rows] = linear.reshape(-1, view.width)
-        return Picture(colours, depths)
+        return CameraImage(colours, depths)
 
     def rest(self) -> None:
         """Do nothing: no memory is held between two images."""

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.vision.image import CameraView, Viewpoint
-from simx_server.sensors.vision.visibility import near_the_view, seen_by_users
+from simx_server.scene.cameras.image import CameraView, Viewpoint
+from simx_server.scene.cameras.visibility import near_the_view, seen_by_users
 
 _FLAT = 0.1
 """Height of a ground as a share of its narrower side, at most."""

@@ -15,7 +15,7 @@ _MANY = 256
 """Maximum number of askers whose time is kept; beyond it, askers without a waiting job are forgotten."""
 
 
-class PictureQueue(Generic[J]):
+class ImageQueue(Generic[J]):
     """Jobs by asker. Not locked: the caller serialises."""
 
     def __init__(self, most: int) -> None:

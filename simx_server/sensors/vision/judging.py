@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from simx_server.scene.cameras.image import NO_CODE, CameraImage, depth_as_grey, grey
+
 from .filters.chain import Processed
-from .image import NO_CODE, Picture, depth_as_grey, grey
 from .vision_settings import Verdict, VisionSettings
 
 
-def statistics(picture: Picture, shows_depth: bool) -> list[float]:
+def statistics(picture: CameraImage, shows_depth: bool) -> list[float]:
     """Return the 15 numbers of V-REP's first auxiliary packet."""
     assert picture.depth is not None
     pixels = shown(picture, shows_depth)
@@ -21,7 +22,7 @@ def statistics(picture: Picture, shows_depth: bool) -> list[float]:
     return found
 
 
-def _handles_in(picture: Picture) -> list[float]:
+def _handles_in(picture: CameraImage) -> list[float]:
     """Return the handles in an image, in order; V-REP adds a half so that rounding down cannot change them."""
     assert picture.rgb is not None
     codes = np.unique(picture.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
@@ -34,7 +35,7 @@ _MEAN_INTENSITY = 10
 
 def judged(
     settings: VisionSettings,
-    picture: Picture,
+    picture: CameraImage,
     shows_depth: bool,
     verdict: Verdict | None = None,
     processed: Processed | None = None,
@@ -70,7 +71,7 @@ def _mean(values: np.ndarray) -> float:
     return float(values.mean(dtype=np.float64))
 
 
-def shown(picture: Picture, shows_depth: bool) -> np.ndarray:
+def shown(picture: CameraImage, shows_depth: bool) -> np.ndarray:
     """Return (h, w, 3) uint8: the sensor's image."""
     if shows_depth:
         assert picture.depth is not None

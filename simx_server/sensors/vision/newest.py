@@ -22,7 +22,7 @@ class Made(Protocol):
 M = TypeVar("M", bound=Made)
 
 
-class NewestPictures(Generic[M]):
+class NewestImages(Generic[M]):
     """The newest images by camera. Not locked: the caller serialises."""
 
     def __init__(self, room: int = ROOM) -> None:

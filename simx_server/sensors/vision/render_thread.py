@@ -22,13 +22,14 @@ from typing import NamedTuple
 import mujoco
 
 from simx_server.limits import Limits
-from simx_server.runtime.monitoring.metrics import PictureTimes
+from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
-from simx_server.sensors.vision.image import PART, CameraView, Picture, Renderer, RenderError, nothing
-from simx_server.sensors.vision.image_queue import PictureQueue
-from simx_server.sensors.vision.newest import NewestPictures
-from simx_server.sensors.vision.shared_cameras import CameraPlaces
-from simx_server.sensors.vision.state_copies import Snapshot, SnapshotPool
+from simx_server.service.monitoring.metrics import ImageTimes
+
+from .image_queue import ImageQueue
+from .newest import NewestImages
+from .shared_cameras import CameraPlaces
+from .state_copies import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
 
@@ -79,7 +80,7 @@ class _Job:
     snapshot: Snapshot | None
     """None once the image is done."""
     asker: str = ""
-    future: "Future[Picture]" = field(default_factory=Future[Picture])
+    future: "Future[CameraImage]" = field(default_factory=Future[CameraImage])
     is_given_up: bool = False
     """It has failed although it is in progress."""
 
@@ -132,16 +133,16 @@ class RenderThread:
         self._limits = limits or Limits()
         self.ready = threading.Event()
         """Set once the back end is chosen."""
-        self.times = PictureTimes()
+        self.times = ImageTimes()
         self._closing = threading.Event()
         self._choose = choose or functools.partial(choose_backend, probe=probe, give_up=self._closing)
         self._make = make
         self._backend: Backend | None = None
 
         self._wake = threading.Condition()
-        self._waiting: PictureQueue[_Job] = PictureQueue(self._limits.pictures)
+        self._waiting: ImageQueue[_Job] = ImageQueue(self._limits.pictures)
         self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
-        self._newest: NewestPictures[_Job] = NewestPictures()
+        self._newest: NewestImages[_Job] = NewestImages()
         self._places = CameraPlaces()
         self._running: _Job | None = None
         self._doing: _Doing | None = None
@@ -196,7 +197,7 @@ class RenderThread:
         depth: bool,
         version: Hashable,
         asker: str = "",
-    ) -> "Future[Picture]":
+    ) -> "Future[CameraImage]":
         """Request an image of the state `data` (forward kinematics done) without waiting.
 
         Args:
@@ -228,7 +229,7 @@ class RenderThread:
         depth: bool,
         version: Hashable,
         asker: str,
-    ) -> "tuple[Future[Picture], _Job | None]":
+    ) -> "tuple[Future[CameraImage], _Job | None]":
         """Return the future, and a job to drop because there are too many. Needs the lock."""
         if self._closing.is_set():
             return _failed("rendering is closed; the server is shutting down"), None
@@ -412,7 +413,7 @@ class RenderThread:
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         """Render an image. Errors of a driver or a renderer go to the caller; the thread continues."""
         try:
-            self._make_picture(job, snapshot, self._let_in(job))
+            self._make_image(job, snapshot, self._let_in(job))
         except Exception:  # the caller has received the error
             self._drop_renderer()
 
@@ -436,7 +437,7 @@ class RenderThread:
                 if small is None:
                     break
                 try:
-                    self._make_picture(*small, nothing)
+                    self._make_image(*small, nothing)
                 except RenderError:
                     pass  # not an error of the driver
                 finally:
@@ -447,7 +448,7 @@ class RenderThread:
 
         return let_in
 
-    def _make_picture(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
+    def _make_image(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
         """Render an image, or report the error to the caller. Raises the errors of a driver or a renderer."""
         began = time.perf_counter()
         try:
@@ -464,7 +465,7 @@ class RenderThread:
         if not job.is_given_up:
             job.future.set_result(picture)
 
-    def _end_job(self, job: _Job, took: float, picture: Picture | None) -> None:
+    def _end_job(self, job: _Job, took: float, picture: CameraImage | None) -> None:
         with self._wake:
             self._forget(job)
             self._running = None
@@ -571,8 +572,8 @@ def _nothing_to_do() -> "Future[None]":
     return future
 
 
-def _failed(reason: str) -> "Future[Picture]":
-    future: Future[Picture] = Future()
+def _failed(reason: str) -> "Future[CameraImage]":
+    future: Future[CameraImage] = Future()
     future.set_exception(RenderError(reason))
     return future
 

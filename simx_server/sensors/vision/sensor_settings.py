@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
+from simx_server.scene.cameras.image import NO_CODE, CameraImage, CameraView, fovy_from_perspective_angle
 from simx_server.scene.collection import ALL
 from simx_server.scene.objects import ObjectKind
 
-from .image import NO_CODE, CameraView, Picture, fovy_from_perspective_angle
 from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
+    from simx_server.scene.editing.kept import Kept
     from simx_server.scene.objects import Scene
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
@@ -99,8 +100,8 @@ class SensorSettings:
             self._collections.entity(entity)
         self.change(handle, entity=entity)
 
-    def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Copy settings of sensors to their copies; `copies` maps the handle of the original to that of the copy."""
+    def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
+        """Copy the settings of sensors to their copies, without images."""
         for handle, copy in copies.items():
             if handle in self._settings:
                 self._settings[copy] = replace(
@@ -112,15 +113,25 @@ class SensorSettings:
                     work=None,
                 )
 
+    def object_scaled(self, handle: int, factor: float) -> None:
+        """Scale what a sensor sees: its distances, and the size of an orthographic view."""
+        if self._sim.scene.get(handle).kind != ObjectKind.VISION_SENSOR:
+            return
+        settings = self.settings(handle)
+        changes = {"near": settings.near * factor, "far": settings.far * factor}
+        if settings.orthographic_size is not None:
+            changes["orthographic_size"] = settings.orthographic_size * factor
+        self.change(handle, **changes)
+
     def views(self) -> list[CameraView]:
         """Return the view of each vision sensor with its present settings."""
         handles = self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
         return [self.view(handle) for handle in handles]
 
-    def _background(self, settings: VisionSettings) -> Picture:
+    def _background(self, settings: VisionSettings) -> CameraImage:
         colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)
         rgb = np.tile(colour, (settings.height, settings.width, 1))
-        return Picture(rgb, np.ones((settings.height, settings.width), np.float32))
+        return CameraImage(rgb, np.ones((settings.height, settings.width), np.float32))
 
     def _background_of(self, settings: VisionSettings) -> tuple[float, float, float]:
         if settings.shows_handles:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import mujoco
 
-from simx_server.sensors.vision.image import CameraView
+from simx_server.scene.cameras.image import CameraView
 
 
 class CameraPlaces:

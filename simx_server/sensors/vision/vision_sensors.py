@@ -18,21 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError, NotHandledYet
+from simx_server.scene.cameras.image import CameraImage, CameraView, grey
 from simx_server.scene.collection import ALL
 from simx_server.scene.objects import ObjectKind
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .filters.chain import Chain, Processed
 from .futures import done, then
-from .image import CameraView, Picture, grey
 from .judging import judged, shown
 from .sensor_settings import BLACK, SensorSettings
 from .vision_settings import Verdict, VisionSettings
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
-    from simx_server.sensors.vision.render_thread import RenderThread
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
+
+    from .render_thread import RenderThread
 
 
 class VisionSensors(SensorSettings, Part):
@@ -53,17 +54,17 @@ class VisionSensors(SensorSettings, Part):
         """Boolean parameter 10: whether sensors are handled at all; if false, images are the background."""
         self._are_sensed = False
         """Whether a simulation step of this run has come to its sensing phase."""
-        self.on_picture: Callable[[int], object] = _nobody
+        self.on_image: Callable[[int], object] = _nobody
         """Called with a sensor's handle when it was handled or an image was set: scripts that process images."""
 
     def scene_changed(self) -> None:
         self._change_scene()
 
     def run_started(self) -> None:
-        self._forget_pictures()
+        self._forget_images()
 
     def run_stopped(self) -> None:
-        self._forget_pictures()
+        self._forget_images()
 
     def image(self, handle: int, *, as_grey: bool, asker: str = "") -> Future[tuple[list[int], bytes]]:
         """Return [width, height] and bytes, rows bottom first: RGB, or one grey byte per pixel.
@@ -83,7 +84,7 @@ class VisionSensors(SensorSettings, Part):
             picture = self._picture(handle, rgb=True, asker=asker)
         shows_depth = settings.shows_depth
 
-        def convert(made: Picture) -> tuple[list[int], bytes]:
+        def convert(made: CameraImage) -> tuple[list[int], bytes]:
             pixels = shown(made, shows_depth)
             return size, (grey(pixels) if as_grey else pixels).tobytes()
 
@@ -94,7 +95,7 @@ class VisionSensors(SensorSettings, Part):
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
 
-        def convert(made: Picture | Processed) -> tuple[list[int], bytes]:
+        def convert(made: CameraImage | Processed) -> tuple[list[int], bytes]:
             assert made.depth is not None
             return size, made.depth.astype("<f4", copy=False).tobytes()
 
@@ -126,7 +127,7 @@ class VisionSensors(SensorSettings, Part):
             raise NotHandledYet(
                 f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
                 "(unless that is switched off), or by its script when it is handled explicitly",
-                is_coming=by_itself and self._sim.is_before_first_pass,
+                is_coming=by_itself and self._sim.is_before_first_step,
             )
         verdict = settings.verdict
         if (processed := self._processed(handle, asker)) is not None:
@@ -134,8 +135,8 @@ class VisionSensors(SensorSettings, Part):
         shows_depth = settings.shows_depth and drawn is None
         picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
 
-        def convert(made: Picture) -> tuple[bool, list[list[float]]]:
-            seen = made if drawn is None else Picture(drawn, made.depth)
+        def convert(made: CameraImage) -> tuple[bool, list[list[float]]]:
+            seen = made if drawn is None else CameraImage(drawn, made.depth)
             return judged(settings, seen, shows_depth, verdict)
 
         return then(picture, convert)
@@ -148,13 +149,13 @@ class VisionSensors(SensorSettings, Part):
             CommandError: the entity does not exist.
         """
         settings = self._sensor(handle)
-        picture = self.picture_of(handle, entity)
+        picture = self.image_of(handle, entity)
         if settings.chain is None:
             return then(picture, lambda made: judged(settings, made, settings.shows_depth))
         process = self._process(settings, keeps_work=False)
         return then(picture, lambda made: judged(settings, made, False, None, process(made)))
 
-    def picture_of(self, handle: int, entity: int) -> Future[Picture]:
+    def image_of(self, handle: int, entity: int) -> Future[CameraImage]:
         """Return both channels of an entity as a sensor sees it now.
 
         Raises:
@@ -176,7 +177,7 @@ class VisionSensors(SensorSettings, Part):
             settings.picture = None
             return
         self._take(settings, handle, self._sim.step_count)
-        self.on_picture(handle)
+        self.on_image(handle)
 
     def sense(self, handle: int) -> bool:
         """Render a sensor for its script in the sensing phase; the image is kept until the next sensing.
@@ -188,7 +189,7 @@ class VisionSensors(SensorSettings, Part):
         settings = self._sensor(handle)
         if not self._is_automatic(settings):
             return False
-        if settings.picture is None or settings.picture_pass <= self._sim.step_count:
+        if settings.picture is None or settings.image_step <= self._sim.step_count:
             self._take(settings, handle, self._sim.step_count + 1)
         return True
 
@@ -204,7 +205,7 @@ class VisionSensors(SensorSettings, Part):
         """Show another image, (height, width, 3), until the present image is replaced."""
         settings = self._sensor(handle)
         settings.filtered = pixels
-        settings.picture_pass = max(settings.picture_pass, self._sim.step_count)
+        settings.image_step = max(settings.image_step, self._sim.step_count)
 
     def judge(self, handle: int, verdict: Verdict) -> None:
         """Store a script's findings in the present image."""
@@ -229,10 +230,10 @@ class VisionSensors(SensorSettings, Part):
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
         settings.drawn, settings.filtered, settings.verdict = rgb, None, None
         if settings.chain is not None:
-            picture = Picture(rgb, np.ones((height, width), np.float32))
+            picture = CameraImage(rgb, np.ones((height, width), np.float32))
             settings.processed = done(self._process(settings)(picture))
-        settings.picture_pass = max(settings.picture_pass, self._sim.step_count)
-        self.on_picture(handle)
+        settings.image_step = max(settings.image_step, self._sim.step_count)
+        self.on_image(handle)
 
     def _check_room(self, taker: VisionSettings) -> None:
         """Check the memory of all kept images together with an image of this sensor.
@@ -249,13 +250,13 @@ class VisionSensors(SensorSettings, Part):
         settings.forget()
         self._check_room(settings)
         settings.picture = self._request(handle, rgb=True, depth=True)
-        settings.picture_pass = until
+        settings.image_step = until
         if settings.chain is not None:
             settings.processed = then(settings.picture, self._process(settings))
 
     def _process(
         self, settings: VisionSettings, *, keeps_work: bool = True
-    ) -> Callable[[Picture], Processed]:
+    ) -> Callable[[CameraImage], Processed]:
         """Return the chain of a sensor as a function of its images. Not `keeps_work`: it remembers nothing."""
         chain, view, size = settings.chain, settings.view, (settings.width, settings.height)
         assert chain is not None
@@ -314,7 +315,7 @@ class VisionSensors(SensorSettings, Part):
     def _sensor(self, handle: int) -> VisionSettings:
         self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
         settings = self.settings(handle)
-        if not settings.explicit and settings.picture_pass < self._sim.step_count:
+        if not settings.explicit and settings.image_step < self._sim.step_count:
             settings.picture = None
             if not settings.external:
                 settings.forget()
@@ -322,7 +323,7 @@ class VisionSensors(SensorSettings, Part):
 
     def _picture(
         self, handle: int, *, rgb: bool = False, depth: bool = False, asker: str = ""
-    ) -> Future[Picture]:
+    ) -> Future[CameraImage]:
         settings = self.settings(handle)
         if settings.picture is not None:
             return settings.picture
@@ -332,25 +333,25 @@ class VisionSensors(SensorSettings, Part):
 
     def _request(
         self, handle: int, *, rgb: bool, depth: bool, asker: str = "", entity: int | None = None
-    ) -> Future[Picture]:
+    ) -> Future[CameraImage]:
         self._show_changes()
         settings = self.settings(handle)
         shape = settings.height, settings.width
         with_rgb, with_depth = rgb and settings.has_rgb, depth and settings.has_depth
         if not with_rgb and not with_depth:
-            return done(Picture(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32)))
+            return done(CameraImage(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32)))
         made = self._ask(self.view(handle, entity=entity), rgb=with_rgb, depth=with_depth, asker=asker)
         if (with_rgb, with_depth) == (rgb, depth):
             return made
         return then(
             made,
-            lambda picture: Picture(
+            lambda picture: CameraImage(
                 picture.rgb if with_rgb else np.zeros((*shape, 3), np.uint8),
                 picture.depth if with_depth else np.ones(shape, np.float32),
             ),
         )
 
-    def _ask(self, view: CameraView, *, rgb: bool, depth: bool, asker: str = "") -> Future[Picture]:
+    def _ask(self, view: CameraView, *, rgb: bool, depth: bool, asker: str = "") -> Future[CameraImage]:
         sim = self._sim
         sim.physics_calls.refuse("a picture cannot be taken", step_only=True)
         sim.refresh()
@@ -364,7 +365,7 @@ class VisionSensors(SensorSettings, Part):
         self.background = BLACK
         self._settings.clear()
 
-    def _forget_pictures(self) -> None:
+    def _forget_images(self) -> None:
         for settings in self._settings.values():
             settings.forget()
             settings.work = None

@@ -10,6 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.cameras.image import (
+    MAX_SIDE,
+    CameraImage,
+    fovy_from_perspective_angle,
+    perspective_angle_from_fovy,
+)
 from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.formats.texts.filter_chains import read_chain
@@ -17,7 +23,6 @@ from simx_server.scene.objects import SceneObject
 
 from .filters.chain import Chain, Processed
 from .filters.work import View, Work
-from .image import MAX_SIDE, Picture, fovy_from_perspective_angle, perspective_angle_from_fovy
 
 DEFAULT_SIDE = 256
 """Default pixels per side of a camera without a resolution; V-REP's own new sensors have 32."""
@@ -67,7 +72,7 @@ class VisionSettings:
     detect_above: float | None = None
     detect_below: float | None = None
     """The image's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
-    picture: Future[Picture] | None = None
+    picture: Future[CameraImage] | None = None
     """An image that was handled explicitly, or rendered for a script; None: the scene is rendered."""
     drawn: NDArray[np.uint8] | None = None
     """(height, width, 3): an image that was set and replaces the rendered one; the depth stays the rendered one."""
@@ -79,7 +84,7 @@ class VisionSettings:
     """The kept or the set image after the chain."""
     work: Work | None = None
     """Images of a chain that remembers; None: black."""
-    picture_pass: int = -1
+    image_step: int = -1
     """The last simulation step in which these values count, unless the sensor is handled explicitly."""
 
     @property

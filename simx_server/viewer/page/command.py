@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED
 from simx_client.protocol.cli.parser import Parser
-from simx_server.app import log_format
-from simx_server.app.setting_rules import web_address
-from simx_server.app.settings import LOG_LEVELS
+from simx_server.processes import log_format
 from simx_server.processes.watchdog import watched
+from simx_server.settings.rules import web_address
+from simx_server.settings.settings import LOG_LEVELS
 from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.messages import OWN_NAME
 
@@ -66,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     lifeline = sys.stdin.fileno() if options.until_eof else None
     with listener, watched(0, lifeline, _END_TIMEOUT), ExitStack() as stack:
         try:
-            from simx_server.world import physics_warnings
+            from simx_server.simulation import physics_warnings
 
             from .composition import Page
             from .quiet_viser import open_browser_server

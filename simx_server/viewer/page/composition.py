@@ -32,7 +32,7 @@ from .quiet_viser import renumber, set_title
 from .tools.files import Files
 from .tools.gizmo import Gizmo
 from .tools.shots import Shots
-from .world import World
+from .view.world import World
 
 logger = logging.getLogger(__name__)
 

@@ -21,16 +21,19 @@ import logging
 import secrets
 import socket
 import threading
+from dataclasses import dataclass
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from simx_server.browsers import Places, cookie_of, end_connection, is_of_another_page
-from simx_server.runtime.admission.unfinished import Holder, Unfinished
+from simx_server.service.clients.admission.unfinished import Holder, Unfinished
 
 from .websocket_size import MessageSize
 
 logger = logging.getLogger(__name__)
 
-_MOST_HEAD = 16_384
+MOST_HEAD = 16_384
+"""Bytes of the head of a request."""
+
 _HEAD_TIMEOUT = 10.0
 """Time-out in seconds for the head of a request."""
 
@@ -38,6 +41,14 @@ _CHUNK = 65_536
 _MOST_CONNECTIONS = 200
 _MOST_OF_ONE = 100
 """Connections from one other machine; a browser makes seven."""
+
+_MOST_FIELDS = 100
+"""Parameters of an address."""
+
+_MOST_FRAMES, _AT_ONCE = 1000, 1.0
+"""Frames of a connection in a second, and seconds of them that may come together: each takes viser's time, however
+small it is. A page that is used sends some 100 in a second.
+"""
 
 _LOOK = 1.0
 """Seconds between two looks for messages that do not go on."""
@@ -73,6 +84,66 @@ class Refused(Exception):
         return "\r\n".join(lines).encode() + b"\r\n\r\n" + body
 
 
+@dataclass(frozen=True)
+class Rules:
+    """Requests that pass the gate."""
+
+    token: str | None
+    """None: no token is required."""
+
+    cookie: str
+    """Name of the cookie that keeps the token."""
+
+    def checked(self, head: bytes) -> bytes:
+        """Return the head in the form that is passed on. Raises Refused."""
+        lines = head.decode("latin-1").split("\r\n")
+        try:
+            method, target, _ = lines[0].split(" ")
+        except ValueError:
+            raise Refused("400 Bad Request", "That is no HTTP request.\n") from None
+        headers: dict[str, str] = {}
+        for line in lines[1:]:
+            name, _, value = line.partition(":")
+            headers[name.strip().lower()] = value.strip()
+        if method not in ("GET", "HEAD"):
+            raise Refused("405 Method Not Allowed", "This page is only looked at: GET.\n", "Allow: GET, HEAD")
+        self._check_place(headers)
+        if self.token is not None:
+            self._check_token(self.token, target, headers)
+        if headers.get("upgrade", "").lower() == "websocket":
+            return head
+        kept = [line for line in lines[:-2] if line.partition(":")[0].strip().lower() != "connection"]
+        return "\r\n".join([*kept, "Connection: close"]).encode("latin-1") + b"\r\n\r\n"
+
+    def _check_place(self, headers: dict[str, str]) -> None:
+        host = headers.get("host", "")
+        if self.token is None and not is_loopback(_split(f"//{host}").hostname or ""):
+            raise Refused(
+                "403 Forbidden",
+                f"This page is this host's alone; it is no part of '{host}'. "
+                "For others, start it with --view HOST:PORT.\n",
+            )
+        origin = headers.get("origin")
+        if origin is not None and _split(origin).netloc != host:
+            raise Refused("403 Forbidden", "Another web site may not use this page.\n")
+        if is_of_another_page(headers, in_frames=True):
+            raise Refused("403 Forbidden", "Another web site may not show this page within its own.\n")
+
+    def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:
+        shown = _parameter(target, "token")
+        if shown and hmac.compare_digest(shown.encode(), token.encode()):
+            # Removed from the address bar, where it could be seen or copied along with the address.
+            cookie = f"{self.cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
+            raise Refused("303 See Other", "", f"Set-Cookie: {cookie}", "Location: /")
+        kept = cookie_of(headers.get("cookie", ""), self.cookie)
+        if not hmac.compare_digest(kept.encode(), token.encode()):
+            raise Refused(
+                "401 Unauthorized",
+                "This page asks for a token. The server printed an address with it when it started: "
+                "http://HOST:PORT/?token=...\n",
+            )
+
+
 class Gate:
     """Accepts browsers at a listening socket, until `close`."""
 
@@ -91,13 +162,15 @@ class Gate:
         """The address for a browser; for other hosts, with the token."""
         if self.token is not None:
             self.url += f"?token={self.token}"
-        self._cookie = f"simx_token_{self.port}"  # cookies of one host are for all its ports
+        self._rules = Rules(
+            self.token, f"simx_token_{self.port}"
+        )  # cookies of one host are for all its ports
         self._behind = behind
         self._places = Places()
         self._unfinished = Unfinished()
         self._loop = asyncio.new_event_loop()
         self._server = self._loop.run_until_complete(
-            asyncio.start_server(self._admit, sock=listener, limit=_MOST_HEAD)
+            asyncio.start_server(self._admit, sock=listener, limit=MOST_HEAD)
         )
         self._thread = threading.Thread(target=self._run, name="simx-gate", daemon=True)
         self._thread.start()
@@ -136,7 +209,7 @@ class Gate:
             async with asyncio.timeout(_HEAD_TIMEOUT):
                 head = await _head(reader)
             self._places.has_request(writer)
-            await self._pass_on(self._checked(head), reader, writer)
+            await self._pass_on(self._rules.checked(head), reader, writer)
         except Refused as refusal:
             writer.write(refusal.response())
             with contextlib.suppress(OSError, TimeoutError):
@@ -151,57 +224,6 @@ class Gate:
             with contextlib.suppress(asyncio.CancelledError):
                 await end_connection(writer)
             self._places.leave(writer)
-
-    # --- checks ----------------------------------------------------------------------------------
-
-    def _checked(self, head: bytes) -> bytes:
-        """Return the head in the form that is passed on. Raises Refused."""
-        lines = head.decode("latin-1").split("\r\n")
-        try:
-            method, target, _ = lines[0].split(" ")
-        except ValueError:
-            raise Refused("400 Bad Request", "That is no HTTP request.\n") from None
-        headers: dict[str, str] = {}
-        for line in lines[1:]:
-            name, _, value = line.partition(":")
-            headers[name.strip().lower()] = value.strip()
-        if method not in ("GET", "HEAD"):
-            raise Refused("405 Method Not Allowed", "This page is only looked at: GET.\n", "Allow: GET, HEAD")
-        self._check_place(headers)
-        if self.token is not None:
-            self._check_token(self.token, target, headers)
-        if headers.get("upgrade", "").lower() == "websocket":
-            return head
-        kept = [line for line in lines[:-2] if line.partition(":")[0].strip().lower() != "connection"]
-        return "\r\n".join([*kept, "Connection: close"]).encode("latin-1") + b"\r\n\r\n"
-
-    def _check_place(self, headers: dict[str, str]) -> None:
-        host = headers.get("host", "")
-        if self.token is None and not is_loopback(_split(f"//{host}").hostname or ""):
-            raise Refused(
-                "403 Forbidden",
-                f"This page is this host's alone; it is no part of '{host}'. "
-                "For others, start it with --view HOST:PORT.\n",
-            )
-        origin = headers.get("origin")
-        if origin is not None and _split(origin).netloc != host:
-            raise Refused("403 Forbidden", "Another web site may not use this page.\n")
-        if is_of_another_page(headers, in_frames=True):
-            raise Refused("403 Forbidden", "Another web site may not show this page within its own.\n")
-
-    def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:
-        shown = parse_qs(_split(target).query).get("token", [""])[-1]
-        if shown and hmac.compare_digest(shown.encode(), token.encode()):
-            # Removed from the address bar, where it could be seen or copied along with the address.
-            cookie = f"{self._cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
-            raise Refused("303 See Other", "", f"Set-Cookie: {cookie}", "Location: /")
-        kept = cookie_of(headers.get("cookie", ""), self._cookie)
-        if not hmac.compare_digest(kept.encode(), token.encode()):
-            raise Refused(
-                "401 Unauthorized",
-                "This page asks for a token. The server printed an address with it when it started: "
-                "http://HOST:PORT/?token=...\n",
-            )
 
     # --- accepted connections --------------------------------------------------------------------
 
@@ -233,21 +255,28 @@ async def _head(reader: asyncio.StreamReader) -> bytes:
     except asyncio.LimitOverrunError:
         raise Refused(
             "431 Request Header Fields Too Large",
-            f"More than {_MOST_HEAD} bytes; if these are cookies of other pages of this host, delete them.\n",
+            f"More than {MOST_HEAD} bytes; if these are cookies of other pages of this host, delete them.\n",
         ) from None
 
 
 async def _copy(
     source: asyncio.StreamReader, sink: asyncio.StreamWriter, unfinished: Holder | None = None
 ) -> None:
-    """Copy until the source ends; count the messages of a browser. Raises TooLong."""
-    size = MessageSize()
+    """Copy until the source ends; count the messages of a browser. Raises BadFrame."""
+    size, now = MessageSize(), asyncio.get_running_loop().time
+    served = 0.0
+    """When viser has had the time for all frames so far."""
+
     while data := await source.read(_CHUNK):
         if unfinished is not None:
-            before, held = size.count, size.add(data)
+            before, frames = size.count, size.frames
+            held = size.add(data)
             unfinished.hold(held, is_new=size.count > before)
+            served = max(served, now()) + (size.frames - frames) / _MOST_FRAMES
         sink.write(data)
         await sink.drain()
+        if (early := served - now()) > _AT_ONCE:
+            await asyncio.sleep(early)
 
 
 def _split(address: str) -> SplitResult:
@@ -258,6 +287,14 @@ def _split(address: str) -> SplitResult:
     except ValueError:
         raise Refused("400 Bad Request", "That is no address.\n") from None
     return parts
+
+
+def _parameter(target: str, name: str) -> str:
+    """Return a parameter of an address, the last of its name; empty without it. Raises Refused."""
+    try:
+        return parse_qs(_split(target).query, max_num_fields=_MOST_FIELDS).get(name, [""])[-1]
+    except ValueError:
+        raise Refused("400 Bad Request", f"At most {_MOST_FIELDS} parameters.\n") from None
 
 
 def _shown(host: str) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simx_client import Client
 from simx_client.protocol import constants as c
-from simx_server.sensors.vision.image import fovy_from_perspective_angle
+from simx_server.scene.cameras.image import fovy_from_perspective_angle
 
 _DEPTH_STOPS = np.array([(253, 231, 37), (53, 183, 121), (49, 104, 142), (68, 1, 84)], float)
 """Red, green and blue from the nearest to the farthest; lightness falls, so that the order shows in grey as well."""

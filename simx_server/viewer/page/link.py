@@ -18,7 +18,7 @@ import msgpack
 from simx_client import Client
 from simx_client.client import Calls
 from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
-from simx_client.protocol.past import KEEP, Kept
+from simx_client.protocol.add_ons.past import KEEP, Kept
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SENSING, SURVEY, Look, Past, Sensing, Survey
 

@@ -5,12 +5,25 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import logging
 import secrets
 import socket
+import warnings
 
 import viser
-from viser._messages import RunJavascriptMessage
+from viser import infra
+from viser._messages import Message, RunJavascriptMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
+from websockets.exceptions import ConnectionClosedError
+
+from simx_server.viewer.browser_messages import REFUSED, BadMessage, check
+
+logger = logging.getLogger(__name__)
+
+_read = Message.deserialize
+
+_MOST_LETTERS = 200
+"""Letters of an error in the log."""
 
 _MANY = 1_000_000
 """Numbers that viser looks up in about a tenth of a second."""
@@ -34,8 +47,30 @@ def open_browser_server() -> viser.ViserServer:
     else:
         raise OSError("no port of this machine is free")
     # viser prints its address even when it is not verbose; stdout is for the gate's.
+    Message.deserialize = staticmethod(_read_bounded)  # viser has no place for it
+    # Its warnings have the whole value, and Python keeps each text.
+    warnings.filterwarnings("ignore", r"\[viser\]", module=r"viser\.infra\._messages")
     with contextlib.redirect_stdout(io.StringIO()):
         return viser.ViserServer(host=host, port=port, verbose=False)
+
+
+def _read_bounded(message: bytes) -> infra.Message:
+    """Read a message of a browser.
+
+    Raises:
+        ConnectionClosedError: the page never sends such a message; viser closes the connection without more ado.
+    """
+    try:
+        check(message)
+        made = _read(message)
+        if type(made).__name__ in REFUSED:
+            raise BadMessage("a file, which the page has not asked for")
+    except Exception as problem:
+        logger.info(
+            "a browser is cut off, which has sent something unreadable: %s", str(problem)[:_MOST_LETTERS]
+        )
+        raise ConnectionClosedError(None, None) from None
+    return made
 
 
 def set_title(browser: viser.ViserServer, title: str) -> None:

@@ -14,13 +14,13 @@ from vrep_writer import VrepWriter
 
 from simx_client import __main__ as program
 from simx_client.checking import command, scene
-from simx_client.checking.names import names_of
 from simx_client.checking.program import read_program
+from simx_client.checking.reading.names import names_of
+from simx_client.checking.reading.texts import matches
 from simx_client.checking.scene import NoScene, SceneView
-from simx_client.checking.texts import matches
 from simx_client.checking.wants import wants_of
 
-LEGACY = Path(__file__).parents[2] / "legacy" / "programs"
+LEGACY = Path(__file__).parents[2] / "old_programs" / "programs"
 
 HEAD = "import vrep\nc = vrep.simxStart('127.0.0.1', 19997, True, True, 5000, 5)\nB = vrep.simx_opmode_blocking\n"
 

@@ -83,9 +83,9 @@ def test_script_calls_that_mix_modes_are_told(tmp_path: Path) -> None:
 
 
 def test_usual_scripts_have_few_and_the_page_tells_them_in_full(tmp_path: Path) -> None:
-    for script in sorted((ROOT / "tests/legacy/programs").glob("*.py")):
+    for script in sorted((ROOT / "tests/old_programs/programs").glob("*.py")):
         assert len(check(script)[1]["differences"]) <= 5, script.name
-    page = page_of(ROOT / "tests/legacy/programs/pendulum_torque.py", "--differences")
+    page = page_of(ROOT / "tests/old_programs/programs/pendulum_torque.py", "--differences")
     assert "MuJoCo does the physics." in page
     assert "-1 comes with a reason" not in page
 

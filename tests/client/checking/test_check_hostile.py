@@ -10,6 +10,8 @@ from checked_programs import START, check, objects_of, texts_of, write
 
 from simx_client.checking import command, program
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("source", "words"),

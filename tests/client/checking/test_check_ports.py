@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from simx_client.checking.names import names_of
 from simx_client.checking.program import read_program
+from simx_client.checking.reading.names import names_of
 from simx_client.checking.wants import wants_of
 
 MODULE = "ARENA = 30000 + 3\nclass Config:\n    port = 25000\n"

@@ -16,10 +16,12 @@ from routers import free_port
 
 from simx_client import __main__ as program
 from simx_client.cli import call, image, watch
-from simx_client.cli.arguments import WrongUse, bare, command_named, parse, shielded, usage
-from simx_client.cli.formatting import as_text
 from simx_client.cli.one_call import parse_words
-from simx_client.cli.png import png, samples_16
+from simx_client.cli.values.arguments import WrongUse, bare, command_named, parse, shielded, usage
+from simx_client.cli.values.formatting import as_text
+from simx_client.cli.values.png import png, samples_16
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>

@@ -15,8 +15,8 @@ from simx_client import __main__ as program
 from simx_client.cli.command_parser import SCRIPT
 from simx_client.cli.completion import PROGRAMS, programs
 from simx_client.protocol.commands import BY_NAME
-from simx_server.app.settings import SETTINGS
 from simx_server.files.library import list_scenes
+from simx_server.settings.settings import SETTINGS
 
 ROOT = Path(__file__).parents[3]
 SHELLS = ("bash", "zsh", "fish")

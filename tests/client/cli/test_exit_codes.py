@@ -28,7 +28,9 @@ from simx_client.protocol.cli.exit_codes import (
     USAGE,
 )
 from simx_server.app import cli, server
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
+
+pytestmark = pytest.mark.slow
 
 
 def code_of(main: Callable[[list[str]], int], *arguments: object) -> int:

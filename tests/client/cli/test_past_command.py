@@ -13,6 +13,8 @@ import simx_client as v
 from simx_client import Client
 from simx_client import __main__ as program
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:

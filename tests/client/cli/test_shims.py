@@ -11,6 +11,8 @@ from launching import LEGACY_BINDING, ROOT, output_of, python, write_script
 
 from simx_client.cli.shims import FILES, write_shims
 
+pytestmark = pytest.mark.slow
+
 WALK = """
     import inspect, types
     import {module} as vrep

@@ -20,8 +20,8 @@ from simx_client.cli.status import command as status
 from simx_client.cli.status.prometheus import exposition
 from simx_client.cli.status.text import description
 from simx_client.connection.discovery import Measured
-from simx_client.protocol import keys, link
 from simx_client.protocol.reports import decode_health
+from simx_client.protocol.zenoh import keys, link
 
 BLOCKING = v.simx_opmode_blocking
 SAMPLE = re.compile(r'simx_[a-z_]+\{[a-z]+="[^"]*"(,[a-z]+="([^"\\]|\\.)*")*\} (NaN|[0-9.e+-]+)')

@@ -18,7 +18,9 @@ from real_world import RealWorld
 import simx_client as v
 from simx_client import Client, errors
 from simx_client.connection.clients import CLIENTS
-from simx_client.connection.redirect import VARIABLE, format_redirects
+from simx_client.transport.redirect import VARIABLE, format_redirects
+
+pytestmark = pytest.mark.slow
 
 # --- what goes wrong -----------------------------------------------------------------------------
 

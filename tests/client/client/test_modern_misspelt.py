@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from simx_client import Client, batch
+from simx_client.calls.answers import Answer
 from simx_client.client import Joints, Place, SceneObject, Signals, Simulation, State, Stepping, Watch
-from simx_client.connection.answers import Answer
 
 THINGS: dict[str, tuple[Callable[[Client], Any], str, str]] = {
     "client": (lambda client: client, "simulaton", "simulation"),

@@ -13,6 +13,8 @@ from simx_client.fleet import cluster, command
 from simx_client.fleet.ray import FleetError
 from simx_client.fleet.router import reachable
 
+pytestmark = pytest.mark.slow
+
 
 def test_without_ray_it_names_the_line_that_installs_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

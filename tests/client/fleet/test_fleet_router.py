@@ -16,6 +16,8 @@ import simx_client as v
 from simx_client.connection.discovery import find_servers
 from simx_client.fleet.router import Router
 
+pytestmark = pytest.mark.slow
+
 SCENE = "<mujoco><worldbody><body name='ball'><geom size='.1'/></body></worldbody></mujoco>"
 
 

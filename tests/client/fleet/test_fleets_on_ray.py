@@ -28,6 +28,8 @@ cloudpickle: Any = import_module("ray.cloudpickle")
 Cluster: Any = import_module("ray.cluster_utils").Cluster
 
 pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.system,
     pytest.mark.skipif(sys.platform != "linux", reason="Ray's test cluster needs Linux"),
     # Of Ray: warnings about itself, and files and sockets of processes that it has not closed at the end.
     pytest.mark.filterwarnings("ignore"),

@@ -19,6 +19,8 @@ from simx_client.errors import CallsFailed, ConnectionFailed, SimxError
 from simx_client.gym import TASKS, Choices, Increment, SimxEnv, Uniform, rendering
 from simx_server.viewer.launching import missing
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 SCENE = """
 <mujoco>
   <compiler angle="radian"/>

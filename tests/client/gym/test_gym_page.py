@@ -12,6 +12,8 @@ from simx_client.gym import TASKS
 from simx_client.gym.readable import READABLE
 from simx_client.gym.writable import WRITABLE
 
+pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.gl]
+
 PAGE = (Path(__file__).parents[3] / "docs" / "gym.md").read_text(encoding="utf-8")
 PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 

@@ -13,6 +13,8 @@ from simx_client.gym import SimxEnv
 from simx_client.gym.readable import READABLE
 from simx_client.gym.writable import WRITABLE
 
+pytestmark = pytest.mark.gl
+
 SCENE = """
 <mujoco>
   <compiler angle="radian"/>

@@ -20,6 +20,8 @@ pytest.importorskip(
 from simx_client.gym import TASKS
 from simx_client.gym.stable_baselines3 import VecAdapter
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 check_env: Any = import_module("stable_baselines3.common.env_checker").check_env
 README = Path(__file__).parents[3] / "README.md"
 

@@ -12,6 +12,8 @@ import pytest
 
 from simx_client.gym.tasks import line_follower, reach
 
+pytestmark = pytest.mark.gl
+
 COUNT = 2
 
 

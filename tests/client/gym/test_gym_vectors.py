@@ -16,6 +16,8 @@ from world_processes import children
 from simx_client.errors import CallsFailed, SimxError
 from simx_client.gym import SimxVectorEnv, load_task
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 COUNT = 3
 CART_POLE = load_task("cart_pole")
 

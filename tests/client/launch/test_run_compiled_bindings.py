@@ -15,6 +15,8 @@ from launching import LEGACY_BINDING, LEGACY_CONSTANTS, carry_binding, output_of
 
 from simx_client.launch.bindings import is_compiled_binding
 
+pytestmark = pytest.mark.slow
+
 ASK_WHOSE = "print(vrep.simxGetJointPosition.__module__.split('.')[0])"
 NO_CODE = b"\x7fELF\x02\x01\x01\x00\x00 this is not loadable \x00"
 PYTHON_27 = b"\x03\xf3\r\n"

@@ -13,6 +13,8 @@ from launching import LEGACY_BINDING, LEGACY_CONSTANTS, carry_binding, output_of
 from simx_client.launch.after_import import AfterImport
 from simx_client.launch.bindings import is_legacy_binding
 
+pytestmark = pytest.mark.slow
+
 ASK_WHOSE = "print(vrep.simxGetJointPosition.__module__.split('.')[0])"
 
 

@@ -14,7 +14,9 @@ import pytest
 from launching import environment, write_script
 from processes import PENDULUM, read_line, running, wait_until
 
-PATIENCE = 30.0
+pytestmark = pytest.mark.slow
+
+TIMEOUT = 30.0
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
 TELL_SERVER = """
@@ -87,9 +89,9 @@ def test_a_runner_that_is_ended_takes_its_server_along_and_closes_the_pipes(
     with run(tmp_path, TELL_SERVER + WAIT, "--view 0") as runner:
         server = int(read_line(runner))
         runner.send_signal(signal.Signals[name])
-        runner.communicate(timeout=PATIENCE)  # whoever still held a pipe would keep this waiting
+        runner.communicate(timeout=TIMEOUT)  # whoever still held a pipe would keep this waiting
         assert runner.returncode == -signal.Signals[name]
-        assert wait_until(lambda: is_gone(server), PATIENCE)
+        assert wait_until(lambda: is_gone(server), TIMEOUT)
 
 
 @posix
@@ -100,8 +102,8 @@ def test_a_forked_child_of_the_script_does_not_keep_the_server_alive(tmp_path: P
         child = int(runner.stdout.readline())  # both lines may have come together
         try:
             runner.kill()
-            runner.communicate(timeout=PATIENCE)
-            assert wait_until(lambda: is_gone(server), PATIENCE)
+            runner.communicate(timeout=TIMEOUT)
+            assert wait_until(lambda: is_gone(server), TIMEOUT)
             assert not is_gone(child)
         finally:
             os.kill(child, signal.SIGKILL)
@@ -118,7 +120,7 @@ def test_a_forked_child_that_ends_leaves_the_server_to_its_parent(tmp_path: Path
         print(vrep.simxStart('127.0.0.1', 19997, True, True, 5000, 5))
     """
     with run(tmp_path, text) as runner:
-        printed, log = runner.communicate(timeout=PATIENCE)
+        printed, log = runner.communicate(timeout=TIMEOUT)
         assert (runner.returncode, printed) == (0, "0\n"), log
         assert "had already exited" not in log
 
@@ -127,9 +129,9 @@ def test_a_forked_child_that_ends_leaves_the_server_to_its_parent(tmp_path: Path
 def test_a_script_that_leaves_by_the_back_door_leaves_no_server(tmp_path: Path) -> None:
     with run(tmp_path, TELL_SERVER + "    os._exit(3)\n") as runner:
         server = int(read_line(runner))
-        runner.communicate(timeout=PATIENCE)
+        runner.communicate(timeout=TIMEOUT)
         assert runner.returncode == 3
-        assert wait_until(lambda: is_gone(server), PATIENCE)
+        assert wait_until(lambda: is_gone(server), TIMEOUT)
 
 
 @posix
@@ -172,7 +174,7 @@ def test_a_server_leaves_when_its_standard_input_ends(tmp_path: Path, flags: tup
         server.stdin.flush()
         assert server.poll() is None
         server.stdin.close()
-        assert server.wait(PATIENCE) == 0
+        assert server.wait(TIMEOUT) == 0
 
 
 def test_a_process_that_ignores_the_end_is_ended_after_its_grace() -> None:
@@ -181,6 +183,6 @@ def test_a_process_that_ignores_the_end_is_ended_after_its_grace() -> None:
         "signal.signal(signal.SIGTERM, signal.SIG_IGN); end_with(0, grace=0.05); threading.Event().wait()"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program], stdin=subprocess.DEVNULL, env=environment(), timeout=PATIENCE
+        [sys.executable, "-c", program], stdin=subprocess.DEVNULL, env=environment(), timeout=TIMEOUT
     )
     assert done.returncode == 1

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 from launching import output_of, simx_run
 
-from simx_client.launch.keywords import take_old_keywords
+from simx_client.launch.restoring.keywords import take_old_keywords
 from simx_client.protocol.cli.installing import package_line
+
+pytestmark = pytest.mark.slow
 
 needs_matplotlib = pytest.mark.skipif(not find_spec("matplotlib"), reason=package_line("matplotlib"))
 needs_scipy = pytest.mark.skipif(not find_spec("scipy"), reason=package_line("scipy"))

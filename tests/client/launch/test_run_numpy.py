@@ -8,7 +8,9 @@ from types import ModuleType
 import pytest
 from launching import output_of, simx_run
 
-from simx_client.launch.numpy_aliases import PYTHON_TYPES, RENAMED, give_back_aliases
+from simx_client.launch.restoring.numpy_aliases import PYTHON_TYPES, RENAMED, give_back_aliases
+
+pytestmark = pytest.mark.slow
 
 
 def test_the_tutorials_arrays_work(tmp_path: Path) -> None:

@@ -8,8 +8,10 @@ import pytest
 from launching import output_of, simx_run
 
 from simx_client.launch.hints import hint
-from simx_client.launch.immutable import set_attributes
+from simx_client.launch.restoring.immutable import set_attributes
 from simx_client.protocol.cli.installing import line
+
+pytestmark = pytest.mark.slow
 
 
 def test_an_array_of_one_element_is_a_number_wherever_python_wants_one(tmp_path: Path) -> None:
@@ -115,6 +117,6 @@ def test_a_type_that_cannot_be_changed_stays_as_it_is(monkeypatch: pytest.Monkey
 
     assert set_attributes(Changeable, {"name": 1}) is True
     assert Changeable.name == 1  # type: ignore[attr-defined]
-    monkeypatch.setattr("simx_client.launch.immutable.sys.implementation.name", "other")
+    monkeypatch.setattr("simx_client.launch.restoring.immutable.sys.implementation.name", "other")
     assert set_attributes(bytearray, {"name": 1}) is False
     assert not hasattr(bytearray, "name")

@@ -10,7 +10,10 @@ from launching import output_of, simx_run
 
 from simx_client.launch.paths import BackslashPaths
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="backslashes are separators here")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name != "posix", reason="backslashes are separators here"),
+]
 
 
 @pytest.fixture

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from launching import output_of, simx_run
 
-from simx_client.connection.redirect import VARIABLE, redirected
 from simx_client.launch.server import _redirects
+from simx_client.transport.redirect import VARIABLE, redirected
+
+pytestmark = pytest.mark.slow
 
 PORTS = """
     import threading, multiprocessing

@@ -8,6 +8,8 @@ import pytest
 
 from simx_client.launch.python2 import recognise
 
+pytestmark = pytest.mark.slow
+
 CONSTRUCTS = {
     'print "hello"': "the print statement",
     "print x": "the print statement",

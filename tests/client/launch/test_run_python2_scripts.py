@@ -9,6 +9,8 @@ from launching import carry_binding, output_of, python, simx_run, write_script
 
 from simx_client.launch.python2.convert import CannotConvert, decode, to_python3
 
+pytestmark = pytest.mark.slow
+
 PRINTED = {
     # print and its corners
     'print "a", 1, "b%d" % 2': "a 1 b2",

@@ -13,6 +13,8 @@ from launching import environment, output_of, python, simx_run, write_script
 
 from simx_client.launch import run
 
+pytestmark = pytest.mark.slow
+
 SCRIPTS = {
     "what it sees": """
         import sys

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from launching import environment, simx_run, write_script
 
+pytestmark = pytest.mark.slow
+
 STAND_IN = """\
 import json, os, signal, sys, threading
 gone = threading.Event()

@@ -10,6 +10,8 @@ from launching import simx_run
 from simx_client.launch.hints import hint
 from simx_client.protocol.cli.installing import ZMQ_CLIENT, line
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("coppeliasim_zmqremoteapi_client", reason=line([ZMQ_CLIENT]))
 
 PROGRAM = """\

@@ -14,7 +14,7 @@ from simx_client.protocol.commands import TABLE, Place
 from simx_server import __version__
 from simx_server.app import cli
 from simx_server.app.coverage import coverage
-from simx_server.app.settings import SETTINGS, Settings
+from simx_server.settings.settings import SETTINGS, Settings
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ from vrep_writer import VrepWriter
 from simx_server.app import cli
 from simx_server.sensors.opengl.early_probe import may_have_cameras
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:

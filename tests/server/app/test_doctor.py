@@ -20,7 +20,9 @@ from simx_server.app import cli
 from simx_server.app.doctor import child, graphics, machine, network, page
 from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
+
+pytestmark = pytest.mark.gl
 
 SCENE = """
 <mujoco>
@@ -153,17 +155,17 @@ def test_a_blank_picture_is_a_warning_and_none_a_problem(monkeypatch: pytest.Mon
         "brightest": 0, "covered": 0.0, "milliseconds": 1.0,
     }  # fmt: skip
     monkeypatch.setattr(graphics, "run_probe", lambda *_, **__: seen)
-    finding = graphics.check_picture(None)
+    finding = graphics.check_image(None)
     assert finding.level == WARNING
     assert "blank" in finding.text
     seen["sensor"] = None
-    assert graphics.check_picture(None).level == OK
+    assert graphics.check_image(None).level == OK
 
     def crash(*_: object, **__: object) -> dict[str, Any]:
         raise ProbeFailed("its process was ended by signal 11")
 
     monkeypatch.setattr(graphics, "run_probe", crash)
-    finding = graphics.check_picture(None)
+    finding = graphics.check_image(None)
     assert finding.level == PROBLEM
     assert "signal 11" in finding.text
 

@@ -18,10 +18,10 @@ import pytest
 from processes import ROOT, read_line, running, wait_until
 
 import simx_client as v
-from simx_server.app.settings import SettingError, Settings
+from simx_server.settings.settings import SettingError, Settings
 
 BLOCKING = v.simx_opmode_blocking
-PATIENCE = 20.0
+TIMEOUT = 20.0
 COUNTING = """
 <mujoco>
   <worldbody><body name="box"><geom size="0.1"/></body></worldbody>
@@ -39,6 +39,8 @@ def count(ints, floats, strings, buffer):
 MEGABYTE = 1024  # in the kilobytes of /proc
 
 pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.gl,
     pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork"),
     pytest.mark.usefixtures("no_connection_left"),
 ]
@@ -62,7 +64,7 @@ class FleetProcess:
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> int:
         self.process.send_signal(number)
-        return self.process.wait(PATIENCE)
+        return self.process.wait(TIMEOUT)
 
 
 def _is_alive(process_id: int) -> bool:
@@ -166,14 +168,14 @@ def test_ending_the_command_ends_all(number: signal.Signals, scene: Path, log: P
 def test_ctrl_c_in_a_terminal_ends_all_cleanly(scene: Path, log: Path) -> None:
     with fleet(log, scene, "--count", 2) as started:
         os.killpg(started.process.pid, signal.SIGINT)  # what a terminal does
-        assert started.process.wait(PATIENCE) == 0
+        assert started.process.wait(TIMEOUT) == 0
         assert started.are_gone()
 
 
 def test_one_that_dies_is_told_and_the_others_go_on(scene: Path, log: Path) -> None:
     with fleet(log, scene, "--count", 3, "--realm", "lab", "--no-supervised") as started:
         os.kill(started.children[1], signal.SIGKILL)
-        assert wait_until(lambda: started.says("ended by signal 9 (SIGKILL); 2 of 3 go on"), PATIENCE)
+        assert wait_until(lambda: started.says("ended by signal 9 (SIGKILL); 2 of 3 go on"), TIMEOUT)
         assert started.says(f"server 1 (realm lab-1), process {started.children[1]}")
         for number in (0, 2):
             assert _hinge(started.servers[number]["ports"][0]) == v.simx_return_ok
@@ -185,7 +187,7 @@ def test_a_frozen_one_does_not_keep_the_others_from_ending(scene: Path, log: Pat
     with fleet(log, scene, "--count", 2) as started:
         os.kill(started.children[0], signal.SIGSTOP)
         started.process.send_signal(signal.SIGTERM)
-        assert wait_until(lambda: not _is_alive(started.children[1]), PATIENCE)
+        assert wait_until(lambda: not _is_alive(started.children[1]), TIMEOUT)
         assert started.end() == 130  # the second signal ends what is left at once
         assert started.are_gone()
 
@@ -193,12 +195,12 @@ def test_a_frozen_one_does_not_keep_the_others_from_ending(scene: Path, log: Pat
 def test_none_outlives_the_command_even_when_that_is_killed(scene: Path, log: Path) -> None:
     with fleet(log, scene, "--count", 2) as started:
         started.process.kill()
-        assert wait_until(started.are_gone, PATIENCE)
+        assert wait_until(started.are_gone, TIMEOUT)
 
 
 def test_it_ends_by_itself_when_all_have_ended_well(scene: Path, log: Path) -> None:
     with fleet(log, scene, "--count", 2, "--duration", 0.2) as started:
-        assert started.process.wait(PATIENCE) == 0
+        assert started.process.wait(TIMEOUT) == 0
         assert started.says("ended with exit code 0; 0 of 2 go on")
 
 
@@ -208,7 +210,7 @@ def test_a_port_that_is_taken_ends_all_before_anything_is_listed(scene: Path, lo
         taken.listen()
         port = taken.getsockname()[1]
         with spawned(log, scene, "--count", 2, "--port", port - 1) as process:
-            assert process.wait(PATIENCE) == 1
+            assert process.wait(TIMEOUT) == 1
             assert process.stdout is not None
             assert process.stdout.read() == ""
         text = log.read_text()
@@ -218,7 +220,7 @@ def test_a_port_that_is_taken_ends_all_before_anything_is_listed(scene: Path, lo
 
 def test_a_scene_that_cannot_be_used_is_told_once(log: Path) -> None:
     with spawned(log, "no_such_scene", "--count", 3, "--port", 0) as process:
-        assert process.wait(PATIENCE) == 1
+        assert process.wait(TIMEOUT) == 1
     assert log.read_text().count("no_such_scene") == 1
 
 

@@ -16,7 +16,9 @@ from processes import ROOT
 
 from simx_client.protocol.cli import terminal
 from simx_client.protocol.cli.terminal import Paint
-from simx_server.app import log_format
+from simx_server.processes import log_format
+
+pytestmark = pytest.mark.slow
 
 pty = pytest.importorskip("pty", reason="needs pseudo-terminals, which Windows has not")
 

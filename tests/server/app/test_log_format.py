@@ -19,8 +19,10 @@ from typing import Any
 import pytest
 from processes import PENDULUM, ROOT, read_line, running
 
-from simx_server.app import log_format
-from simx_server.app.settings import SettingError, Settings
+from simx_server.processes import log_format
+from simx_server.settings.settings import SettingError, Settings
+
+pytestmark = pytest.mark.slow
 
 Configure = Callable[..., io.StringIO]
 

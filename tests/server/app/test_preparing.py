@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from scenes_for_tests import world_of
 
+from simx_server import sim_api as api
 from simx_server.app.preparing import prepare
-from simx_server.app.settings import Settings
-from simx_server.scripting import api
 from simx_server.scripting.lua import prepared
-from simx_server.scripting.namespaces import Namespaces, signatures
+from simx_server.settings.settings import Settings
+from simx_server.sim_api.namespaces import Namespaces, signatures
 
 
 def test_a_server_that_clients_of_zeromq_reach_finds_the_api_described() -> None:

@@ -13,6 +13,8 @@ from simx_server.app import cli, rehearsal
 from simx_server.limits import Limits
 from simx_server.scene.formats.sources import Sources
 
+pytestmark = pytest.mark.system
+
 NO_MEMORY = 8 << 20
 """Bytes that suffice for no scene."""
 

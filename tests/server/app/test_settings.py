@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from simx_server.app.settings import SETTINGS, SettingError, Settings
+from simx_server.settings.settings import SETTINGS, SettingError, Settings
 
 
 def test_without_flags_and_variables_everything_has_its_default() -> None:

@@ -16,7 +16,7 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_server.recording.records import Kind
 
 BLOCKING = v.simx_opmode_blocking
-PATIENCE = 20.0
+TIMEOUT = 20.0
 
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="children are found in /proc"),
@@ -42,11 +42,11 @@ def test_a_crash_loses_one_step_at_most_and_a_server_that_crashes_for_ever_ends(
         for _ in range(5):
             assert v.simxSynchronousTrigger(client) == 0
         assert v.simxSetFloatSignal(client, "gain", 0.25, BLOCKING) == 0
-        assert wait_until(lambda: recording.stat().st_size > scene.stat().st_size, PATIENCE)
+        assert wait_until(lambda: recording.stat().st_size > scene.stat().st_size, TIMEOUT)
         scene.unlink()  # the next server gets it from its supervisor, as it was
         (server_process,) = servers(supervisor)
         os.kill(server_process, signal.SIGSEGV)
-        assert wait_until(lambda: v.simxGetConnectionId(client) == 2, PATIENCE)
+        assert wait_until(lambda: v.simxGetConnectionId(client) == 2, TIMEOUT)
         errors = v.simxGetLastErrors(client, BLOCKING)[1]
         assert [each for each in errors if "ended by signal 11 (SIGSEGV) and was started again" in each], (
             errors
@@ -56,13 +56,13 @@ def test_a_crash_loses_one_step_at_most_and_a_server_that_crashes_for_ever_ends(
         v.simxGetPingTime(client)
         assert v.simxGetLastCmdTime(client) in (250, 300)
         v.simxFinish(client)
-        assert wait_until(lambda: recording.exists() and Kind.RESUMED in kinds(recording), PATIENCE)
+        assert wait_until(lambda: recording.exists() and Kind.RESUMED in kinds(recording), TIMEOUT)
 
         def has_ended() -> bool:
             for each in servers(supervisor):
                 os.kill(each, signal.SIGSEGV)
             return started.process.poll() is not None
 
-        assert wait_until(has_ended, PATIENCE)
+        assert wait_until(has_ended, TIMEOUT)
         assert started.process.returncode == FAILURE
     assert replay(recording) == DONE

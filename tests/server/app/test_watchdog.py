@@ -64,7 +64,7 @@ def hanging(
 ) -> Iterator[Popen[str]]:
     """A simx-server that hangs where this would be called."""
     program = (
-        f"{HANG}\nfrom simx_server.app import cli\nfrom simx_server.world.simulation import Simulation\n"
+        f"{HANG}\nfrom simx_server.app import cli\nfrom simx_server.simulation.simulation import Simulation\n"
         f"{where} = lambda *_, **__: {how}\nsys.exit(cli.main())"
     )
     with running(spawn("-c", program, *arguments)) as process:

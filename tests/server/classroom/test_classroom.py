@@ -16,6 +16,8 @@ from classes import ENDS_WITHIN, STARTS_WITHIN, Class, running_class, spawned
 from launching import write_script
 from processes import running, wait_until
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
 

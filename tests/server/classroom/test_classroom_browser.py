@@ -17,6 +17,8 @@ from classes import Class, running_class
 from launching import write_script
 from processes import ROOT, running, wait_until
 
+pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.gl]
+
 
 def load(name: str, path: Path) -> ModuleType:
     spec = spec_from_file_location(name, path)

@@ -13,6 +13,8 @@ from simx_client.cli import classroom as of_client
 from simx_server.classroom import command
 from simx_server.classroom.addresses import AddressError, claim, resolve, shown_address
 
+pytestmark = pytest.mark.slow
+
 
 def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     with pytest.raises(SystemExit) as left:

@@ -18,6 +18,8 @@ import simx_client as v
 from simx_server.classroom import channel
 from simx_server.classroom.desk import SIZES, Desk
 
+pytestmark = pytest.mark.slow
+
 ROOM = """
 <mujoco model="room">
   <worldbody>

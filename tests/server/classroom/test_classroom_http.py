@@ -16,6 +16,8 @@ from simx_server import browsers
 from simx_server.classroom.page import http
 from simx_server.classroom.page.http import BadRequest, HttpServer, Request, Response, read_head
 
+pytestmark = pytest.mark.slow
+
 GOOD = b"GET /class?x=1 HTTP/1.1\r\nHost: here\r\nCookie: a=1; b=2\r\n\r\n"
 
 
@@ -27,12 +29,15 @@ async def echo(request: Request) -> Response:
     return Response(HTTPStatus.OK, request.path.encode())
 
 
-def serving(work: Callable[[tuple[str, int]], Awaitable[None]]) -> None:
+def serving(
+    work: Callable[[tuple[str, int]], Awaitable[None]],
+    handle: Callable[[Request], Awaitable[Response]] = echo,
+) -> None:
     """Do something with a server at an address; then wait until it has no connection any more."""
 
     async def run() -> None:
         listener = socket.create_server(("127.0.0.1", 0))
-        server = HttpServer(echo)
+        server = HttpServer(handle)
         async with asyncio.timeout(60), await server.listen(listener):
             await work(listener.getsockname())
             while len(server._places):
@@ -133,6 +138,26 @@ def test_connection_stays_for_further_requests() -> None:
         assert said.count(b"HTTP/1.1 200 OK") == 3
 
     serving(work)
+
+
+def test_many_requests_in_one_connection_keep_no_other_waiting() -> None:
+    served: list[str] = []
+    others: list[asyncio.StreamWriter] = []
+
+    async def handle(request: Request) -> Response:
+        served.append(request.path)
+        if others:  # with the first of many requests, which are here already
+            others.pop().write(GOOD)
+        return await echo(request)
+
+    async def work(place: tuple[str, int]) -> None:
+        async with connections(place, 2) as [(_, flood), (reader, other)]:
+            others.append(other)
+            flood.write(b"GET /a HTTP/1.1\r\n\r\n" * 500)
+            await reader.readuntil(b"/class")
+            assert served.index("/class") < 100
+
+    serving(work, handle)
 
 
 def test_silent_and_slow_peers_are_closed(monkeypatch: pytest.MonkeyPatch) -> None:

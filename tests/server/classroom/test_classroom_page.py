@@ -12,13 +12,15 @@ from typing import Any
 
 import pytest
 
-from simx_server.app.settings import Settings
 from simx_server.classroom import channel
 from simx_server.classroom.page import seat_view
 from simx_server.classroom.page.http import Request, Response
 from simx_server.classroom.page.serving import ClassPage
 from simx_server.classroom.plan import ClassPlan, Seat, make_seats
 from simx_server.classroom.tokens import make_tokens
+from simx_server.settings.settings import Settings
+
+pytestmark = pytest.mark.slow
 
 PORT = 8088
 REPORT = {

@@ -15,7 +15,6 @@ from functools import partial
 
 import pytest
 
-from simx_server.app.settings import Settings
 from simx_server.classroom import channel, member
 from simx_server.classroom.member import PAUSES, Member
 from simx_server.classroom.plan import ClassPlan, Seat
@@ -23,6 +22,9 @@ from simx_server.classroom.supervisor import PAGE, RETRY, Supervisor
 from simx_server.history.journal import Block
 from simx_server.history.succession import Succession
 from simx_server.history.writing import Kind
+from simx_server.settings.settings import Settings
+
+pytestmark = pytest.mark.slow
 
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)

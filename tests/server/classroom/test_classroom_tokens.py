@@ -10,6 +10,8 @@ import pytest
 
 from simx_server.classroom.tokens import TokensError, make_tokens
 
+pytestmark = pytest.mark.slow
+
 TOKEN = "abcdefghijklmnop"
 
 

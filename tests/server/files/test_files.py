@@ -19,6 +19,8 @@ from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.library import list_scenes
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 LOCAL_ERROR = v.simx_return_local_error_flag
 REMOTE_ERROR = v.simx_return_remote_error_flag
 CUBE = "<mujoco><worldbody><body name='cube'><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>"

@@ -24,9 +24,11 @@ from simx_server.handlers.files import lend_file, store_file
 from simx_server.handlers.script_files import load_scene_of_server
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.records import Kind
-from simx_server.runtime.sessions import ClientSession
 from simx_server.scene.formats.sources import Sources
-from simx_server.world.simulation import Simulation
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.simulation.simulation import Simulation
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ from vrep_samples import ALL, needs_samples
 
 import simx_client as v
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def client(tmp_path: Path) -> Iterator[int]:

@@ -20,7 +20,7 @@ from vrep_writer import VrepWriter
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.errors import CommandError
-from simx_server.runtime.background import refuse_steps
+from simx_server.service.calls.background import refuse_steps
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 

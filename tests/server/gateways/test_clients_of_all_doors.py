@@ -11,9 +11,9 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.reports import Client
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.runtime.monitoring.report import metrics
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.service.monitoring.report import metrics
 
 
 def test_the_metrics_list_clients_of_every_door_with_port_and_calls(tmp_path: Path) -> None:

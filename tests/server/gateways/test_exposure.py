@@ -11,8 +11,10 @@ from typing import Any
 import pytest
 from processes import PENDULUM
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 from simx_server.gateways.exposure import exposure, plain_exposure
+
+pytestmark = pytest.mark.slow
 
 LOGIN = {"transport/auth/usrpwd": {"dictionary_file": "users.txt"}}
 MUTUAL = {"transport/link/tls/enable_mtls": True}

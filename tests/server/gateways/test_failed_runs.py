@@ -20,8 +20,8 @@ from simx_client.connection.connection import Connection
 from simx_client.errors import CallsFailed, RemoteError
 from simx_client.gym import SimxEnv
 from simx_client.protocol.messages import Pace
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.original.listener import LegacyGateway
 
 DIVERGED = "the physics diverged"
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from fuzz import peers
+
+pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.gl]
 
 CASES = 600
 

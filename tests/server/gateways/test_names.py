@@ -12,15 +12,15 @@ from original_peer import ints, peer
 from raw_peer import connect
 from zmq_world import RawClient, cbor2, zmq_world
 
-from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting
-from simx_server.gateways.legacy.listener import LegacyGateway
+from simx_client.protocol.zenoh import keys
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.ros2.client import Ros2Client
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 DOORS = ("zenoh", "zenoh of a script", "zmq", "zmq of viewers", "legacy", "ros2")
 START = encode(Batch(1, 0, [Call(1, 0, 0, "simxStartSimulation", [])]))
 
@@ -68,7 +68,7 @@ def greet(session: Any, gateway: ZenohGateway, name: str, secret: bytes | None) 
     greeting = encode(Greeting(OLDEST_PROTOCOL, name, name, gateway.ports[0], PROTOCOL_VERSION))
     for _ in range(100):  # the server may see the token later than the greeting
         found = list(
-            session.get(keys.hello(gateway.realm), payload=greeting, attachment=secret, timeout=PATIENCE)
+            session.get(keys.hello(gateway.realm), payload=greeting, attachment=secret, timeout=TIMEOUT)
         )
         if found:
             return found
@@ -95,7 +95,7 @@ def test_over_zenoh(house: House, door: str, by: str) -> None:
                 assert b"another client is called" in refusal.ok.payload.to_bytes()
             impostor.put(keys.call(gateway.realm, name), START)
             token.undeclare()
-        assert list(impostor.get(keys.status(gateway.realm), timeout=PATIENCE))  # all before has arrived
+        assert list(impostor.get(keys.status(gateway.realm), timeout=TIMEOUT))  # all before has arrived
     unharmed(house)
 
 

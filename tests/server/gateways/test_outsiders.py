@@ -18,12 +18,12 @@ from routers import silent
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import decode_welcome, encode
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting
+from simx_client.protocol.zenoh import keys, link
 
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="counts in /proc")
-PATIENCE = 20.0
+TIMEOUT = 20.0
 MODES = ["client", "peer"]
 
 
@@ -67,13 +67,13 @@ def transport(client: int) -> Any:
 def settled(session: Any, place: ServerProcess) -> None:
     """The server has dealt with all that this session declared and put before."""
     remote = link.import_zenoh().Locality.REMOTE
-    replies = session.get(keys.health(realm(place)), timeout=PATIENCE, allowed_destination=remote)
+    replies = session.get(keys.health(realm(place)), timeout=TIMEOUT, allowed_destination=remote)
     assert [reply for reply in replies if reply.ok is not None]
 
 
 def tokens(session: Any, key: str) -> list[str]:
     """What of this kind is there, as a session sees it."""
-    found = session.liveliness().get(key, timeout=PATIENCE)
+    found = session.liveliness().get(key, timeout=TIMEOUT)
     return [str(token.ok.key_expr) for token in found if token.ok is not None]
 
 
@@ -98,7 +98,7 @@ def test_nobody_answers_for_the_server(place: ServerProcess, mode: str) -> None:
         assert v.simxGetObjectHandle(client, "hinge", BLOCKING)[0] == 0
         for key in (keys.status(name), keys.metrics(name), keys.health(name)):
             replies = [
-                reply.ok.payload.to_bytes() for reply in transport(client)._session.get(key, timeout=PATIENCE)
+                reply.ok.payload.to_bytes() for reply in transport(client)._session.get(key, timeout=TIMEOUT)
             ]
             assert len(replies) == 1
             assert replies[0] != b"forged"
@@ -155,7 +155,7 @@ def test_nobody_lists_clients_or_poses_as_a_server(place: ServerProcess, victim:
         listed = tokens(outsider, keys.client("*"))
         # Zenoh 1.10 sometimes answers such a question with nothing, whether somebody attacks or not.
         assert wait_until(
-            lambda: tokens(transport(victim)._session, keys.ANY_ALIVE) == [keys.alive(realm(place))], PATIENCE
+            lambda: tokens(transport(victim)._session, keys.ANY_ALIVE) == [keys.alive(realm(place))], TIMEOUT
         )
     assert (seen, listed) == ([], [])
     assert v.simxGetConnectionId(victim) == 1
@@ -173,7 +173,7 @@ def test_nobody_calls_in_the_name_of_another(place: ServerProcess, victim: int, 
             for each in (name, "*"):
                 outsider.put(keys.call(realm(place), each), start, attachment=secret)
             replies: Any = outsider.get(
-                keys.hello(realm(place)), payload=greeting, attachment=secret, timeout=PATIENCE
+                keys.hello(realm(place)), payload=greeting, attachment=secret, timeout=TIMEOUT
             )
             (reply,) = replies
             assert "another client" in decode_welcome(reply.ok.payload.to_bytes()).refusal
@@ -217,7 +217,11 @@ def raw_peers(place: ServerProcess, count: int) -> Iterator[None]:
                 running(
                     subprocess.Popen(
                         [
-                            *(sys.executable, ROOT / "tests" / "support" / "raw_peer.py", str(place.port)),
+                            *(
+                                sys.executable,
+                                ROOT / "tests" / "support" / "gateways" / "raw_peer.py",
+                                str(place.port),
+                            ),
                             *(MODES[number % 2], "kill" if number % 4 < 2 else "leave"),
                         ],
                         stdin=subprocess.PIPE,
@@ -235,7 +239,7 @@ def raw_peers(place: ServerProcess, count: int) -> Iterator[None]:
             assert peer.stdin is not None
             peer.stdin.close()
         for peer in peers:
-            peer.wait(PATIENCE)
+            peer.wait(TIMEOUT)
 
 
 @on_linux
@@ -246,11 +250,11 @@ def test_nothing_of_a_peer_with_zenohs_defaults_stays(scene: Path) -> None:
         v.simxFinish(come(place))
         with raw_peers(place, 1):
             pass
-        assert wait_until(lambda: sockets(pid) == unconnected, PATIENCE)
+        assert wait_until(lambda: sockets(pid) == unconnected, TIMEOUT)
         before, memory = held(pid), memory_mb(pid)
         with raw_peers(place, 8):
             assert held(pid)[0] >= before[0] + 8
-        assert wait_until(lambda: held(pid) == before, PATIENCE), (before, held(pid))
+        assert wait_until(lambda: held(pid) == before, TIMEOUT), (before, held(pid))
         assert memory_mb(pid) < memory + 16
         v.simxFinish(come(place))
 
@@ -292,9 +296,9 @@ def test_server_without_descriptors_says_so_once_and_goes_on(scene: Path, tmp_pa
         place = ServerProcess(process, [int(line.split("127.0.0.1:")[1].split()[0].strip(","))], line)
         inside = come(place)
         with silent(place.port, 100):
-            assert wait_until(lambda: "no file descriptors are left" in log.read_text(), PATIENCE)
+            assert wait_until(lambda: "no file descriptors are left" in log.read_text(), TIMEOUT)
             assert v.simxGetObjectHandle(inside, "hinge", BLOCKING)[0] == 0
-        assert wait_until(lambda: "descriptors are there again" in log.read_text(), PATIENCE)
+        assert wait_until(lambda: "descriptors are there again" in log.read_text(), TIMEOUT)
         v.simxFinish(inside)
         v.simxFinish(come(place))
         assert log.read_text().count("no file descriptors") <= 2

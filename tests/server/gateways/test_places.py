@@ -14,15 +14,15 @@ from original_peer import ints, message, packed, peer
 from processes import wait_until
 from zmq_world import ZmqWorld, zmq_world
 
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.local import gateway as local
-from simx_server.gateways.local.gateway import LocalGateway
+from simx_server.gateways.lane import gateway as local
+from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.zmq import clients, gateway
 from simx_server.limits import LimitReached, Limits
-from simx_server.runtime.admission.places import Entrance, Places
-from simx_server.runtime.sessions import ClientSession
+from simx_server.service.clients.admission.places import Entrance, Places
+from simx_server.service.clients.sessions import ClientSession
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 
 
 @pytest.fixture
@@ -106,7 +106,7 @@ def test_the_longest_connection_without_a_client_gives_its_place(
     monkeypatch.setattr(gateway, "MOST_CONNECTIONS", 4)
     present = house.sim()
     silent = [
-        closing.enter_context(socket.create_connection(("127.0.0.1", house.port), PATIENCE)) for _ in range(9)
+        closing.enter_context(socket.create_connection(("127.0.0.1", house.port), TIMEOUT)) for _ in range(9)
     ]
     assert house.sim().getObject("/box") >= 0
     assert all(map(is_closed, silent[:7]))
@@ -131,7 +131,7 @@ def test_connections_of_one_other_machine_are_counted(
     monkeypatch.setattr(gateway, "MOST_OF_ONE", 2)
     monkeypatch.setattr(gateway, "is_elsewhere", lambda address: address == "127.0.0.1")
     silent = [
-        closing.enter_context(socket.create_connection(("127.0.0.1", house.port), PATIENCE)) for _ in range(3)
+        closing.enter_context(socket.create_connection(("127.0.0.1", house.port), TIMEOUT)) for _ in range(3)
     ]
     assert is_closed(silent[0])
 
@@ -166,7 +166,7 @@ def test_silent_connections_give_way_to_originals(house: ZmqWorld, closing: Exit
     closing.callback(legacy.close)
     house.simulation.limits = Limits(clients=3)
     silent = [
-        closing.enter_context(socket.create_connection(("127.0.0.1", legacy.ports[0]), PATIENCE))
+        closing.enter_context(socket.create_connection(("127.0.0.1", legacy.ports[0]), TIMEOUT))
         for _ in range(5)
     ]
     with peer(legacy.ports[0]) as original:
@@ -183,7 +183,7 @@ def test_strangers_at_the_lane_give_way(
     closing.callback(lambda: house.on_server(lane.close))
     strangers = [closing.enter_context(socket.socket(socket.AF_UNIX)) for _ in range(4)]
     for each in strangers:
-        each.settimeout(PATIENCE)
+        each.settimeout(TIMEOUT)
         each.connect(lane.path)
     assert all(map(is_closed, strangers[:2]))
-    assert wait_until(lambda: len(lane._peers) == 2, PATIENCE)
+    assert wait_until(lambda: len(lane._peers) == 2, TIMEOUT)

@@ -14,10 +14,10 @@ from zmq_world import RawClient, ZmqWorld, zmq_world
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 LONGEST = 20.0
 """Seconds of a search that nobody ends, after which the test fails."""

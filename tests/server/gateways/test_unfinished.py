@@ -17,19 +17,19 @@ from processes import wait_until
 from raw_peer import connect
 from zmq_world import RawClient, ZmqWorld, zmq_world
 
-from simx_client.protocol import keys, link
 from simx_client.protocol.codec import MAX_BATCH
-from simx_client.protocol.local.frames import MESSAGE, frame
-from simx_client.protocol.local.offer import read_offer
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.local.gateway import LocalGateway
-from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_client.protocol.lane.frames import MESSAGE, frame
+from simx_client.protocol.lane.offer import read_offer
+from simx_client.protocol.zenoh import keys, link
+from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.original.listener import LegacyGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.zmtp import GREETING, READY
 from simx_server.limits import Limits
-from simx_server.runtime.admission.unfinished import Unfinished
+from simx_server.service.clients.admission.unfinished import Unfinished
 
-PATIENCE = 20.0
+TIMEOUT = 20.0
 PART = bytes(100_000)
 ROOM = Limits(unfinished=250_000)
 """For two such parts."""
@@ -52,11 +52,11 @@ class House:
         before = self.loop.unfinished.size
         peer = getattr(self, f"_at_{door}")(size)
         peer.sendall(PART[:40_000] if door == "legacy" else PART)  # there the first packet is sent already
-        assert wait_until(lambda: self.loop.unfinished.size >= before + len(PART) - 100, PATIENCE)
+        assert wait_until(lambda: self.loop.unfinished.size >= before + len(PART) - 100, TIMEOUT)
         return peer
 
     def _connected(self, port: int) -> socket.socket:
-        return self.stack.enter_context(socket.create_connection(("127.0.0.1", port), PATIENCE))
+        return self.stack.enter_context(socket.create_connection(("127.0.0.1", port), TIMEOUT))
 
     def _at_zmq(self, size: int) -> socket.socket:
         peer = self._connected(self.server.port)
@@ -72,14 +72,14 @@ class House:
 
     def _at_local(self, size: int) -> socket.socket:
         transport = LoopbackTransport(self.loop, turns=False)
-        transport.greet(PATIENCE)
+        transport.greet(TIMEOUT)
 
         def offered() -> Any:
             self.local.offer(transport.client, self.loop.sessions[transport.client].link)
             return read_offer(self.local.offer_to(transport.client))
 
         peer = self.stack.enter_context(socket.socket(socket.AF_UNIX))
-        peer.settimeout(PATIENCE)
+        peer.settimeout(TIMEOUT)
         peer.connect(self.local.path)
         peer.sendall(frame(self.server.on_server(offered).token.encode()))
         assert peer.recv(100)  # the memory of its values
@@ -114,7 +114,7 @@ def test_the_message_that_began_first_goes_whatever_the_door(house: House, door:
     house.server.simulation.limits = Limits(unfinished=310_000)
     others[-1].sendall(PART[:15_000])
     assert is_cut(oldest)
-    assert wait_until(lambda: 200_000 <= house.loop.unfinished.size <= 310_000, PATIENCE)
+    assert wait_until(lambda: 200_000 <= house.loop.unfinished.size <= 310_000, TIMEOUT)
     client = RawClient(house.server.port)
     assert client.ask("sim.setStringSignal", "s", bytes(90_000)) == {"ret": [1]}
     client.close()
@@ -167,7 +167,7 @@ def test_memory_comes_back_without_the_collector_of_circles(house: House) -> Non
             assert inside.link is not None
             held = weakref.ref(inside)
             del inside
-        assert wait_until(lambda: not house.local._peers, PATIENCE)
+        assert wait_until(lambda: not house.local._peers, TIMEOUT)
         assert house.server.wait_until(lambda: held() is None)
         with house.begin("zmq"):
             (there,) = house.server.gateway._peers.values()
@@ -195,5 +195,5 @@ def test_a_peer_with_too_large_a_message_is_cut_by_zenoh(
     for size in (3_000_000, 900_000):
         with connect(gateway.ports[0]) as peer:
             peer.put(keys.call(gateway.realm, "somebody"), bytes(size))
-    assert wait_until(lambda: came, PATIENCE)
+    assert wait_until(lambda: came, TIMEOUT)
     assert came == [900_000]

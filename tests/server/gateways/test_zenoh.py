@@ -16,7 +16,7 @@ from simx_client.errors import NoAnswer
 from simx_client.transport import zenoh as transport
 from simx_client.transport.diagnosis import diagnose
 
-pytestmark = pytest.mark.usefixtures("no_connection_left")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
 
 BLOCKING = v.simx_opmode_blocking
 

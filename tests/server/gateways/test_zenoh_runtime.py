@@ -9,11 +9,13 @@ import sys
 import pytest
 from processes import ROOT
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
+
+pytestmark = pytest.mark.slow
 
 IMPORT = """
 import os
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 link.import_zenoh(link.SERVER_RUNTIME)
 link.import_zenoh()
 print(os.environ["ZENOH_RUNTIME"], end="")

@@ -11,8 +11,8 @@ from handler_calls import World
 
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import KEPT
-from simx_server.runtime.clock import Pacer
-from simx_server.world.simulation import SimulationState
+from simx_server.service.clock import Pacer
+from simx_server.simulation.simulation import SimulationState
 
 TINY = '<mujoco><worldbody><body name="thing"><geom size="1"/></body></worldbody></mujoco>'
 

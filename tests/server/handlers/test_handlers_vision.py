@@ -10,8 +10,8 @@ import pytest
 from handler_calls import World, floats
 
 from simx_server.errors import CommandError, WrongKind
+from simx_server.scene.cameras.image import RenderError
 from simx_server.sensors.vision.futures import then
-from simx_server.sensors.vision.image import RenderError
 
 SCENE = """
 <mujoco>

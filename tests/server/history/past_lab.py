@@ -12,7 +12,7 @@ import simx_client as v
 from simx_server.history import History
 from simx_server.history.going_on import go_on
 from simx_server.recording import state
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 MACHINE = """
 <mujoco>

@@ -19,7 +19,7 @@ from simx_server.history.recovering import Recovered, chosen_blocks, recover
 from simx_server.history.writing import Kind
 from simx_server.recording import state
 from simx_server.scene.formats.loader import load_text
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 SCRIPTED = """
 <mujoco>

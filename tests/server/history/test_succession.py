@@ -21,7 +21,7 @@ from simx_server.history.succession import Inheritance, Succession, take_over
 from simx_server.history.writing import Kind
 from simx_server.recording import Recorder
 from simx_server.recording.replay_loop import ReplayLoop
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 CRASH = -signal.SIGSEGV
 

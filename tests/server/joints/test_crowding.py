@@ -11,7 +11,7 @@ from observing import observe
 from simx_server.joints import crowding
 from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.limits import Limits
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 
 def scattered(count: int, fixed: int, size: float) -> tuple[mujoco.MjModel, mujoco.MjData]:

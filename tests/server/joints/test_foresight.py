@@ -12,7 +12,7 @@ from simx_server.errors import CommandError
 from simx_server.joints import foresight
 from simx_server.joints.foresight import factor_work, has_much_work
 from simx_server.limits import Limits
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 NEWTON, CG = int(mujoco.mjtSolver.mjSOL_NEWTON), int(mujoco.mjtSolver.mjSOL_CG)
 

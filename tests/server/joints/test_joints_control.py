@@ -9,7 +9,7 @@ from scenes_for_tests import run, slider, world_of
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.world.simulation import Simulation
+from simx_server.simulation.simulation import Simulation
 
 VELOCITY = '<velocity joint="rail" kv="200"/>'
 

@@ -11,7 +11,7 @@ from scenes_for_tests import run, world_of
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.world.simulation import Simulation
+from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
 
 SCENE = """

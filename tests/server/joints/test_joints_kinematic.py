@@ -12,8 +12,8 @@ from scripted_world import scripted
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.joints import JointMode
 from simx_server.scene.editing import editing
-from simx_server.scene.geometry import frames
-from simx_server.world.simulation import Simulation
+from simx_server.scene.poses import frames
+from simx_server.simulation.simulation import Simulation
 
 
 def rail(sim: Simulation) -> int:

@@ -9,7 +9,7 @@ from scenes_for_tests import arm, run, slider, world_of
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.joints import JointMode
-from simx_server.world.simulation import Simulation
+from simx_server.simulation.simulation import Simulation
 
 VELOCITY = '<velocity joint="rail" kv="200"/>'
 

@@ -16,6 +16,8 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped
 
 import simx_client as vrep
 
+pytestmark = pytest.mark.slow
+
 ONESHOT = vrep.simx_opmode_oneshot
 FIRST, SECOND = 0.42, 0.225
 MASS = (1.2, 0.7)

@@ -10,17 +10,19 @@ import pytest
 from scenes_for_tests import world_of
 from sim_api_calls import ScriptWorld
 
+from simx_server.editing.copying import copy_objects
 from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
 from simx_server.kinematics import Element, Result
 from simx_server.kinematics.environment import Environment, EnvironmentGroup
 from simx_server.kinematics.search import find_configs
-from simx_server.scene.editing.copying import copy_objects
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.geometry.frames import get_pose, get_position, set_pose, set_position
-from simx_server.scene.geometry.poses import conjugate, multiply, rotation_vector
-from simx_server.world.simulation import Simulation
+from simx_server.scene.poses.frames import get_pose, get_position, set_pose, set_position
+from simx_server.scene.poses.poses import conjugate, multiply, rotation_vector
+from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
+
+pytestmark = pytest.mark.slow
 
 ARM = """
 <mujoco model="arm">

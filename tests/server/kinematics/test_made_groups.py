@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from sim_api_calls import ScriptWorld
 
-from simx_server.scene.geometry.frames import get_position
+from simx_server.scene.poses.frames import get_position
 
 SCENE = """
 <mujoco><option gravity="0 0 0"/><worldbody>

@@ -15,13 +15,16 @@ from scenes_for_tests import world_of
 from sim_api_calls import ScriptWorld
 
 from simx_server.files.library import find_scene
-from simx_server.kinematics import Element, dubins
+from simx_server.kinematics import Element
 from simx_server.kinematics.chain import make_arms
-from simx_server.kinematics.paths import Failure, Planner, interpolate
-from simx_server.kinematics.space import Space
-from simx_server.kinematics.tasks import MARGIN
-from simx_server.kinematics.validity import of_joints
-from simx_server.scene.geometry.frames import get_position
+from simx_server.kinematics.planning import dubins
+from simx_server.kinematics.planning.paths import Failure, Planner, interpolate
+from simx_server.kinematics.planning.space import Space
+from simx_server.kinematics.planning.tasks import MARGIN
+from simx_server.kinematics.planning.validity import of_joints
+from simx_server.scene.poses.frames import get_position
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simx_server.outputs.filming.close_up import CloseUp, viewpoint_of
-from simx_server.sensors.vision.image import Viewpoint
+from simx_server.scene.cameras.image import Viewpoint
 
 SCENE = """
 <mujoco>

@@ -27,13 +27,15 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.cli.installing import extra_line
 from simx_server.app.cli import make_parser
 from simx_server.app.server import serve
-from simx_server.app.settings import SettingError, Settings
 from simx_server.errors import CommandError
 from simx_server.outputs.filming import Film, Shot, film
 from simx_server.outputs.filming import shot as shot_module
 from simx_server.outputs.filming.film_file import FilmWriter
-from simx_server.outputs.filming.shot import first_picture
+from simx_server.outputs.filming.shot import first_image
 from simx_server.outputs.packages import NewFile, OutputError
+from simx_server.settings.settings import SettingError, Settings
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 av = pytest.importorskip("av", reason="needs the extra video")
 
@@ -162,7 +164,7 @@ def test_picture_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> No
     slow: Any = Slow()
     slow.is_slow = True
     with pytest.raises(CommandError, match="no picture of slow came within 0 s; simx-server --doctor tells"):
-        first_picture(slow)
+        first_image(slow)
 
 
 def test_depth_sensor_gives_the_picture_of_the_remote_api(scene: Path, place: RealWorld) -> None:

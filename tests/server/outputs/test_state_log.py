@@ -21,17 +21,19 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import FAILURE
 from simx_client.protocol.cli.installing import extra_line
 from simx_server.app.server import serve
-from simx_server.app.settings import SettingError, Settings
 from simx_server.errors import CommandError
 from simx_server.outputs.filming import Shot
 from simx_server.outputs.packages import NewFile, OutputError
 from simx_server.outputs.state_log import StateLog, state_log
-from simx_server.outputs.state_log.images import Pictures
+from simx_server.outputs.state_log.images import Images
 from simx_server.outputs.state_log.mcap_file import McapWriter
 from simx_server.outputs.state_log.poses import Places
 from simx_server.scene.editing.renaming import rename
-from simx_server.scene.geometry.frames import get_pose
-from simx_server.scene.geometry.placing import object_pose
+from simx_server.scene.poses.frames import get_pose
+from simx_server.scene.poses.placing import object_pose
+from simx_server.settings.settings import SettingError, Settings
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 NEEDED = "needs the extra log"
 pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)
@@ -312,7 +314,7 @@ def test_pictures_that_fail_are_counted_and_told_once(path: Path, caplog: pytest
 
     shot: Any = Failing()
     writer = McapWriter(path)
-    pictures = Pictures(shot, 10.0, writer)
+    pictures = Images(shot, 10.0, writer)
     for number in range(3):
         pictures.take(number / 10, number)
     pictures.finish()

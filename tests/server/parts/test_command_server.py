@@ -13,9 +13,11 @@ from real_world import RealWorld
 
 import simx_client as vrep
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.files.library import find_scene
 from simx_server.parts.communication.command_server import COMMAND_SERVER, add_command_server
+from simx_server.settings.settings import Settings
+
+pytestmark = pytest.mark.slow
 
 ROOM = """
 <mujoco model="room">

@@ -10,8 +10,8 @@ import pytest
 from handler_calls import World
 from scripted_world import evaluate, scripted
 
+from simx_server.editing.copying import Kept, copy_objects
 from simx_server.parts.custom_data import EXTENSION, REFERENCES, SCENE
-from simx_server.scene.editing.copying import Kept, copy_objects
 
 pytest.importorskip("lupa")
 

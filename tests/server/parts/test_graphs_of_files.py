@@ -6,8 +6,8 @@ import pytest
 from handler_calls import World
 from scripted_world import evaluate, scripted
 
+from simx_server.editing.copying import copy_objects
 from simx_server.parts.graphs import Graph
-from simx_server.scene.editing.copying import copy_objects
 from simx_server.scene.formats.annotations import SceneError
 
 BODIES = """

@@ -15,9 +15,9 @@ from real_world import BLOCKING, RealWorld
 from sim_api_calls import ScriptWorld
 
 import simx_client as v
-from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
-from simx_server.runtime.clock import Pacer
+from simx_server.service.clock import Pacer
+from simx_server.settings.settings import Settings
 
 FALLING = '<mujoco><worldbody><body name="ball" pos="0 0 5"><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
 

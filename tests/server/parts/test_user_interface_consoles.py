@@ -13,6 +13,8 @@ from simx_server.errors import CommandError
 from simx_server.limits import Limits
 from simx_server.parts.user_interface.consoles import MAX_CHARACTERS
 
+pytestmark = pytest.mark.slow
+
 PLAIN = (None, None, None, None)
 
 

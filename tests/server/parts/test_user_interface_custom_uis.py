@@ -16,6 +16,8 @@ from simx_server.limits import Limits
 from simx_server.parts.user_interface import ADD_ON_NAME
 from simx_server.parts.user_interface.custom_ui_files import UIFileError, read_ui_file
 
+pytestmark = pytest.mark.slow
+
 PANEL = """
 [[ui]]
 name = "panel"

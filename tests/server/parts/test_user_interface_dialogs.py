@@ -13,6 +13,8 @@ from simx_server.limits import Limits
 from simx_server.parts.user_interface import ADD_ON_NAME
 from simx_server.parts.user_interface.dialogs import FIRST_BUTTON_ID, INPUT_ID
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def world() -> World:

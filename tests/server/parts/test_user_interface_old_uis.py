@@ -13,6 +13,8 @@ from handler_calls import World
 import simx_client as v
 from simx_server.scene.formats.annotations import SceneError
 
+pytestmark = pytest.mark.slow
+
 SLIDER = v.sim_buttonproperty_slider | v.sim_buttonproperty_enabled
 BUTTON = v.sim_buttonproperty_button | v.sim_buttonproperty_enabled
 

@@ -15,7 +15,9 @@ from simx_server.parts.user_interface.xml_uis.reading import (
     read_window,
 )
 from simx_server.parts.user_interface.xml_uis.windows import Window, Windows
-from simx_server.world.simulation import Simulation
+from simx_server.simulation.simulation import Simulation
+
+pytestmark = pytest.mark.slow
 
 ALL = """
 <ui title="Drive" closeable="true" on-close="closed" position="10,20">

@@ -17,8 +17,8 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE
-from simx_server.gateways.legacy.listener import LegacyGateway
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.original.listener import LegacyGateway
 from simx_server.gateways.zmq import connection
 from simx_server.recording.records import Kind, Record
 

@@ -20,14 +20,16 @@ from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.version import __version__
 from simx_server.app.server import serve
-from simx_server.app.settings import Settings
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
+from simx_server.settings.settings import Settings
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.messages import ADD_ON, LOOK, ONE_PASS, SPEED, SURVEY
-from simx_server.world.simulation import SimulationState
+from simx_server.viewer.messages import ADD_ON, LOOK, ONE_STEP, SPEED, SURVEY
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
@@ -83,7 +85,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
         for count in range(20):
             v.simxSetJointPosition(client, hinge, 0.1 * count, BLOCKING)
             ask(LOOK, -1, -1)
-            ask(ONE_PASS)
+            ask(ONE_STEP)
             v.simxGetPingTime(client)  # that pass is made
             ask(SURVEY, -1, -1)
             ask(SPEED, floats=(2.0 + count,))

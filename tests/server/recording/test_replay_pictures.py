@@ -20,11 +20,13 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE
 from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.codec import decode_batch, encode
-from simx_server.app.settings import SettingError, Settings
 from simx_server.outputs.filming import film
-from simx_server.outputs.filming.shot import Shot, first_picture
+from simx_server.outputs.filming.shot import Shot, first_image
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
+from simx_server.settings.settings import SettingError, Settings
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 SMALL = "64x48"
 
@@ -146,10 +148,10 @@ def test_snapshot_of_a_replay_is_of_that_second_or_of_the_end(
         start_stepped(client)
         v.simxSetJointTargetVelocity(client, handle_of(client, "hinge"), -math.pi / 2, BLOCKING)
         shot = Shot(place.parts, "eye", (160, 120))
-        seen = [first_picture(shot)]
+        seen = [first_image(shot)]
         for _ in range(20):
             v.simxSynchronousTrigger(client)
-            seen.append(first_picture(shot))
+            seen.append(first_image(shot))
     for second, passes in (("0.01", 1), ("0.5", 10), ("0.51", 11), ("1", 20), (None, 20)):
         flags = {"camera": "eye", "size": "160x120"} | ({"duration": second} if second else {})
         assert replay(recording, snapshot=tmp_path / "a.png", **flags) == DONE

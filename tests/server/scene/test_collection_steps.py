@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from handler_calls import World
 
-from simx_server.scene.editing.copying import copy_objects
+from simx_server.editing.copying import copy_objects
 from simx_server.scene.formats.annotations import Annotation, SceneError
 from simx_server.scene.registered import concerned, renamed, renamed_registered
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scenes_for_tests import ARM, arm, run, world_of
 
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene.geometry import frames, poses
-from simx_server.scene.geometry.frames import JOINT_BASE_FLAG
-from simx_server.world.simulation import Simulation
+from simx_server.scene.poses import frames, poses
+from simx_server.scene.poses.frames import JOINT_BASE_FLAG
+from simx_server.simulation.simulation import Simulation
 
 ANGLE = st.floats(-math.pi, math.pi)
 HALF = math.sqrt(0.5)

@@ -13,10 +13,12 @@ from scenes_for_tests import run, world_of
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing
-from simx_server.scene.geometry import frames, poses
-from simx_server.scene.geometry.frames import JOINT_BASE_FLAG, PARENT, WORLD
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses import frames, poses
+from simx_server.scene.poses.frames import JOINT_BASE_FLAG, PARENT, WORLD
+from simx_server.scene.poses.poses import Pose
 from simx_server.world.world import World
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>

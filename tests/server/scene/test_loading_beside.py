@@ -15,7 +15,7 @@ from scenes_for_tests import ARM
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.trial.helper import Helper
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming

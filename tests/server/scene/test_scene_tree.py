@@ -15,6 +15,8 @@ from simx_server.scene.names import path_of
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene
 
+pytestmark = pytest.mark.slow
+
 
 def outline(scene: Scene, handle: int = -1) -> dict[str, dict]:
     return {scene.get(child).name: outline(scene, child) for child in scene.children(handle)}

@@ -21,6 +21,8 @@ import simx_client as v
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.scene.trial.pool import Pool
 
+pytestmark = pytest.mark.slow
+
 REMOTE_ERROR = v.simx_return_remote_error_flag
 TETRAHEDRON = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 LARGE = TETRAHEDRON.replace(b"1 0 0", b"3 0 0")

@@ -16,6 +16,8 @@ from real_world import BLOCKING, RealWorld, handle_of
 import simx_client as v
 from simx_server.limits import Limits
 
+pytestmark = pytest.mark.slow
+
 REMOTE_ERROR = v.simx_return_remote_error_flag
 CUBE = b"<mujoco><worldbody><body name='cube'><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>"
 MOST = ["load_memory=384M", "load_seconds=1", "load_wait=20"]

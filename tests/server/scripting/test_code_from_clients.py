@@ -14,8 +14,10 @@ from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
 from simx_server.errors import CommandError
-from simx_server.files import client_files
 from simx_server.limits import Limits
+from simx_server.scene.finding import client_files
+
+pytestmark = pytest.mark.slow
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 RAN = "function sysCall_init() sim.setInt32Signal('ran', 1) end\nfunction hello() return {}, {}, {}, '' end"

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from simx_server.app import cli
-from simx_server.scripting.api import NAMESPACES
-from simx_server.scripting.coverage import Support, script_functions
-from simx_server.scripting.namespaces import signatures
+from simx_server.sim_api import NAMESPACES
+from simx_server.sim_api.listing.coverage import Support, script_functions
+from simx_server.sim_api.namespaces import signatures
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "script-functions.md"

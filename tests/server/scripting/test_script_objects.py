@@ -7,7 +7,7 @@ import sys
 import pytest
 from scripted_world import TREE, evaluate, said, scripted
 
-from simx_server.scene.editing.copying import Kept, copy_objects
+from simx_server.editing.copying import Kept, copy_objects
 
 pytest.importorskip("lupa")
 

@@ -19,13 +19,15 @@ from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scripting import script
+
+pytestmark = pytest.mark.slow
 
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
 
-PATIENCE = 60.0
+TIMEOUT = 60.0
 """Seconds that a client waits: a busy machine stretches the second of processor time that a script has."""
 
 SCENE = """
@@ -56,7 +58,7 @@ class ThreadedWorld(RealWorld):
 
     def client(self, port: int = PORTS[0]) -> int:
         transport = LoopbackTransport(self.loop, port=port, turns=False)
-        connection = Connection(lambda: transport, where=transport.client, timeout=PATIENCE)
+        connection = Connection(lambda: transport, where=transport.client, timeout=TIMEOUT)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         return client_id

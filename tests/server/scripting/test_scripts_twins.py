@@ -14,7 +14,10 @@ from handler_calls import World
 from simx_server.errors import CommandError
 
 pytest.importorskip("lupa")
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only"),
+]
 
 HERE = Path(__file__).parent
 SCRIPTS = HERE / "scripts"

@@ -12,10 +12,12 @@ from handler_calls import World
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
+from simx_server.scene.geometry.triangles import GeomTriangles
 from simx_server.sensors.distance import measuring
 from simx_server.sensors.distance.box_tree import BoxTree, Placed
 from simx_server.sensors.distance.triangle_pairs import least_gap
-from simx_server.sensors.triangles import GeomTriangles
+
+pytestmark = pytest.mark.slow
 
 ALL = -2
 

@@ -22,10 +22,12 @@ import simx_client as vrep
 from simx_client.connection.discovery import measure_servers
 from simx_client.protocol.reports import Metrics
 from simx_server.app import embedding
+from simx_server.scene.cameras.image import CameraView
 from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
-from simx_server.sensors.vision.image import CameraView
-from simx_server.sensors.vision.warm_up import WarmUp, wait_until_warm, warm_up
+from simx_server.world.warm_up import WarmUp, wait_until_warm, warm_up
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 __all__ = ["opengl_name"]
 
@@ -38,7 +40,7 @@ HANGING = """
 import sys, threading
 from simx_server.app import server
 from simx_server.sensors.vision import render_thread
-from simx_server.app.settings import Settings
+from simx_server.settings.settings import Settings
 
 def hang(name, give_up):
     threading.Event().wait()

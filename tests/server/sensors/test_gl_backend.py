@@ -9,12 +9,14 @@ from typing import Any
 
 import pytest
 
+from simx_server.scene.cameras.image import RenderError
 from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl import libraries as gl_libraries
 from simx_server.sensors.opengl.backend import Backend, choose_backend, probe_in_child, requested_backend
 from simx_server.sensors.opengl.probe import what_is_wrong
 from simx_server.sensors.opengl.renderer import OpenGLRenderer
-from simx_server.sensors.vision.image import RenderError
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 ROOT = Path(__file__).resolve().parents[3]
 

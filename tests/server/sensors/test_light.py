@@ -11,7 +11,7 @@ import pytest
 from both_renderers import make_renderer, opengl_name
 from camera_world import load
 
-from simx_server.sensors.vision.image import CameraView
+from simx_server.scene.cameras.image import CameraView
 
 __all__ = ["make_renderer", "opengl_name"]
 

@@ -18,12 +18,14 @@ from camera_world import FRONT, SCENE, load, pixel_of
 from processes import wait_until
 
 from simx_server.limits import Limits
+from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.vision import render_thread
-from simx_server.sensors.vision.image import PART, CameraView, Picture, Renderer, RenderError, nothing
-from simx_server.sensors.vision.image_queue import PictureQueue
-from simx_server.sensors.vision.newest import NewestPictures
+from simx_server.sensors.vision.image_queue import ImageQueue
+from simx_server.sensors.vision.newest import NewestImages
 from simx_server.sensors.vision.render_thread import RenderThread
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 WAIT = 30.0
 TWIN = '<camera name="twin" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>'
@@ -61,7 +63,7 @@ class ScriptedRenderer:
         rgb: bool,
         depth: bool,
         let_in: Callable[[], None] = nothing,
-    ) -> Picture:
+    ) -> CameraImage:
         self.threads.add(threading.get_ident())
         self.started.set()
         assert self.go.wait(WAIT)
@@ -74,7 +76,7 @@ class ScriptedRenderer:
             let_in()
         self.seen.append((data.time, view.camera_id, rgb, depth))
         size = (view.height, view.width)
-        return Picture(
+        return CameraImage(
             np.zeros((*size, 3), np.uint8) if rgb else None, np.ones(size, np.float32) if depth else None
         )
 
@@ -109,7 +111,7 @@ class Asker:
 
     def ask(
         self, time: float, view: CameraView = FRONT, rgb: bool = True, depth: bool = False
-    ) -> "Future[Picture]":
+    ) -> "Future[CameraImage]":
         self.data.time = time
         return self.thread.request(self.model, self.data, view, rgb=rgb, depth=depth, version=time)
 
@@ -215,7 +217,7 @@ def test_a_small_picture_that_cannot_be_made_does_not_harm_the_large_one(
 
 
 def test_who_asks_for_little_is_served_before_who_asks_for_much() -> None:
-    queue: PictureQueue[str] = PictureQueue(most=4)
+    queue: ImageQueue[str] = ImageQueue(most=4)
     for job in ("a1", "a2", "a3"):
         assert queue.put(job, "a") is None
     assert queue.take() == "a1"
@@ -231,7 +233,7 @@ def test_who_asks_for_little_is_served_before_who_asks_for_much() -> None:
 
 
 def test_who_has_most_waiting_pictures_loses_one_when_there_are_too_many() -> None:
-    queue: PictureQueue[str] = PictureQueue(most=3)
+    queue: ImageQueue[str] = ImageQueue(most=3)
     assert [queue.put(job, "a") for job in ("a1", "a2", "a3")] == [None, None, None]
     assert queue.put("b1", "b") == "a3"
     assert queue.put("a4", "a") == "a4"
@@ -246,7 +248,7 @@ def test_large_pictures_are_not_all_kept() -> None:
         key: int
         cameras: frozenset[int]
 
-    kept: NewestPictures[Any] = NewestPictures(room=100)
+    kept: NewestImages[Any] = NewestImages(room=100)
     shared, second, third = Made(1, frozenset({1, 2})), Made(2, frozenset({3})), Made(3, frozenset({1}))
     kept.keep(shared, 60)
     kept.keep(second, 40)
@@ -488,7 +490,7 @@ def test_a_program_that_forgets_to_close_still_ends() -> None:
     program = """
 import mujoco
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.image import CameraView
+from simx_server.scene.cameras.image import CameraView
 from simx_server.sensors.vision.render_thread import RenderThread
 
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")

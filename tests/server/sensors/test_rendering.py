@@ -13,19 +13,21 @@ from both_renderers import make_renderer, opengl_name
 from camera_world import FRONT, SCENE, load, pixel_of
 from numpy.typing import NDArray
 
-from simx_server.sensors.opengl import renderer as opengl
-from simx_server.sensors.opengl.renderer import OpenGLRenderer
-from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
-from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import (
+from simx_server.scene.cameras.image import (
+    CameraImage,
     CameraView,
-    Picture,
     RenderError,
     depth_as_grey,
     fovy_from_perspective_angle,
     grey,
     perspective_angle_from_fovy,
 )
+from simx_server.sensors.opengl import renderer as opengl
+from simx_server.sensors.opengl.renderer import OpenGLRenderer
+from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
+from simx_server.sensors.ray_casting.renderer import RaycastRenderer
+
+pytestmark = pytest.mark.slow
 
 __all__ = ["make_renderer", "opengl_name"]
 
@@ -39,14 +41,14 @@ class Drawn(NamedTuple):
     depth: NDArray[np.float32]
 
 
-def both(picture: Picture) -> Drawn:
+def both(picture: CameraImage) -> Drawn:
     """Return both channels of an image."""
     assert picture.rgb is not None
     assert picture.depth is not None
     return Drawn(picture.rgb, picture.depth)
 
 
-def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Drawn:
+def image_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Drawn:
     model, data = load(xml)
     return both(make_renderer(model).render(data, view, rgb=True, depth=True))
 
@@ -55,7 +57,7 @@ def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Dra
 
 
 def test_rows_come_bottom_first_and_left_is_left(make_renderer) -> None:
-    picture = picture_of(make_renderer)
+    picture = image_of(make_renderer)
     assert picture.rgb.shape == (120, 160, 3)
     assert picture.rgb.dtype == np.uint8
     assert picture.rgb.flags.c_contiguous
@@ -72,11 +74,11 @@ def test_a_picture_of_several_parts_is_that_of_one(
     make_renderer, orthographic_size: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     view = dataclasses.replace(FRONT, orthographic_size=orthographic_size, background=(1.0, 0.0, 0.0))
-    whole = picture_of(make_renderer, view=view)
+    whole = image_of(make_renderer, view=view)
     monkeypatch.setattr(opengl, "PART", 160 * 33)
     model, data = load(SCENE)
     renderer = make_renderer(model)
-    parts: list[Picture] = []
+    parts: list[CameraImage] = []
     cut = renderer.render(
         data, view, True, True, lambda: parts.append(renderer.render(data, FRONT, True, False))
     )
@@ -89,7 +91,7 @@ def test_a_picture_of_several_parts_is_that_of_one(
 
 
 def test_depth_is_linear_along_the_view_axis(make_renderer) -> None:
-    picture = picture_of(make_renderer)
+    picture = image_of(make_renderer)
     assert picture.depth.shape == (120, 160)
     assert picture.depth.dtype == np.float32
     metres = FRONT.near + picture.depth * (FRONT.far - FRONT.near)
@@ -137,6 +139,7 @@ def test_depth_of_a_plane_is_as_much_farther_as_half_its_slope(
     assert np.abs(metres - expected).max() < 1e-4
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize(("below", "colour"), [(0.25, "wall"), (0.75, "floor")])
 def test_the_polygon_offset_moves_the_line_where_a_floor_meets_a_wall_by_half_a_pixel(
     opengl_name: str, below: float, colour: str
@@ -165,7 +168,7 @@ def test_the_polygon_offset_moves_the_line_where_a_floor_meets_a_wall_by_half_a_
 
 def test_beyond_the_far_plane_there_is_background_and_depth_one(make_renderer) -> None:
     near_only = dataclasses.replace(FRONT, far=3.0)
-    picture = picture_of(make_renderer, view=near_only)
+    picture = image_of(make_renderer, view=near_only)
     assert picture.depth[0, 0] == 1.0
     assert not picture.rgb[0, 0].any()
     assert picture.rgb[pixel_of(near_only, -0.4, 0.3, 2.0)].any()
@@ -179,7 +182,7 @@ def test_the_far_plane_cuts_a_surface_where_it_is(make_renderer) -> None:
     </worldbody></mujoco>
     """
     view = dataclasses.replace(FRONT, height=240, far=1.0)
-    picture = picture_of(make_renderer, xml, view)
+    picture = image_of(make_renderer, xml, view)
     row, column = pixel_of(view, 0.0, -0.2, 1.0)
     assert picture.depth[row - 2, column] < 1.0
     assert picture.rgb[row - 2, column].any()
@@ -189,7 +192,7 @@ def test_the_far_plane_cuts_a_surface_where_it_is(make_renderer) -> None:
 
 def test_a_background_colour_fills_what_nothing_is_seen_in(make_renderer) -> None:
     coloured = dataclasses.replace(FRONT, far=3.0, background=(0.2, 0.4, 1.0))
-    picture = picture_of(make_renderer, view=coloured)
+    picture = image_of(make_renderer, view=coloured)
     assert np.abs(picture.rgb[0, 0].astype(int) - (51, 102, 255)).max() <= 1
     model, data = load(SCENE)
     alone = make_renderer(model).render(data, coloured, rgb=True, depth=False)
@@ -200,7 +203,7 @@ def test_a_background_colour_fills_what_nothing_is_seen_in(make_renderer) -> Non
 
 def test_what_is_nearer_than_the_near_plane_is_looked_through(make_renderer) -> None:
     beyond_the_balls = dataclasses.replace(FRONT, near=2.5)
-    picture = picture_of(make_renderer, view=beyond_the_balls)
+    picture = image_of(make_renderer, view=beyond_the_balls)
     wall = (4.0 - 2.5) / (10.0 - 2.5)
     assert picture.depth[pixel_of(FRONT, -0.4, 0.3, 2.0)] == pytest.approx(wall, abs=1e-3)
     assert picture.depth[pixel_of(FRONT, 0.4, -0.3, 1.9)] == pytest.approx(wall, abs=1e-3)
@@ -210,12 +213,12 @@ def test_a_camera_inside_its_housing_sees_out(make_renderer) -> None:
     xml = SCENE.replace(
         '<site name="dummy"', '<geom type="sphere" size="0.3" pos="0 -2 0"/><site name="dummy"'
     )
-    picture = picture_of(make_renderer, xml)
+    picture = image_of(make_renderer, xml)
     assert picture.depth[0, 0] == pytest.approx((4.0 - 0.1) / 9.9, abs=1e-3)
 
 
 def test_collision_shapes_sites_and_invisible_geoms_are_not_seen(make_renderer) -> None:
-    picture = picture_of(make_renderer)
+    picture = image_of(make_renderer)
     assert picture.depth[60, 80] == pytest.approx((4.0 - 0.1) / 9.9, abs=1e-3)
     alone = make_renderer(load(SCENE)[0]).render(load(SCENE)[1], FRONT, rgb=False, depth=True)
     assert alone.rgb is None
@@ -225,7 +228,7 @@ def test_collision_shapes_sites_and_invisible_geoms_are_not_seen(make_renderer) 
 def test_a_see_through_geom_tints_by_its_opacity_and_has_depth(make_renderer) -> None:
     pane = '<geom type="box" size="0.2 0.01 0.2" rgba="1 0 0 0.5"/><site name="dummy"'
     solid, xml = (SCENE.replace('<site name="dummy"', text) for text in (pane.replace("0.5", "1"), pane))
-    clear, tinted, opaque = (picture_of(make_renderer, each) for each in (SCENE, xml, solid))
+    clear, tinted, opaque = (image_of(make_renderer, each) for each in (SCENE, xml, solid))
     assert np.array_equal(tinted.depth, opaque.depth)
     assert tinted.depth[60, 80] < clear.depth[60, 80]
     middle = (clear.rgb[60, 80].astype(float) + opaque.rgb[60, 80]) / 2
@@ -247,7 +250,7 @@ def test_what_is_see_through_lies_over_the_background_and_over_what_is_farther(m
     </mujoco>
     """
     view = dataclasses.replace(FRONT, background=(1.0, 0.0, 0.0))
-    picture = picture_of(make_renderer, panes, view)
+    picture = image_of(make_renderer, panes, view)
     assert picture.rgb[60, 80] == pytest.approx([0.4 * 255, 0.5 * 255, 0.1 * 255], abs=1)
 
 
@@ -264,19 +267,19 @@ def test_what_reaches_into_the_view_from_beside_is_seen(make_renderer, size: flo
           <camera name="front" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>
         </worldbody></mujoco>
         """
-        seen = np.argwhere(picture_of(make_renderer, xml, view).depth < 1.0)
+        seen = np.argwhere(image_of(make_renderer, xml, view).depth < 1.0)
         assert len(seen) > 20
 
 
 def test_an_empty_world_is_background(make_renderer) -> None:
-    picture = picture_of(make_renderer, "<mujoco><worldbody><camera/></worldbody></mujoco>")
+    picture = image_of(make_renderer, "<mujoco><worldbody><camera/></worldbody></mujoco>")
     assert not picture.rgb.any()
     assert np.all(picture.depth == 1.0)
 
 
 def test_an_orthographic_view_measures_its_larger_side(make_renderer) -> None:
     view = dataclasses.replace(FRONT, orthographic_size=1.6, width=80, height=60)
-    picture = picture_of(make_renderer, view=view)
+    picture = image_of(make_renderer, view=view)
     metres = view.near + picture.depth * (view.far - view.near)
     assert metres[0, 0] == pytest.approx(4.0, abs=1e-3)
     # The box spans x 0.3 .. 0.5 of a picture 1.6 m wide: ten of 80 columns.
@@ -326,9 +329,10 @@ def test_a_spot_of_half_a_turn_shines_everywhere_and_weaker_with_distance(make_r
 
 def test_a_camera_that_is_not_in_the_model_is_an_error(make_renderer) -> None:
     with pytest.raises(RenderError, match=r"camera id 7 .* has 2"):
-        picture_of(make_renderer, view=dataclasses.replace(FRONT, camera_id=7))
+        image_of(make_renderer, view=dataclasses.replace(FRONT, camera_id=7))
 
 
+@pytest.mark.gl
 def test_both_renderers_see_the_same(opengl_name: str) -> None:
     xml = """
     <mujoco>
@@ -391,6 +395,7 @@ TEXTURED = """
 """
 
 
+@pytest.mark.gl
 def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(opengl_name: str) -> None:
     blue, red = load(TEXTURED.format("0 0 1")), load(TEXTURED.format("1 0 0"))
     renderers = [OpenGLRenderer(red[0], opengl_name), OpenGLRenderer(blue[0], opengl_name)]
@@ -409,6 +414,7 @@ def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(o
     assert len(np.unique(fresh.rgb.reshape(-1, 3), axis=0)) > 100
 
 
+@pytest.mark.gl
 def test_a_driver_that_gives_no_display_lists_is_an_error(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -422,6 +428,7 @@ def test_a_driver_that_gives_no_display_lists_is_an_error(
         renderer.close()
 
 
+@pytest.mark.gl
 def test_what_is_left_of_a_failed_renderer_changes_no_picture_of_another(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -456,6 +463,7 @@ def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     )
 
 
+@pytest.mark.gl
 def test_round_things_far_away_look_the_same_with_fewer_corners(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -481,6 +489,7 @@ def test_round_things_far_away_look_the_same_with_fewer_corners(
     assert np.mean(np.abs(coarse.depth - fine.depth) > 1e-3) < 0.002
 
 
+@pytest.mark.gl
 def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_picture() -> None:
     def is_coarse(distance: float, **view: float) -> bool:
         model, data = row_of_cylinders(distance)
@@ -497,7 +506,7 @@ def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_picture()
 
 
 def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:
-    picture = picture_of(make_renderer)
+    picture = image_of(make_renderer)
     with pytest.raises(ValueError, match="read-only"):
         picture.rgb[0, 0] = 1
     with pytest.raises(ValueError, match="read-only"):

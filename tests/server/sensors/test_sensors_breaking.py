@@ -9,6 +9,8 @@ from handler_calls import World
 from simx_server.errors import CommandError, WrongKind
 from simx_server.scene.objects import Scene
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <option timestep="0.002"/>

@@ -14,7 +14,9 @@ from sim_api_calls import ScriptWorld
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.sensors.vision.image import NO_CODE, CameraView, Picture
+from simx_server.scene.cameras.image import NO_CODE, CameraImage, CameraView
+
+pytestmark = pytest.mark.slow
 
 __all__ = ["make_renderer", "opengl_name"]
 
@@ -27,7 +29,7 @@ CODES = (3, 258, 0x030201, 9, 10, 70000)
 """Of the geoms red, green, wall, collision shape, invisible, pane: all three bytes are used."""
 
 
-def codes_of(picture: Picture) -> np.ndarray:
+def codes_of(picture: CameraImage) -> np.ndarray:
     assert picture.rgb is not None
     return picture.rgb.astype(int) @ (1, 256, 65536)
 
@@ -110,6 +112,7 @@ def set_mode(world: World, name: str, value: int) -> None:
     world.call("simxSetObjectIntParameter", world.handle(name), MODE, value)
 
 
+@pytest.mark.gl
 def test_the_mode_is_set_read_back_and_stays_when_the_simulation_stops(world: World) -> None:
     assert (mode(world, "eye"), mode(world, "sorter")) == (0, 2)
     image(world, "eye")
@@ -128,6 +131,7 @@ def test_the_mode_is_set_read_back_and_stays_when_the_simulation_stops(world: Wo
     assert world.painter.views[-1].codes is None
 
 
+@pytest.mark.gl
 def test_a_render_mode_that_is_not_here_is_refused(world: World) -> None:
     for wrong in (1, 3, 7, -1):
         with pytest.raises(
@@ -137,6 +141,7 @@ def test_a_render_mode_that_is_not_here_is_refused(world: World) -> None:
     assert mode(world, "eye") == 0
 
 
+@pytest.mark.gl
 def test_a_sensor_that_shows_its_depth_shows_handles_when_told_to(world: World) -> None:
     grey = image(world, "depth_eye")
     set_mode(world, "depth_eye", 2)
@@ -144,10 +149,12 @@ def test_a_sensor_that_shows_its_depth_shows_handles_when_told_to(world: World) 
     assert world.painter.views[-1].codes is not None
 
 
+@pytest.mark.gl
 def test_background_is_white_when_nothing_is_drawn(world: World) -> None:
     assert image(world, "asked") == b"\xff" * 24
 
 
+@pytest.mark.gl
 def test_reading_the_sensor_lists_the_handles_it_sees_plus_a_half(world: World) -> None:
     seen = [7, 7, NO_CODE, 300, 5, 300, 7, NO_CODE]
     pixels = b"".join(code.to_bytes(3, "little") for code in seen)
@@ -155,6 +162,7 @@ def test_reading_the_sensor_lists_the_handles_it_sees_plus_a_half(world: World) 
     assert world.call("simxReadVisionSensor", world.handle("sorter")) == (False, [[5.5, 7.5, 300.5]])
 
 
+@pytest.mark.gl
 def test_scripts_set_the_mode_by_its_name(tmp_path: Path) -> None:
     world = ScriptWorld(tmp_path)
     eye, number = "local eye = sim.getObjectHandle('eye')\n", "eye, sim.visionintparam_render_mode"

@@ -7,6 +7,8 @@ import math
 import pytest
 from handler_calls import World
 
+pytestmark = pytest.mark.slow
+
 NEAR = '<geom name="a" type="box" size="0.1 0.1 0.1" {}/>'
 
 

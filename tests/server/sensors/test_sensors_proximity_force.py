@@ -7,6 +7,8 @@ from handler_calls import World
 
 from simx_server.errors import CommandError, WrongKind
 
+pytestmark = pytest.mark.slow
+
 RANGE = """
 <mujoco>
   <worldbody>

@@ -14,6 +14,8 @@ from simx_server.scene.collection import ALL
 from simx_server.sensors.proximity import proximity
 from simx_server.sensors.proximity.detection import Detection, detect_all
 
+pytestmark = pytest.mark.slow
+
 LOOKS = (
     "type=cone angle_deg=30 range=1 max_normal_deg=70",
     "type=cone angle_deg=80 range=1 offset=0.1 radius=0.05 inside_gap=0.3",

@@ -9,8 +9,10 @@ import pytest
 from handler_calls import World, floats
 
 from simx_server.errors import CommandError
-from simx_server.sensors.vision.image import Picture
+from simx_server.scene.cameras.image import CameraImage
 from simx_server.sensors.vision.judging import statistics
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>
@@ -75,7 +77,7 @@ def test_cameras_that_nobody_reads_are_not_rendered(world: World) -> None:
 
 def test_averages_lose_what_is_less_than_a_byte_and_intensity_what_is_less_than_a_third() -> None:
     rgb = np.array([[[10, 20, 31], [11, 20, 33]]], np.uint8)
-    found = statistics(Picture(rgb, np.array([[0.25, 0.5]], np.float32)), False)
+    found = statistics(CameraImage(rgb, np.array([[0.25, 0.5]], np.float32)), False)
     assert found == pytest.approx(
         [
             *(20 / 255, 10 / 255, 20 / 255, 31 / 255, 0.25),
@@ -88,7 +90,7 @@ def test_averages_lose_what_is_less_than_a_byte_and_intensity_what_is_less_than_
 
 def test_mean_depth_of_a_large_picture_keeps_its_digits() -> None:
     values = np.full((2000, 1000), 0.1, np.float32)
-    found = statistics(Picture(np.zeros((2000, 1000, 3), np.uint8), values), False)
+    found = statistics(CameraImage(np.zeros((2000, 1000, 3), np.uint8), values), False)
     assert found[14] == float(np.float32(0.1))
 
 

@@ -13,6 +13,8 @@ from simx_server.sensors.proximity.nearest import nearest_points
 from simx_server.sensors.proximity.seen import Triangles
 from simx_server.sensors.proximity.volume import Volume, cone, cylinder, disc, pyramid
 
+pytestmark = pytest.mark.slow
+
 VOLUMES = {
     "narrow cone": cone(math.radians(30), 1.0),
     "cone with offset, blind beginning and gap": cone(math.radians(60), 1.0, 0.2, 0.1, 0.3),

@@ -25,6 +25,8 @@ from bench.load.lookers import looking, messages
 from simx_client import Client
 from simx_server.viewer.launching import missing
 
+pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.gl]
+
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 

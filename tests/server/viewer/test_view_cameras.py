@@ -25,6 +25,8 @@ from simx_server.viewer.page.link import Eye, Hands
 from simx_server.viewer.page.mirror import Mirror
 from simx_server.viewer.page.panels.cameras import Cameras
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 SCENE = """
 <mujoco model="cameras">
   <visual><headlight ambient="0.6 0.6 0.6"/></visual>

@@ -21,8 +21,7 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
-from simx_server.runtime.sessions import MAX_DEPARTED
-from simx_server.viewer.page.ground import is_ground
+from simx_server.service.clients.sessions import MAX_DEPARTED
 from simx_server.viewer.page.link import Away, Link
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.panels.clients import Clients
@@ -31,7 +30,10 @@ from simx_server.viewer.page.panels.run import Run
 from simx_server.viewer.page.quiet_viser import set_title
 from simx_server.viewer.page.tools.gizmo import Gizmo
 from simx_server.viewer.page.tools.plot import Curve, vertical_axis
-from simx_server.viewer.page.world import World
+from simx_server.viewer.page.view.ground import is_ground
+from simx_server.viewer.page.view.world import World
+
+pytestmark = pytest.mark.slow
 
 __all__ = ["browser"]
 

@@ -15,10 +15,13 @@ from browser_panels import Stage
 from real_world import Open
 
 from simx_server.viewer.messages import Look, Survey
-from simx_server.viewer.page import composition, world
+from simx_server.viewer.page import composition
 from simx_server.viewer.page.composition import Page
 from simx_server.viewer.page.panels.objects import Objects
 from simx_server.viewer.page.quiet_viser import open_browser_server
+from simx_server.viewer.page.view import world
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>

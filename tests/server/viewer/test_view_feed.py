@@ -16,11 +16,13 @@ from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
 from simx_server.errors import CommandError
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer import feed, sent_model
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.messages import LOOK, ONE_PASS, SPEED, SURVEY
+from simx_server.viewer.messages import LOOK, ONE_STEP, SPEED, SURVEY
 from simx_server.viewer.page.mirror import Mirror
-from simx_server.world.simulation import SimulationState
+
+pytestmark = pytest.mark.slow
 
 SCENE = """
 <mujoco>
@@ -227,14 +229,14 @@ def test_paths_are_lines(tmp_path: Path) -> None:
 
 def test_one_pass_is_one_pass_from_any_state(told: Told) -> None:
     for expected in (1, 2):
-        told.ask(ONE_PASS)
+        told.ask(ONE_STEP)
         assert told.sim.state is SimulationState.RUNNING
         for _ in range(3):
             told.world.loop.turn()
         assert told.sim.state is SimulationState.PAUSED
         assert told.sim.step_count == expected
     told.sim.start()
-    told.ask(ONE_PASS)
+    told.ask(ONE_STEP)
     assert told.sim.state is SimulationState.PAUSED
 
 
@@ -242,11 +244,11 @@ def test_one_pass_is_refused_while_a_client_steps(told: Told) -> None:
     v.simxSynchronous(told.client, True)
     v.simxStartSimulation(told.client, BLOCKING)
     with pytest.raises(CommandError, match="end its stepped mode first"):
-        told.ask(ONE_PASS)
+        told.ask(ONE_STEP)
 
 
 def test_a_pause_that_was_due_does_not_outlive_the_run(told: Told) -> None:
-    told.ask(ONE_PASS)
+    told.ask(ONE_STEP)
     told.sim.stop()
     told.sim.start()
     for _ in range(3):

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from typing import cast
 
 import pytest
 from processes import wait_until
 
 from simx_server.limits import Limits
-from simx_server.runtime.admission.unfinished import Unfinished
+from simx_server.service.clients.admission.unfinished import Unfinished
 from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.page import gate as gate_module
 from simx_server.viewer.page.gate import Gate, is_loopback
-from simx_server.viewer.page.websocket_size import LARGEST_MESSAGE, MessageSize, TooLong
+from simx_server.viewer.page.websocket_size import LARGEST_MESSAGE, BadFrame, MessageSize
+
+pytestmark = pytest.mark.slow
 
 TOKEN = "a-token-of-the-test"
 OTHERS = "10.1.2.3"
@@ -57,7 +61,7 @@ class Behind:
                 answering.start()
 
     def _answer(self, connection: socket.socket) -> None:
-        with connection:
+        with connection, suppress(ConnectionError):  # the gate cuts some off
             head = b""
             while not head.endswith(b"\r\n\r\n"):
                 if not (data := connection.recv(4096)):
@@ -146,8 +150,8 @@ def upgraded(gate: Gate, *headers: str) -> bool:
         got = connection.recv(4096)
         if status(got) != 101:
             return False
-        connection.sendall(b"there and back")
-        return connection.recv(4096) == b"there and back"
+        connection.sendall(b"\x82\x0ethere and back")
+        return connection.recv(4096) == b"\x82\x0ethere and back"
 
 
 # --- who gets in ---------------------------------------------------------------------------------
@@ -328,8 +332,8 @@ def test_too_many_connections_are_told_so_and_room_is_used_again(
             answer = all_of(eleventh)
         assert status(answer) == 503
         assert b"close some" in answer
-        browsers[0].sendall(b"still")
-        assert browsers[0].recv(5) == b"still"
+        browsers[0].sendall(b"\x82\x05still")
+        assert browsers[0].recv(7) == b"\x82\x05still"
     assert wait_until(lambda: not len(gate._places), 5)
     assert ask(gate).endswith(PAGE)
 
@@ -359,7 +363,7 @@ def test_unfinished_messages_of_browsers_are_bounded_together(gate: Gate) -> Non
 
 def test_the_size_of_an_unfinished_message_is_followed_byte_by_byte() -> None:
     frames = (
-        b"\x01\x05first" + b"\x89\x02hi" + b"\x80\x7e\x01\x00" + bytes(256),  # a ping within a message
+        b"\x02\x05first" + b"\x89\x02hi" + b"\x80\x7e\x01\x00" + bytes(256),  # a ping within a message
         b"\x82\x83maskabc",
         b"\x82\x7f" + (70_000).to_bytes(8, "big") + bytes(70_000),
     )
@@ -369,10 +373,49 @@ def test_the_size_of_an_unfinished_message_is_followed_byte_by_byte() -> None:
             sizes.append(size.add(data[at : at + together]))
         assert (sizes[-1], size.count) == (0, 3)
         assert max(sizes) >= 69_990 or together > 1000
-    with pytest.raises(TooLong):
+    with pytest.raises(BadFrame):
         MessageSize().add(
             b"\x02\x7f" + LARGEST_MESSAGE.to_bytes(8, "big") + bytes(LARGEST_MESSAGE) + b"\x00\x01"
         )
+
+
+@pytest.mark.parametrize("frame", [b"\x81\x01a", b"\xc2\x01a", b"\x83\x00", b"\x89\x7e\x00\x7e"])
+def test_frames_that_no_browser_sends_to_viser_end_the_connection(gate: Gate, frame: bytes) -> None:
+    """Text, compressed data, an unknown kind, a large ping."""
+    with websocket(gate) as browser:
+        browser.sendall(frame)
+        assert all_of(browser) == b""
+
+
+def test_a_browser_that_sends_very_many_small_frames_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        waits.append(seconds)
+
+    class Sink:
+        def write(self, data: bytes) -> None:
+            """Take it."""
+
+        async def drain(self) -> None:
+            """Wait for nothing."""
+
+    async def copied(frames: int) -> None:
+        source = asyncio.StreamReader()
+        source.feed_data(b"\x82\x01a" * frames)
+        source.feed_eof()
+        unfinished = Unfinished(Limits).holder(lambda _: None)
+        await gate_module._copy(source, cast(asyncio.StreamWriter, Sink()), unfinished)
+
+    monkeypatch.setattr(asyncio, "sleep", sleep)
+    asyncio.run(copied(gate_module._MOST_FRAMES))
+    assert not waits
+    asyncio.run(copied(10 * gate_module._MOST_FRAMES))
+    assert len(waits) >= 1
+
+
+def test_an_address_of_many_parameters_is_refused(open_gate: Gate) -> None:
+    assert status(ask(open_gate, target="/?" + "a=b&" * 200)) == 400
 
 
 def test_close_ends_what_is_open(behind: Behind) -> None:

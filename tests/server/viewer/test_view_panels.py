@@ -27,6 +27,8 @@ from simx_server.viewer.page.panels.interface import Interface
 from simx_server.viewer.page.panels.joints import Joints
 from simx_server.viewer.page.panels.objects import ROWS, Objects
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["browser"]
 
 SCENE = """

@@ -13,11 +13,13 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
-from simx_client.protocol.past import STEP, PastStep
+from simx_client.protocol.add_ons.past import STEP, PastStep
 from simx_server.history import History
+from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.messages import ADD_ON
 from simx_server.viewer.page.panels.time_slider import TimeSlider, calls_as_html
-from simx_server.world.simulation import SimulationState
+
+pytestmark = pytest.mark.slow
 
 __all__ = ["browser"]  # a fixture
 

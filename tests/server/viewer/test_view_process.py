@@ -27,6 +27,8 @@ from simx_server.app import cli
 from simx_server.viewer.launching import NEEDED
 from simx_server.viewer.launching import missing as what_is_missing
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 needs_viewer = pytest.mark.skipif(what_is_missing() is not None, reason="needs the extra viewer")
 
 

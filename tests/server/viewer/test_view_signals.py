@@ -26,6 +26,8 @@ from simx_server.viewer.page.link import Eye, Hands
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.panels.signals import Signals
 
+pytestmark = pytest.mark.slow
+
 IN_TIME = 20.0
 
 

@@ -33,6 +33,8 @@ from simx_server.viewer.page.tools.plot import MOST_CURVES, Curve, Plot
 from simx_server.viewer.page.tools.sensors import LONGEST_ARROW, Sensors, arrows
 from simx_server.viewer.page.tools.viewpoints import Viewpoints
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["browser"]  # a fixture
 
 SCENE = """

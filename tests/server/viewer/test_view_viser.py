@@ -11,10 +11,15 @@ import pytest
 
 pytest.importorskip("viser", reason="needs the extra viewer")
 
+import msgspec
 import viser
+from viser._messages import GetRenderResponseMessage, Message
+from websockets.exceptions import ConnectionClosedError
 
 from simx_server.viewer.page import quiet_viser
 from simx_server.viewer.page.quiet_viser import open_browser_server, renumber
+
+pytestmark = pytest.mark.slow
 
 MANY = 100
 
@@ -72,3 +77,25 @@ def test_a_server_that_has_stopped_is_left_alone() -> None:
     browser = open_browser_server()
     browser.stop()
     renumber(browser)
+
+
+def packed(kind: str, **fields: Any) -> bytes:
+    return msgspec.msgpack.encode({"type": kind, **fields})
+
+
+def test_messages_of_browsers_are_read_as_far_as_the_page_may_send_them(browser: viser.ViserServer) -> None:
+    read = Message.deserialize
+    image = read(packed("GetRenderResponseMessage", payload=bytes(3_000_000), render_uuid="a"))
+    assert isinstance(image, GetRenderResponseMessage)
+    assert len(image.payload) == 3_000_000
+    start = {"source_component_uuid": "a", "transfer_uuid": "b", "filename": "c", "mime_type": "d"}
+    for bad in (
+        packed("GetRenderResponseMessage", payload=[[]] * 5000, render_uuid="a"),
+        packed("FileTransferStartUpload", **start, part_count=9, size_bytes=9),
+        packed("FileTransferPart", **start, part_index=0, content=b"a"),
+        packed("NoSuchMessage"),
+        b"\x91" * 4000,
+        b"",
+    ):
+        with pytest.raises(ConnectionClosedError):
+            read(bad)

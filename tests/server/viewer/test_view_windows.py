@@ -18,7 +18,7 @@ from simx_client import Client
 from simx_client.launch.windows import screen as s
 from simx_client.launch.windows.screen import NoScreen
 from simx_client.launch.windows.viewer import Viewer
-from simx_client.protocol import windows as w
+from simx_client.protocol.add_ons import windows as w
 from simx_server.errors import CommandError
 from simx_server.viewer.windows import (
     KEPT,
@@ -29,6 +29,8 @@ from simx_server.viewer.windows import (
     MOST_WINDOWS,
     Windows,
 )
+
+pytestmark = pytest.mark.slow
 
 JPEG = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
 

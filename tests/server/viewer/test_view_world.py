@@ -18,14 +18,16 @@ from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from simx_server.viewer.messages import Drawing, SceneItem
-from simx_server.viewer.page.bodies import Body, appearance, meshes_of
-from simx_server.viewer.page.drawings import Drawings
-from simx_server.viewer.page.lights import lit
 from simx_server.viewer.page.mirror import Copy, Mirror
-from simx_server.viewer.page.selected import Selected
-from simx_server.viewer.page.smoothing import smoothed
 from simx_server.viewer.page.tools.gizmo import Gizmo
-from simx_server.viewer.page.world import World, contact_forces
+from simx_server.viewer.page.view.bodies import Body, appearance, meshes_of
+from simx_server.viewer.page.view.drawings import Drawings
+from simx_server.viewer.page.view.lights import lit
+from simx_server.viewer.page.view.selected import Selected
+from simx_server.viewer.page.view.smoothing import smoothed
+from simx_server.viewer.page.view.world import World, contact_forces
+
+pytestmark = pytest.mark.slow
 
 __all__ = ["browser"]
 

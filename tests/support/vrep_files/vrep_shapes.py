@@ -23,7 +23,7 @@ from simx_server.scene.formats.vrep.objects import (
     VrepObject,
 )
 from simx_server.scene.formats.vrep.report import Report
-from simx_server.scene.geometry.poses import IDENTITY
+from simx_server.scene.poses.poses import IDENTITY
 
 _QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 

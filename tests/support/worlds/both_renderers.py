@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 import mujoco
 import pytest
 
+from simx_server.scene.cameras.image import Renderer
 from simx_server.sensors.opengl.backend import choose_backend
 from simx_server.sensors.opengl.renderer import OpenGLRenderer
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import Renderer
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def opengl_name() -> str:
     return backend.name
 
 
-@pytest.fixture(params=["opengl", "raycast"])
+@pytest.fixture(params=[pytest.param("opengl", marks=pytest.mark.gl), "raycast"])
 def make_renderer(request: pytest.FixtureRequest) -> Iterator[Callable[[mujoco.MjModel], Renderer]]:
     """Makes renderers of one kind, and closes them."""
     made: list[Renderer] = []

@@ -2,7 +2,7 @@
 
 import mujoco
 
-from simx_server.sensors.vision.image import CameraView
+from simx_server.scene.cameras.image import CameraView
 
 # The camera `front` stands at y = -2 and looks along +y: world x is to the right, world z is up.
 SCENE = """

@@ -13,9 +13,9 @@ import numpy as np
 
 from simx_client.protocol.commands import BY_NAME
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.background import at_once
+from simx_server.scene.cameras.image import CameraImage, CameraView
 from simx_server.scene.formats.loader import load_text
-from simx_server.sensors.vision.image import CameraView, Picture
+from simx_server.service.calls.background import at_once
 from simx_server.world.building import build_world
 
 
@@ -26,10 +26,10 @@ class PaintingThread:
         self.warms_on_demand = False
         self.views: list[CameraView] = []
         self.versions: list[int] = []
-        self._waiting: list[tuple[CameraView, Future[Picture]]] = []
+        self._waiting: list[tuple[CameraView, Future[CameraImage]]] = []
 
-    def request(self, _model, _data, view, *, rgb, depth, version, asker) -> Future[Picture]:
-        future: Future[Picture] = Future()
+    def request(self, _model, _data, view, *, rgb, depth, version, asker) -> Future[CameraImage]:
+        future: Future[CameraImage] = Future()
         self.views.append(view)
         self.versions.append(version)
         self._waiting.append((view, future))
@@ -50,7 +50,7 @@ class PaintingThread:
             count = view.width * view.height
             rgb = (np.arange(count * 3) % 256).astype(np.uint8).reshape(view.height, view.width, 3)
             depth = np.linspace(0.0, 1.0, count, dtype=np.float32).reshape(view.height, view.width)
-            future.set_result(Picture(rgb, depth))
+            future.set_result(CameraImage(rgb, depth))
 
 
 class QuickPainter(PaintingThread):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from simx_server.world.part import Part
-from simx_server.world.simulation import Simulation
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import Simulation
 
 
 def observe(sim: Simulation, **events: Callable[..., Any]) -> Part:

@@ -13,10 +13,10 @@ from typing import Any, cast
 from plain_world import HANDLERS, PlainSimulation
 
 from simx_client.protocol.commands import BY_NAME
-from simx_server.gateways.zenoh import ZenohGateway
-from simx_server.handlers.registry import Handler
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
+from simx_server.gateways.zenoh.gateway import ZenohGateway
+from simx_server.service.calls.registry import Handler
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
 
 MEGABYTE = bytes(1_000_000)
 

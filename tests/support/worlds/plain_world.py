@@ -12,15 +12,15 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.commands import BY_NAME
 from simx_server.errors import CommandError
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import session
-from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.limits import Limits
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
-from simx_server.world.interruptions import Interruptions
-from simx_server.world.part import Part
-from simx_server.world.simulation import SimulationState
+from simx_server.service.calls.registry import Handler, handlers_of
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.simulation.interruptions import Interruptions
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
 
 
 class PlainSimulation:

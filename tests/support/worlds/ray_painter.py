@@ -7,8 +7,8 @@ from typing import Any
 
 import mujoco
 
+from simx_server.scene.cameras.image import CameraImage, CameraView
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-from simx_server.sensors.vision.image import CameraView, Picture
 
 
 class RayPainter:
@@ -29,10 +29,10 @@ class RayPainter:
         rgb: bool,
         depth: bool,
         **_: Any,
-    ) -> Future[Picture]:
+    ) -> Future[CameraImage]:
         if self._renderer is None or self._model is not model:
             self._renderer, self._model = RaycastRenderer(model), model
-        future: Future[Picture] = Future()
+        future: Future[CameraImage] = Future()
         future.set_result(self._renderer.render(data, view, rgb, depth))
         return future
 

@@ -16,14 +16,14 @@ from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.protocol.messages import Pace
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
 from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
-from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
 from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
 
 BLOCKING = v.simx_opmode_blocking
 

@@ -32,7 +32,7 @@ OF_ROS2 = 1.5
 """The same for a node of ROS 2, whose session tries once a second to connect again."""
 
 STEP = 0.05
-PATIENCE = 20.0
+TIMEOUT = 20.0
 SETTLED = (0.5, 2.5)
 """Seconds from the moment when all clients have an answer until the next kill."""
 
@@ -107,10 +107,10 @@ class Run:
 
     def are_all_back(self, since: float) -> bool:
         """Return whether all clients get answers."""
-        if wait_until(lambda: all(each.is_back(since) for each in self.clients), PATIENCE):
+        if wait_until(lambda: all(each.is_back(since) for each in self.clients), TIMEOUT):
             return True
         missing = [each.role for each in self.clients if not each.is_back(since)]
-        self.problems.append(f"no answer for {', '.join(missing)} within {PATIENCE:g} s")
+        self.problems.append(f"no answer for {', '.join(missing)} within {TIMEOUT:g} s")
         return False
 
     def kill(self) -> float:
@@ -130,7 +130,7 @@ class Run:
                     del waiting[role]
             return not waiting
 
-        if wait_until(note, PATIENCE):
+        if wait_until(note, TIMEOUT):
             steps = re.findall(r"goes on from step (\d+)", self._log.read_text())
             self.lost.append(round(seen / STEP) - int(steps[-1]))
             shown = ", ".join(f"{role} {values[-1]:.2f} s" for role, values in self.gaps.items())
@@ -142,7 +142,7 @@ class Run:
         """End the server, and replay its recording."""
         self.server.terminate()
         try:
-            self.server.wait(PATIENCE)
+            self.server.wait(TIMEOUT)
         except subprocess.TimeoutExpired:
             self.problems.append("the server did not end")
         command = [sys.executable, "-m", "simx_server", "--replay", str(self.recording)]

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from simx_server.app.server import open_world
-from simx_server.app.settings import Settings
-from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.clock import Pacer
-from simx_server.runtime.server_loop import ServerLoop
-from simx_server.runtime.sessions import ClientSession, Link
 from simx_server.scene.trial import helper
+from simx_server.service.clients.sessions import ClientSession, Link
+from simx_server.service.clock import Pacer
+from simx_server.service.server_loop import ServerLoop
+from simx_server.settings.settings import Settings
 
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
 SPEED = 4.0

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 TESTS = Path(__file__).parents[2]
 SECONDS = 8
 
@@ -20,7 +22,9 @@ def test_eight_clients_that_call_step_edit_and_die_leave_the_server_as_it_was(
 ) -> None:
     """`make soak` does the same for longer."""
     soak = Path(__file__).with_name("soak.py")
-    path = os.pathsep.join(str(TESTS / folder) for folder in ("", "support", "support/worlds"))
+    path = os.pathsep.join(
+        str(TESTS / folder) for folder in ("", "support", "support/worlds", "support/gateways")
+    )
     environment = os.environ | {"PYTHONPATH": path}
     found = subprocess.run(
         [sys.executable, soak, str(SECONDS)], env=environment, capture_output=True, text=True, check=False

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, rotate
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.poses.placing import object_pose
+from simx_server.scene.poses.poses import Pose, compose, conjugate, inverse, rotate
 
 from ..content.joint_commands import LARGEST
 from ..endpoints import Call, Commanded, Content, Context, Followed, Moment, Offer

@@ -9,12 +9,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 from ..content.run import PAUSE, START, STOP
 from ..endpoints import Call, Commanded, Content, Context, Message, Moment, Offer, Published
 
 BOOL, INT, FLOAT = (f"std_msgs/msg/{name}" for name in ("Bool", "Int32", "Float32"))
+
+TRIGGER, SET_STEPPING = "/triggerNextStep", "/enableSyncMode"
+"""Topics of programs that step the simulation."""
 
 STATES = {SimulationState.STOPPED: 0, SimulationState.RUNNING: 1, SimulationState.PAUSED: 2}
 """Numbers of `/simulationState`."""
@@ -31,8 +34,8 @@ class Helper(Content):
             return
         for name, call in (("start", START), ("pause", PAUSE), ("stop", STOP)):
             yield Commanded(f"/{name}Simulation", BOOL, partial(_if_true, call))
-        yield Commanded("/triggerNextStep", BOOL, partial(_if_true, Call("simxSynchronousTrigger", [])))
-        yield Commanded("/enableSyncMode", BOOL, _set_stepping)
+        yield Commanded(TRIGGER, BOOL, partial(_if_true, Call("simxSynchronousTrigger", [])))
+        yield Commanded(SET_STEPPING, BOOL, _set_stepping)
         published: tuple[tuple[str, str, Callable[[Moment], Message]], ...] = (
             ("/simulationTime", FLOAT, lambda moment: {"data": moment.nanoseconds / 1e9}),
             ("/simulationState", INT, lambda _: {"data": STATES[self._simulation.state]}),

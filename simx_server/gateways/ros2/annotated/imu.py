@@ -11,18 +11,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.scene.geometry.poses import (
-    IDENTITY,
-    Pose,
-    Vector,
-    compose,
-    conjugate,
-    rotate,
-    scale,
-    subtract,
-)
-from simx_server.world.simulation import SimulationState
+from simx_server.scene.poses.placing import object_pose
+from simx_server.scene.poses.poses import IDENTITY, Pose, Vector, compose, conjugate, rotate, scale, subtract
+from simx_server.simulation.simulation import SimulationState
 
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import SENSOR_DATA

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.poses import Quaternion, from_rows
 from simx_server.scene.objects import ObjectKind, Scene, SceneObject
+from simx_server.scene.poses.poses import Quaternion, from_rows
 
 from ..content.naming import frame_name, joint_name, optical_frame, part_of_topic
 

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.scene.geometry.poses import Pose, Quaternion, compose, conjugate, inverse, rotate
 from simx_server.scene.objects import SceneObject
-from simx_server.world.simulation import SimulationState
+from simx_server.scene.poses.placing import object_pose
+from simx_server.scene.poses.poses import Pose, Quaternion, compose, conjugate, inverse, rotate
+from simx_server.simulation.simulation import SimulationState
 
 from ..endpoints import Message, Moment, Published
 from .notes import Names, annotated, base_frame, odom_frame, topic_of, turn_of

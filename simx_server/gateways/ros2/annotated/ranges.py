@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
+from simx_server.ros2_messages import BY_NAME
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.scene.geometry.poses import Pose, compose, inverse, matrix
 from simx_server.scene.objects import SceneObject
+from simx_server.scene.poses.placing import object_pose
+from simx_server.scene.poses.poses import Pose, compose, inverse, matrix
 
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
-from ..messages import BY_NAME
 from ..wire.qos import SENSOR_DATA
 from .notes import Names, annotated, period_of, sensors_below, turn_of
 

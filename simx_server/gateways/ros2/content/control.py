@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from simx_server.sensors.vision.futures import then
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 from ..endpoints import Content, Context, Message, Offer, Served
 from .run import Run, WrongState

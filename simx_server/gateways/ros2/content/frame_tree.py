@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.placing import object_pose
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse
 from simx_server.scene.objects import ObjectKind, SceneObject
-from simx_server.world.simulation import Simulation
+from simx_server.scene.poses.placing import object_pose
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse
+from simx_server.simulation.simulation import Simulation
 
 from ..annotated.notes import Names, annotated, note_of, turn_of
 from ..annotated.odometry import Odometers

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from functools import partial
 
 from simx_server.errors import CommandError
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
 
 from ..endpoints import Call, Context
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from simx_client.protocol import link
-from simx_client.protocol.access import BOTH, rule, section
+from simx_client.protocol.zenoh import link
+from simx_client.protocol.zenoh.access import BOTH, rule, section
 
 from .names import Place
 

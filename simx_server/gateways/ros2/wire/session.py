@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from simx_client.protocol import link
+from simx_client.protocol.zenoh import link
 
 from ...errors import GatewayError
 from .endpoint import Endpoint
 from .names import Place, node_token
+from .pulse import Pulse
 from .router import options as router_options
 
 logger = logging.getLogger(__name__)
@@ -61,15 +63,19 @@ class Router(NamedTuple):
 class Ros2Session:
     """Keeps a node and its endpoints declared."""
 
-    def __init__(self, place: Place, router: Router) -> None:
+    def __init__(self, place: Place, router: Router, pulse: Pulse) -> None:
         """Open the session, if it is the router itself; `start` does the rest.
+
+        Args:
+            pulse: looks after the nodes that trigger steps.
 
         Raises:
             GatewayError: it cannot listen.
         """
         self._zenoh = zenoh = link.import_zenoh()
         __import__("zenoh.ext")
-        self._place, self._router = place, router
+        self._place, self._router, self._pulse = place, router, pulse
+        self._next_pulse = 0.0
         self._session: Any = None
         self._node: Any = None
         self._declared: dict[int, Endpoint] = {}
@@ -147,6 +153,7 @@ class Ros2Session:
             if self._session is not None:
                 self._declare(wanted)
                 self._look()
+                self._feel_pulse()
         except self._zenoh.ZError as error:
             if self._session is None or not self._session.is_closed():
                 logger.warning("ROS 2: %s", link.reason(error))
@@ -222,8 +229,14 @@ class Ros2Session:
         is_gone = not info.routers_zid() and not info.peers_zid()
         if is_gone != self._was_told:
             self._was_told = is_gone
+            self._pulse.forget()
             text = "has gone; ROS 2 waits for it" if is_gone else "is there again"
             logger.warning("the router at %s %s", self._router.endpoint, text)
+
+    def _feel_pulse(self) -> None:
+        if not self._was_told and (now := time.monotonic()) >= self._next_pulse:
+            self._next_pulse = now + RETRY
+            self._pulse.look(self._zenoh, self._session)
 
     def _forget(self) -> None:
         """Note that the session has ended; the next one has other ids."""

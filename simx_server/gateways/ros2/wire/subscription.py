@@ -8,10 +8,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from simx_server.gateways.zenoh.throttle import Throttle
 from simx_server.parts.status_bar import as_log_line
 
 from ...outsider_log import OutsiderLog
-from ...throttle import Throttle
 from .endpoint import Described, Endpoint
 from .names import NO_HASH, Distribution, Kind, Place, key
 from .qos import Qos

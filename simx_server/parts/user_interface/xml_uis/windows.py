@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
-from simx_server.world.part import Part
+from simx_server.simulation.part import Part
 
 from .widgets import CHECKED, MAX_TEXT, Widget
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.simulation.simulation import Simulation
 
 Fire = Callable[[str, tuple[Any, ...]], None]
 """Calls a function of the script by its name, with these values."""

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.geometry.inertia import get_inertia, set_inertia
+from simx_server.scene.geometry.triangles import corners_of
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.spec_elements import leaves_of
 from simx_server.scene.tree import INTERNAL
-from simx_server.sensors.triangles import corners_of
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -8,7 +8,7 @@ GRAMMAR is the whole list of kinds and keys; all others are errors that name the
 
 from __future__ import annotations
 
-from simx_server.scene.formats.annotations.annotation import (
+from .annotation import (
     PREFIX,
     Annotation,
     Annotations,
@@ -16,8 +16,8 @@ from simx_server.scene.formats.annotations.annotation import (
     Value,
     numbers_of,
 )
-from simx_server.scene.formats.annotations.checks import DETECTABLE_KINDS
-from simx_server.scene.formats.annotations.grammar import (
+from .checks import DETECTABLE_KINDS
+from .grammar import (
     BROUGHT,
     ENGINES,
     ENTITY_PREFIX,
@@ -27,8 +27,8 @@ from simx_server.scene.formats.annotations.grammar import (
     UNTAGGED,
     WORLD,
 )
-from simx_server.scene.formats.annotations.reading import VOLUMES, parse, read_annotations
-from simx_server.scene.formats.annotations.references import check_objects
+from .reading import VOLUMES, parse, read_annotations
+from .references import check_objects
 
 __all__ = [
     "BROUGHT",

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from simx_server.scene.formats.annotations.annotation import Value
-from simx_server.scene.formats.annotations.checks import (
+from simx_server.scene.formats.texts.graph_streams import check_curves, check_streams
+from simx_server.scene.formats.texts.old_uis import UI_TEXT
+from simx_server.scene.formats.texts.path_points import check_points
+from simx_server.scene.formats.texts.scripts import SCRIPT_TYPES, TEXT_KINDS
+from simx_server.scene.formats.texts.values import block, each, steps, two_numbers
+
+from .annotation import Value
+from .checks import (
     DETECTABLE_KINDS,
     angle,
     bits,
@@ -27,12 +33,7 @@ from simx_server.scene.formats.annotations.checks import (
     three_numbers,
     weights,
 )
-from simx_server.scene.formats.annotations.ros2_keys import ROS2_KEYS
-from simx_server.scene.formats.texts.graph_streams import check_curves, check_streams
-from simx_server.scene.formats.texts.old_uis import UI_TEXT
-from simx_server.scene.formats.texts.path_points import check_points
-from simx_server.scene.formats.texts.scripts import SCRIPT_TYPES, TEXT_KINDS
-from simx_server.scene.formats.texts.values import block, each, steps, two_numbers
+from .ros2_keys import ROS2_KEYS
 
 ENGINES = ("bullet", "ode", "vortex", "newton", "mujoco", "physx")
 """Physics engines by V-REP's numbers, from 0."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import mujoco
 
-from simx_server.scene.formats.annotations.annotation import PREFIX, Annotation, Annotations, SceneError
-from simx_server.scene.formats.annotations.grammar import FREE, GRAMMAR, REGISTERED, WORLD
-from simx_server.scene.formats.annotations.ros2_keys import check_keys
 from simx_server.scene.formats.texts.old_uis import UI_TEXT, read_ui_text
 from simx_server.scene.formats.texts.scripts import TEXT_KINDS, place_script
 from simx_server.scene.formats.texts.values import decode
+
+from .annotation import PREFIX, Annotation, Annotations, SceneError
+from .grammar import FREE, GRAMMAR, REGISTERED, WORLD
+from .ros2_keys import check_keys
 
 _LONGEST_WORD = 200
 """Characters of a wrong word that a message shows."""

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from simx_server.scene.formats.annotations.annotation import PREFIX, Annotation, Annotations, SceneError
-from simx_server.scene.formats.annotations.grammar import ENTITY_PREFIX, WORLD
-from simx_server.scene.formats.annotations.ros2_keys import check_kind
 from simx_server.scene.formats.texts.graph_streams import (
     DISTANCE,
     MOST_STREAMS,
@@ -16,6 +13,10 @@ from simx_server.scene.formats.texts.graph_streams import (
 )
 from simx_server.scene.formats.texts.old_uis import UI_TEXT
 from simx_server.scene.formats.texts.values import read_steps
+
+from .annotation import PREFIX, Annotation, Annotations, SceneError
+from .grammar import ENTITY_PREFIX, WORLD
+from .ros2_keys import check_kind
 
 _ALSO = {"vision": ("camera",), "shape": ("octree", "point cloud"), "cloud": ("octree",)}
 """Further kinds of objects that may have an annotation."""

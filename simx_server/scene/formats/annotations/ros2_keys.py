@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from simx_server.scene.formats.annotations.annotation import Annotation, SceneError, Value
-from simx_server.scene.formats.annotations.checks import number, one_of, positive, switch
+from .annotation import Annotation, SceneError, Value
+from .checks import number, one_of, positive, switch
 
 _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FRAME = re.compile(r"[^\s/?-]\S*")

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import mujoco
 
 from simx_server.scene.formats.annotations import PREFIX, SceneError
-from simx_server.scene.geometry.poses import add, rotate
+from simx_server.scene.poses.poses import add, rotate
 
 logger = logging.getLogger(__name__)
 

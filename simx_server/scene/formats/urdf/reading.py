@@ -20,8 +20,9 @@ import mujoco
 
 from simx_server.scene.formats.annotations import PREFIX, SceneError
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.urdf.base import stand
-from simx_server.scene.formats.urdf.joints import complete_joints, give_small_masses, read_joints
+
+from .base import stand
+from .joints import complete_joints, give_small_masses, read_joints
 
 logger = logging.getLogger(__name__)
 

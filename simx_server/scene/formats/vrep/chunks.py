@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from functools import cache
 
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.vrep.records import RECORDS
+
+from .records import RECORDS
 
 MARKERS = (b"NXT", b"EOO", b"EOF")
 """Tags without a length, each of which ends a section."""

@@ -6,7 +6,8 @@ import struct
 from dataclasses import dataclass
 
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.vrep.huffman import decompress
+
+from .huffman import decompress
 
 HEADER = 1021
 """Bytes before the body."""

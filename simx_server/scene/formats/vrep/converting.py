@@ -9,36 +9,38 @@ from typing import Any
 
 import mujoco
 
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.facts.custom_data import add_custom_data
-from simx_server.scene.formats.vrep.conversion.facts.graphs import add_graph
-from simx_server.scene.formats.vrep.conversion.facts.ik_groups import add_ik_groups
-from simx_server.scene.formats.vrep.conversion.facts.motion_plannings import add_motion_plannings
-from simx_server.scene.formats.vrep.conversion.facts.path_plannings import add_path_plannings
-from simx_server.scene.formats.vrep.conversion.facts.registered import add_registered
-from simx_server.scene.formats.vrep.conversion.facts.scripts import add_scripts
-from simx_server.scene.formats.vrep.conversion.facts.settings import add_settings
-from simx_server.scene.formats.vrep.conversion.facts.user_parameters import add_user_parameters
-from simx_server.scene.formats.vrep.conversion.geometry.masks import add_exclusions
-from simx_server.scene.formats.vrep.conversion.geometry.points import add_points
-from simx_server.scene.formats.vrep.conversion.inertia import set_inertia
-from simx_server.scene.formats.vrep.conversion.joints import add_joint
-from simx_server.scene.formats.vrep.conversion.link_contacts import ease_link_contacts
-from simx_server.scene.formats.vrep.conversion.loops import add_links, add_loops, turn_bare_joints
-from simx_server.scene.formats.vrep.conversion.masses import give_masses
-from simx_server.scene.formats.vrep.conversion.old_uis import add_uis
-from simx_server.scene.formats.vrep.conversion.paths import add_followers, add_path
-from simx_server.scene.formats.vrep.conversion.physics import set_physics
-from simx_server.scene.formats.vrep.conversion.sensing.cameras import add_camera
-from simx_server.scene.formats.vrep.conversion.sensing.force import add_force_sensor
-from simx_server.scene.formats.vrep.conversion.sensing.inert import report_inert
-from simx_server.scene.formats.vrep.conversion.sensing.lights import add_light, set_surroundings
-from simx_server.scene.formats.vrep.conversion.sensing.proximity import add_proximity
-from simx_server.scene.formats.vrep.conversion.sensing.vision import add_vision
-from simx_server.scene.formats.vrep.conversion.shapes import add_geoms
-from simx_server.scene.formats.vrep.conversion.structure import Leaf, Structure
-from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
-from simx_server.scene.formats.vrep.objects import (
+from simx_server.scene.poses.poses import Pose
+
+from .conversion.context import Conversion
+from .conversion.facts.custom_data import add_custom_data
+from .conversion.facts.graphs import add_graph
+from .conversion.facts.ik_groups import add_ik_groups
+from .conversion.facts.motion_plannings import add_motion_plannings
+from .conversion.facts.path_plannings import add_path_plannings
+from .conversion.facts.registered import add_registered
+from .conversion.facts.scripts import add_scripts
+from .conversion.facts.settings import add_settings
+from .conversion.facts.user_parameters import add_user_parameters
+from .conversion.geometry.masks import add_exclusions
+from .conversion.geometry.points import add_points
+from .conversion.inertia import set_inertia
+from .conversion.joints import add_joint
+from .conversion.link_contacts import ease_link_contacts
+from .conversion.loops import add_links, add_loops, turn_bare_joints
+from .conversion.masses import give_masses
+from .conversion.old_uis import add_uis
+from .conversion.paths import add_followers, add_path
+from .conversion.physics import set_physics
+from .conversion.sensing.cameras import add_camera
+from .conversion.sensing.force import add_force_sensor
+from .conversion.sensing.inert import report_inert
+from .conversion.sensing.lights import add_light, set_surroundings
+from .conversion.sensing.proximity import add_proximity
+from .conversion.sensing.vision import add_vision
+from .conversion.shapes import add_geoms
+from .conversion.structure import Leaf, Structure
+from .conversion.unique_names import UniqueNames
+from .objects import (
     Camera,
     ForceSensor,
     Graph,
@@ -51,8 +53,7 @@ from simx_server.scene.formats.vrep.objects import (
     VrepFile,
     VrepObject,
 )
-from simx_server.scene.formats.vrep.report import Report
-from simx_server.scene.geometry.poses import Pose
+from .report import Report
 
 LEAVES: Mapping[type[VrepObject], Leaf] = {
     Camera: add_camera,

@@ -6,10 +6,10 @@ import importlib
 
 import mujoco
 
-from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
-from simx_server.scene.formats.vrep.converting import convert
-from simx_server.scene.formats.vrep.reading import read_file
-from simx_server.scene.formats.vrep.report import Report
+from .conversion.geometry.colliding import decomposition
+from .converting import convert
+from .reading import read_file
+from .report import Report
 
 
 def prepare_for_trial() -> None:

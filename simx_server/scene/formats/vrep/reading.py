@@ -7,16 +7,17 @@ from collections.abc import Callable
 from typing import Any
 
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.vrep.chunks import MARKERS, Body, Chunks, MissingRecord, heads, sections
-from simx_server.scene.formats.vrep.container import unpack
-from simx_server.scene.formats.vrep.decoding import joints, paths, sensors, settings
-from simx_server.scene.formats.vrep.decoding.clouds import fill_cloud
-from simx_server.scene.formats.vrep.decoding.colors import surface_of
-from simx_server.scene.formats.vrep.decoding.common import custom_data, fill_common
-from simx_server.scene.formats.vrep.decoding.context import Reading
-from simx_server.scene.formats.vrep.decoding.meshes import read_pools
-from simx_server.scene.formats.vrep.decoding.numbers import position_first
-from simx_server.scene.formats.vrep.decoding.registered import (
+
+from .chunks import MARKERS, Body, Chunks, MissingRecord, heads, sections
+from .container import unpack
+from .decoding import joints, paths, sensors, settings
+from .decoding.clouds import fill_cloud
+from .decoding.colors import surface_of
+from .decoding.common import custom_data, fill_common
+from .decoding.context import Reading
+from .decoding.meshes import read_pools
+from .decoding.numbers import position_first
+from .decoding.registered import (
     collection_of,
     ik_group_of,
     motion_planning_of,
@@ -24,9 +25,9 @@ from simx_server.scene.formats.vrep.decoding.registered import (
     pair_of,
     path_planning_of,
 )
-from simx_server.scene.formats.vrep.decoding.scripts import script_of
-from simx_server.scene.formats.vrep.decoding.shapes import fill_shape
-from simx_server.scene.formats.vrep.objects import (
+from .decoding.scripts import script_of
+from .decoding.shapes import fill_shape
+from .objects import (
     Camera,
     Dummy,
     ForceSensor,

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
-from simx_server.scene.formats.vrep.script_needs import Needs
+from .script_needs import Needs
 
 _FEW = 6
 """Names that a line shows; it counts the others."""
@@ -49,7 +49,7 @@ class Report:
     missing_functions: Counter[str] = field(default_factory=Counter[str])
     """Functions, constants and modules that the scripts need and the server lacks, with the number of scripts.
 
-    `simx_server/scripting/lacking.py` fills it.
+    `simx_server/sim_api/listing/lacking.py` fills it.
     """
     rehearsal: Rehearsal | None = None
     """The start of its scripts; None if they were not started."""

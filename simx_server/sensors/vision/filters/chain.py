@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.cameras.image import CameraImage
 from simx_server.scene.formats.texts.filter_chains import Component
-from simx_server.sensors.vision.image import Picture
 
 from . import detections
 from . import image_filters as filters
@@ -26,7 +26,7 @@ from .work import View, Work
 class Processed:
     """An image after its chain."""
 
-    picture: Picture
+    picture: CameraImage
     """The image as it was made; the statistics are of this."""
     rgb: NDArray[np.uint8]
     """(height, width, 3): the image that clients receive; black if no component set one."""
@@ -40,7 +40,7 @@ class Processed:
 class Run:
     """One image on its way through a chain."""
 
-    picture: Picture
+    picture: CameraImage
     view: View
     work: Work
     output: Image | None = None
@@ -58,7 +58,7 @@ class Chain:
         """Whether results depend on earlier images: then each simulation step must process one, and no more."""
         self.sets_depth = any(component.name == "output_depth" for component in self.components)
 
-    def process(self, picture: Picture, view: View, work: Work) -> Processed:
+    def process(self, picture: CameraImage, view: View, work: Work) -> Processed:
         """Return an image after all components.
 
         Args:

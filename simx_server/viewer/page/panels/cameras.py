@@ -20,7 +20,6 @@ import simx_client as simx
 from simx_client import Client
 from simx_client.errors import SimxError
 from simx_server.viewer.messages import Look, SceneItem, Survey
-from simx_server.viewer.page.frustums import Frustums
 from simx_server.viewer.page.images import (
     Optics,
     Sight,
@@ -32,6 +31,7 @@ from simx_server.viewer.page.images import (
 )
 from simx_server.viewer.page.link import Away, Hands, Link
 from simx_server.viewer.page.mirror import Mirror
+from simx_server.viewer.page.view.frustums import Frustums
 
 logger = logging.getLogger(__name__)
 

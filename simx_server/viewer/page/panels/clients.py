@@ -49,7 +49,7 @@ class Clients:
             self._clients = gui.add_html("")
         with gui.add_folder("Calls and streams"):
             self._commands = gui.add_html("")
-        with gui.add_folder("Pictures") as self._pictures_folder:
+        with gui.add_folder("Pictures") as self._images_folder:
             self._pictures = gui.add_html("")
         with gui.add_folder("Latest errors and warnings") as self._errors_folder:
             self._errors = gui.add_html("")
@@ -71,7 +71,7 @@ class Clients:
             self._commands, content=_block(_commands(metrics, _called(own) - _called(others) - _called(left)))
         )
         cameras = metrics["pictures"]["cameras"]
-        put(self._pictures_folder, visible=bool(cameras))
+        put(self._images_folder, visible=bool(cameras))
         put(self._pictures, content=_block(_times("camera", cameras)))
         errors = "".join(f"<p>{harmless(each, _LETTERS)}</p>" for each in _errors(metrics))
         put(self._errors_folder, visible=bool(errors))

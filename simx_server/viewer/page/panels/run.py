@@ -12,7 +12,7 @@ import viser
 
 from simx_client import Client
 from simx_server.parts.add_ons import ADD_ON_TYPE
-from simx_server.viewer.messages import ADD_ON, ONE_PASS, OWN_NAME, SPEED, Look, State, Survey
+from simx_server.viewer.messages import ADD_ON, ONE_STEP, OWN_NAME, SPEED, Look, State, Survey
 from simx_server.viewer.page.link import Hands
 
 from .elements import put
@@ -132,8 +132,8 @@ def _line(text: str, *, small: bool = False) -> str:
     )
 
 
-def _make_one_pass(client: Client) -> None:
-    client.call(ONE_PASS, ADD_ON, script_type=ADD_ON_TYPE)
+def _make_one_step(client: Client) -> None:
+    client.call(ONE_STEP, ADD_ON, script_type=ADD_ON_TYPE)
 
 
 def _set_speed(client: Client, *, label: str) -> None:
@@ -145,6 +145,6 @@ _ACTIONS: Mapping[str, Callable[[Client], None]] = MappingProxyType(
         "Start": lambda client: client.simulation.start(),
         "Pause": lambda client: client.simulation.pause(),
         "Stop": lambda client: client.simulation.stop(),
-        "One pass": _make_one_pass,
+        "One pass": _make_one_step,
     }
 )

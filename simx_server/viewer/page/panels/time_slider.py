@@ -10,7 +10,7 @@ import msgpack
 import viser
 
 from simx_client import Client
-from simx_client.protocol.past import ADD_ON, GO_ON, KEPT, GoneOn, Kept, PastCall, PastStep
+from simx_client.protocol.add_ons.past import ADD_ON, GO_ON, KEPT, GoneOn, Kept, PastCall, PastStep
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Hands

@@ -13,7 +13,7 @@ import viser
 
 from simx_client import Client
 from simx_client.errors import SimxError
-from simx_client.protocol import windows as w
+from simx_client.protocol.add_ons import windows as w
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Away, Hands, Link
 

@@ -7,7 +7,7 @@ import viser
 
 import simx_client as simx
 from simx_client import Client
-from simx_client.protocol.past import ADD_ON, ADD_ON_TYPE
+from simx_client.protocol.add_ons.past import ADD_ON, ADD_ON_TYPE
 from simx_server.viewer.messages import FILES, Look, Survey
 from simx_server.viewer.messages import Files as Names
 from simx_server.viewer.page.link import Hands

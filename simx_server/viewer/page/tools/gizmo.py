@@ -12,7 +12,7 @@ from simx_client.client import Calls
 from simx_server.viewer.page.link import Hands, make
 from simx_server.viewer.page.mirror import Copy
 from simx_server.viewer.page.panels.elements import Latest
-from simx_server.viewer.page.selected import place_of
+from simx_server.viewer.page.view.selected import place_of
 
 _PATH = "/gizmo"
 _SIZE = 0.15

@@ -10,7 +10,7 @@ import viser
 
 from simx_server.sensors.vision.content import Content
 from simx_server.viewer.page.mirror import Copy
-from simx_server.viewer.page.selected import place_of
+from simx_server.viewer.page.view.selected import place_of
 
 _DIRECTIONS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {

@@ -13,7 +13,7 @@ import pytest
 from ros2_world import JOINT_STATE, SCENE, Ros2World, attachment, ros2_world
 
 from simx_server.gateways.ros2.desk import Intake
-from simx_server.gateways.ros2.messages import BY_NAME
+from simx_server.ros2_messages import BY_NAME
 
 KEY = f"0/joint_command/{JOINT_STATE}"
 TYPE = BY_NAME["sensor_msgs/msg/JointState"]
@@ -215,7 +215,7 @@ def test_each_message_has_a_turn(server: Ros2World, monkeypatch: pytest.MonkeyPa
 def test_a_request_behind_a_message_in_slices_is_answered_for_itself(
     server: Ros2World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("simx_server.runtime.batches.SLICE", 0.0)
+    monkeypatch.setattr("simx_server.service.calls.batches.SLICE", 0.0)
     peer, may_go_on = server.peer(), threading.Event()
     server.loop.post(may_go_on.wait)
     peer.command(["elbow", "wheel", "shoulder"], position=[0.1] * 3)

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from ros2_world import Peer, ros2_world
 
-from simx_server.gateways.ros2.messages import BY_NAME
-from simx_server.world.simulation import SimulationState
+from simx_server.ros2_messages import BY_NAME
+from simx_server.simulation.simulation import SimulationState
 
 SCENE = """<mujoco><worldbody><body name="box"><geom size="0.1"/></body></worldbody>
 <custom><text name="simx:ros2:world" data="helper=yes"/></custom></mujoco>"""

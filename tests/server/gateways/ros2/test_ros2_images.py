@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from ros2_world import CAMERA_INFO, IMAGE, JOINT_STATE, Ros2World, Sent
 
-from simx_server.scene.geometry import frames
+from simx_server.scene.poses import frames
+
+pytestmark = pytest.mark.gl
 
 COLOUR, INFO, DEPTH, DEPTH_INFO = (
     f"0/eye/image_raw/{IMAGE}",

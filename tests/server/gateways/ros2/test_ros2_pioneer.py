@@ -18,6 +18,8 @@ from sdk_peer import SdkPeer, sdk_peer
 
 import simx_client as v
 
+pytestmark = pytest.mark.slow
+
 TWIST = "geometry_msgs/msg/Twist"
 
 

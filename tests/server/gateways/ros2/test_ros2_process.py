@@ -13,6 +13,8 @@ from ros2_world import CLOCK, JOINT_STATE, SCENE, Peer, free_port
 
 from simx_server.app.embedding import start
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:

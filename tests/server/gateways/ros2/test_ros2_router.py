@@ -20,6 +20,8 @@ from simx_server.gateways.ros2.wire import session
 from simx_server.gateways.ros2.wire.names import Place
 from simx_server.gateways.ros2.wire.session import Router
 
+pytestmark = pytest.mark.slow
+
 TIME, JOINTS, FIXED = f"0/clock/{CLOCK}", f"0/joint_states/{JOINT_STATE}", f"0/tf_static/{TF}"
 
 

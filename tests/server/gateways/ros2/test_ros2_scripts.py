@@ -14,7 +14,7 @@ from ros2_world import Peer, Ros2World, attachment, ros2_world
 from sdk_peer import sdk_peer
 
 import simx_client as v
-from simx_server.gateways.ros2.messages import BY_NAME, SERVICES
+from simx_server.ros2_messages import BY_NAME, SERVICES
 
 ADD = "example_interfaces/srv/AddTwoInts"
 

@@ -16,6 +16,8 @@ from sdk_peer import SdkPeer, sdk_peer
 import simx_client as v
 from simx_server.gateways.ros2.wire.names import Place
 
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
 JOINT_STATE = "sensor_msgs/msg/JointState"
 EMPTY, TRIGGERED = "uint8 structure_needs_at_least_one_member", "bool success\nstring message"
 

@@ -15,8 +15,8 @@ from ros2_world import CLOCK, TRIGGER, Peer, Ros2World, attachment, ros2_world, 
 
 from simx_server.gateways.ros2.content.control import Control
 from simx_server.gateways.ros2.desk import Desk
-from simx_server.runtime.sessions import ClientSession
-from simx_server.world.simulation import SimulationState
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.simulation.simulation import SimulationState
 
 STOPPED, PLAYING, PAUSED = 0, 1, 2
 OK, UNSUPPORTED, INCORRECT_STATE, FAILED = 1, 0, 3, 4
@@ -236,7 +236,7 @@ def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None
     class Nowhere:
         def deliver(self, payload: bytes) -> None: ...
         def publish(self, payload: bytes) -> None: ...
-        def publish_picture(self, stream_id: int, payload: bytes) -> None: ...
+        def publish_image(self, stream_id: int, payload: bytes) -> None: ...
         def close(self) -> None: ...
 
     other: ClientSession = server.on_server(lambda: server.loop.join("other", "other", 1, Nowhere()))

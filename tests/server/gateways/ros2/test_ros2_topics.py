@@ -18,8 +18,8 @@ import simx_client as v
 from simx_server.gateways.ros2.content.clock import Clock
 from simx_server.gateways.ros2.endpoints import Offer
 from simx_server.gateways.ros2.wire.names import Distribution, Place
-from simx_server.scene.geometry import frames
-from simx_server.world.simulation import SimulationState
+from simx_server.scene.poses import frames
+from simx_server.simulation.simulation import SimulationState
 
 JOINTS, TIME, MOVING, FIXED = (
     f"0/joint_states/{JOINT_STATE}",

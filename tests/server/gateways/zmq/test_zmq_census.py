@@ -10,7 +10,7 @@ import csv
 from collections import Counter
 from pathlib import Path
 
-from simx_server.scripting.coverage import Support, script_functions
+from simx_server.sim_api.listing.coverage import Support, script_functions
 
 CENSUS = Path(__file__).with_name("census.csv")
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from other_clients import client_folder, install_line
-from zmq_world import INSTALL, PATIENCE, RawClient, ZmqGateway, ZmqWorld, cbor2, zmq
+from zmq_world import INSTALL, TIMEOUT, RawClient, ZmqGateway, ZmqWorld, cbor2, zmq
 
 from simx_server.history.returning import Returning
 
@@ -41,7 +41,7 @@ def forget() -> None:
 def use(package: ModuleType, server: ZmqWorld) -> Any:
     """Connect with a version of the client; do what programs do, and return its sim."""
     client = package.RemoteAPIClient(port=server.port)
-    client.socket.setsockopt(zmq.RCVTIMEO, PATIENCE)
+    client.socket.setsockopt(zmq.RCVTIMEO, TIMEOUT)
     sim = client.require("sim") if hasattr(client, "require") else client.getObject("sim")
     client.setStepping(True)
     sim.startSimulation()
@@ -114,7 +114,7 @@ def test_many_calls_at_a_time_of_an_asyncio_client(server: ZmqWorld) -> None:
             await sim.removeObjects(dummies)
             return dummies, time
 
-    dummies, time = asyncio.run(asyncio.wait_for(program(), PATIENCE / 1000))
+    dummies, time = asyncio.run(asyncio.wait_for(program(), TIMEOUT / 1000))
     assert len(set(dummies)) == 50
     assert time == pytest.approx(0.2)
     assert server.wait_until(lambda: not server.loop.sessions)

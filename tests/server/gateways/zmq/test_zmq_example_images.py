@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from zmq_examples import SCENE
 from zmq_world import zmq_world
+
+pytestmark = pytest.mark.gl
 
 
 def test_images_go_to_the_program_and_back_in_step_with_the_simulation(tmp_path: Path) -> None:

@@ -8,9 +8,11 @@ from typing import Any
 import pytest
 from zmq_world import ZmqWorld, cbor2
 
+from simx_server.gateways.zmq import connection
+from simx_server.gateways.zmq.clients import LEAST_REST
 from simx_server.gateways.zmq.gateway import RETRY
 from simx_server.gateways.zmq.zmtp import GREETING, READY, framed
-from simx_server.runtime.sessions import FROZEN
+from simx_server.service.clients.sessions import FROZEN
 
 LOOKS = int(FROZEN / RETRY)
 """Looks of the gateway for which a client may be silent."""
@@ -101,24 +103,48 @@ def test_a_library_without_ping_keeps_its_stepping(server: ZmqWorld) -> None:
     client.socket.close()
 
 
-@pytest.mark.parametrize("answered", [0, 10, 1000])
+@pytest.mark.parametrize(
+    ("answered", "others_wait", "least", "most"),
+    [(0, False, 0.0, 1.0), (10, False, 0.15, 1.15), (600, False, 9.0, 10.0), (600, True, 0.9, 1.1)],
+)
 def test_functions_of_a_client_have_a_second_and_a_little_more_for_each_answer(
-    server: ZmqWorld, answered: int
+    server: ZmqWorld, answered: int, others_wait: bool, least: float, most: float
 ) -> None:
+    """While others wait, many slow answers together have hardly more."""
     server.raw().ask("sim.getSimulationTime")
     (client,) = server.gateway._clients._clients.values()
-    (connection,) = client.connections.values()
+    (its,) = client.connections.values()
 
     def seconds_until_late() -> float:
         spent = 0.0
         for turn in range(10_000):
-            connection.has_waited(0.015)
-            if connection.is_late():
+            its.has_waited(0.015, others_wait=others_wait)
+            if its.is_late():
                 break
             spent += 0.015
             if turn < answered:
-                connection.has_answered()
+                its.has_answered()
         return spent
 
-    spent = server.on_server(lambda: connection._act(seconds_until_late))
-    assert 0.015 * answered <= spent <= 0.015 * answered + 1.0
+    assert least <= server.on_server(lambda: its._act(seconds_until_late)) <= most
+
+
+def test_a_client_whose_function_held_others_rests_as_long(
+    server: ZmqWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else it would leave them one simulation step for each second."""
+    monkeypatch.setattr(connection, "SILENCE", 2 * LEAST_REST)
+    rests: list[bool] = []
+    suspend = server.loop.suspend
+
+    def noted(client: str, is_behind: bool) -> None:
+        rests.append(is_behind)
+        suspend(client, is_behind)
+
+    monkeypatch.setattr(server.loop, "suspend", noted)
+    slow, other = server.raw(), server.raw()
+    other.ask("sim.startSimulation")
+    assert "func" in slow.ask("sim.testCB", 1, "f_0@func", 2, 1)
+    assert "ret" in other.ask("sim.createDummy", 0.1), "it waits for the end of the call"
+    assert "while other clients wait" in slow.ask("_*executed*_", 3)["err"]
+    assert rests == [True, False], "its message was read after a rest"

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 from zmq_world import ZmqWorld, zmq_world
 
+from simx_server import sim_api as api
 from simx_server.errors import CommandError
 from simx_server.gateways.zmq.gateway import ZmqGateway
 from simx_server.gateways.zmq.reading import _MORE, only_reads
 from simx_server.recording import state
-from simx_server.scripting import api
 from simx_server.scripting.interpreter import ScriptError
-from simx_server.scripting.namespaces import Namespaces, signatures
 from simx_server.scripting.script import Script, ScriptKind
+from simx_server.sim_api.namespaces import Namespaces, signatures
 
 READING = sorted(
     f"{space}.{name}"

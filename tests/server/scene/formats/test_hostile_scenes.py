@@ -10,9 +10,11 @@ import pytest
 from fuzz.scenes import Loader
 
 from simx_server.errors import CommandError
-from simx_server.files.references import check_references
+from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene, load_text
+
+pytestmark = pytest.mark.slow
 
 CASES = 400
 

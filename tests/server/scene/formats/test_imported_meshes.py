@@ -17,6 +17,8 @@ import simx_client as vrep
 from simx_server.parts.communication.command_server import COMMAND_SERVER, add_command_server
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 
+pytestmark = pytest.mark.slow
+
 Array = NDArray[np.float64]
 
 PLAIN = '<mujoco model="plain"><worldbody><geom type="plane" size="3 3 0.1"/></worldbody></mujoco>'

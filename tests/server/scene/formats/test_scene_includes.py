@@ -17,6 +17,8 @@ from simx_server.scene.formats.model_copies import copy_models
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.objects import Scene
 
+pytestmark = pytest.mark.slow
+
 CUSTOM = "<mujoco>{}<custom>{}</custom></mujoco>"
 
 

@@ -12,6 +12,8 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 import simx_client as vrep
 from simx_server.scene.formats.loader import SceneError, load_text
 
+pytestmark = pytest.mark.slow
+
 SCENE = """
 <mujoco>
   <worldbody>

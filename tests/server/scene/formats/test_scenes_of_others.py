@@ -14,7 +14,9 @@ import mujoco
 import pytest
 from handler_calls import World
 
-from simx_server.world.simulation import SimulationState
+from simx_server.simulation.simulation import SimulationState
+
+pytestmark = pytest.mark.slow
 
 PACKAGES = {
     "gymnasium": "envs/mujoco/assets",

@@ -1,4 +1,4 @@
-"""Counting the turns of loops changes nothing else in a script: `scripting/lua_turns.py`."""
+"""Counting the turns of loops changes nothing else in a script: `scripting/lua/turns.py`."""
 
 from __future__ import annotations
 

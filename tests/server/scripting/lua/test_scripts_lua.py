@@ -17,6 +17,8 @@ from simx_server.scripting.lua import interpreter as lua
 from simx_server.scripting.lua import prepared
 from simx_server.scripting.lua.interpreter import LuaInterpreter
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("lupa")
 
 

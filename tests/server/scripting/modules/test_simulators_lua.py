@@ -9,7 +9,7 @@ import pytest
 from handler_calls import World
 from scripted_world import evaluate, scripted
 
-from simx_server.scripting.lacking import offered
+from simx_server.sim_api.listing.lacking import offered
 
 pytest.importorskip("lupa")
 

@@ -11,11 +11,13 @@ from real_world import BLOCKING, RealWorld
 from scenes_for_tests import ARM
 
 import simx_client as v
+from simx_client.calls.marshalling import Shape
 from simx_client.connection.clients import CLIENTS
-from simx_client.legacy.marshalling import Shape
 from simx_client.protocol.commands import ANSWERED
 from simx_server.errors import CommandError
 from simx_server.files import workspace
+
+pytestmark = pytest.mark.slow
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 CUBE = "<mujoco><worldbody><body name='cube'><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>"

@@ -11,7 +11,11 @@ from simx_server.scripting.interpreter import ScriptError
 
 __all__ = ["script"]
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.system,
+    pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only"),
+]
 
 
 def test_values_cross_exactly(script: Scripts) -> None:

@@ -20,7 +20,10 @@ from simx_server.scripting.python.interpreter import PythonInterpreter
 
 __all__ = ["script"]
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only"),
+]
 
 
 ENDLESS = {

@@ -25,6 +25,8 @@ if PACKAGE not in sys.path:
 import python_calls  # noqa: E402 # pyright: ignore[reportMissingImports] - see PACKAGE
 import python_confine  # noqa: E402 # pyright: ignore[reportMissingImports]
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["script"]
 
 LIFELINE = 7

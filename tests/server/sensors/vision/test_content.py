@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from simx_server.scene.cameras.image import CameraView, Viewpoint
 from simx_server.sensors.vision.content import content_of, framed
-from simx_server.sensors.vision.image import CameraView, Viewpoint
 
 SCENE = """
 <mujoco>

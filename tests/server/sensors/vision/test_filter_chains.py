@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from simx_server.scene.cameras.image import CameraImage
 from simx_server.scene.formats.texts.filter_chains import COMPONENTS, Component, read_chain, write_chain
 from simx_server.sensors.vision.filters.chain import Chain, Processed
 from simx_server.sensors.vision.filters.image_findings import MOST_BLOBS, blobs
 from simx_server.sensors.vision.filters.work import View, Work
-from simx_server.sensors.vision.image import Picture
 
 WIDTH, HEIGHT = 8, 6
 NEAR, FAR = 0.5, 4.5
@@ -19,14 +19,14 @@ HALF_TURN = math.pi
 VIEW = View((NEAR, FAR), (1.0, 0.75), is_perspective=True)
 
 
-def picture(depth: float | np.ndarray = 0.5) -> Picture:
+def picture(depth: float | np.ndarray = 0.5) -> CameraImage:
     """An image in which each pixel is different: red rises to the right, green upwards."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     rgb = np.stack([x * 30, y * 40, np.full_like(x, 7)], axis=2).astype(np.uint8)
-    return Picture(rgb, np.full((HEIGHT, WIDTH), depth, np.float32))
+    return CameraImage(rgb, np.full((HEIGHT, WIDTH), depth, np.float32))
 
 
-def process(text: str, image: Picture | None = None, work: Work | None = None) -> Processed:
+def process(text: str, image: CameraImage | None = None, work: Work | None = None) -> Processed:
     chain = Chain(read_chain(text))
     return chain.process(image or picture(), VIEW, work or Chain.new_work(WIDTH, HEIGHT))
 
@@ -68,7 +68,7 @@ def test_copy_of_the_image_is_the_image_and_nothing_without_output() -> None:
 
 def test_depth_in_grey() -> None:
     ramp = np.linspace(0, 1, WIDTH * HEIGHT, dtype=np.float32).reshape(HEIGHT, WIDTH)
-    made = process("depth|output", Picture(RGB, ramp))
+    made = process("depth|output", CameraImage(RGB, ramp))
     assert np.array_equal(made.rgb[..., 0], np.rint(ramp * 255).astype(np.uint8))
     assert np.array_equal(made.rgb[..., 0], made.rgb[..., 2])
 
@@ -102,10 +102,10 @@ def test_selected_colour_stays_and_the_rest_is_black() -> None:
     assert np.array_equal(removed, kept)
 
 
-def bright(rows: slice, columns: slice) -> Picture:
+def bright(rows: slice, columns: slice) -> CameraImage:
     rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     rgb[rows, columns] = 200
-    return Picture(rgb, np.ones((HEIGHT, WIDTH), np.float32))
+    return CameraImage(rgb, np.ones((HEIGHT, WIDTH), np.float32))
 
 
 LIMITS = "0.5,0.25,0.1,0.5,1,0.5,1,0,4,1"
@@ -127,7 +127,7 @@ def test_blobs_are_counted() -> None:
     rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     rgb[0:2, 0:2] = 255
     rgb[4, 6] = 255
-    made = process("image|blobs:0.1,0,yes|output", Picture(rgb, np.ones((HEIGHT, WIDTH), np.float32)))
+    made = process("image|blobs:0.1,0,yes|output", CameraImage(rgb, np.ones((HEIGHT, WIDTH), np.float32)))
     packet = made.packets[0]
     assert packet[:2] == [2, 6]
     assert len(packet) == 2 + 2 * 6
@@ -135,7 +135,9 @@ def test_blobs_are_counted() -> None:
     assert packet[8] == pytest.approx(1 / 48)
     assert not np.array_equal(made.rgb[0, 0], made.rgb[4, 6])
     assert not made.detects
-    only_large = process("image|blobs:0.1,0.05,no|output", Picture(rgb, np.ones((HEIGHT, WIDTH), np.float32)))
+    only_large = process(
+        "image|blobs:0.1,0.05,no|output", CameraImage(rgb, np.ones((HEIGHT, WIDTH), np.float32))
+    )
     assert only_large.packets[0][0] == 1
     assert not only_large.rgb[4, 6].any()
 

@@ -12,7 +12,7 @@ from both_renderers import make_renderer, opengl_name
 from handler_calls import World
 
 from simx_client.protocol import constants as c
-from simx_server.sensors.vision.image import CameraView, Renderer
+from simx_server.scene.cameras.image import CameraView, Renderer
 
 __all__ = ["make_renderer", "opengl_name"]
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.damage import is_frame
 from simx_server.scene.formats.vrep.objects import Shape
-from simx_server.scene.geometry.poses import IDENTITY, Pose, normalised
+from simx_server.scene.poses.poses import IDENTITY, Pose, normalised
+
+from .context import Conversion
+from .geometry.damage import is_frame
 
 LEAST_MASS = 1e-4
 """kg; with less, contacts and motors throw a body about."""

@@ -7,11 +7,12 @@ from typing import Any
 
 import mujoco
 
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.numbers import finite, positive
-from simx_server.scene.formats.vrep.conversion.structure import position_of
 from simx_server.scene.formats.vrep.objects import Joint, JointType
 from simx_server.scene.tree import INTERNAL
+
+from .context import Conversion
+from .numbers import finite, positive
+from .structure import position_of
 
 _MODES = {0: "passive", 1: "motion", 2: "ik", 3: "dependent", 4: "dependent", 5: "force"}
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose
 from simx_server.scene.tree import INTERNAL
 
 _TOUCHING = 1e-4

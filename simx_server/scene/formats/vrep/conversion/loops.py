@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.structure import Structure, children_of, world_poses
 from simx_server.scene.formats.vrep.objects import Dummy, Joint, JointType, VrepFile, VrepObject
-from simx_server.scene.geometry.poses import conjugate, multiply
 from simx_server.scene.link_constraints import CLOSED, EQUALITY, IK, PHYSICS, RIGID, SOFT, add_weld, site_name
+from simx_server.scene.poses.poses import conjugate, multiply
+
+from .context import Conversion
+from .structure import Structure, children_of, world_poses
 
 _OPEN = (0.05, 1.0)
 """Time constant (s) and damping ratio of loops that stand open in the file: they must close without a jerk."""

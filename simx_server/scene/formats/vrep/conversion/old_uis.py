@@ -9,9 +9,10 @@ from typing import Any
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.texts.old_uis import MAX_ELEMENTS, MAX_PROPERTIES, UI_TEXT, check_property
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.objects import Button, OldUI
+
+from .context import Conversion
+from .unique_names import UniqueNames
 
 _TITLE = 0
 """Id of the label with the title, in every UI that V-REP's dialog has made."""

@@ -10,15 +10,16 @@ import numpy as np
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.parts.paths.curve import ControlPoint, Curve, Method, Rules
-from simx_server.parts.paths.sweep import sweep
 from simx_server.scene.formats.texts.path_points import MOST_POINTS, text_of
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks
-from simx_server.scene.formats.vrep.conversion.geometry.meshes import Meshes
-from simx_server.scene.formats.vrep.conversion.shapes import SEEN, UNDRAWN
 from simx_server.scene.formats.vrep.objects import Dummy, Leaf, Path, PathPoint
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.geometry.curve import ControlPoint, Curve, Method, Rules
+from simx_server.scene.geometry.sweep import sweep
+from simx_server.scene.poses.poses import Pose
+
+from .context import Conversion
+from .geometry.looks import Looks
+from .geometry.meshes import Meshes
+from .shapes import SEEN, UNDRAWN
 
 _RENDERABLE = 0x200
 _HALF_THICKNESS = 1e-3

@@ -7,7 +7,8 @@ import math
 import mujoco
 
 from simx_server.scene.formats.annotations import PREFIX
-from simx_server.scene.formats.vrep.conversion.context import Conversion
+
+from .context import Conversion
 
 LONGEST = 0.005
 """Longest physics step in seconds: that of V-REP's engines."""

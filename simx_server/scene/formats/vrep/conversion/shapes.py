@@ -12,30 +12,31 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.abilities import annotate_abilities
-from simx_server.scene.formats.vrep.conversion.geometry.colliding import solids
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import box_around, box_of
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import (
+from simx_server.scene.colliding.mask_bits import ALL_MASKS
+from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape
+from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
+from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, compose, normalised
+
+from .context import Conversion
+from .geometry.abilities import annotate_abilities
+from .geometry.colliding import solids
+from .geometry.colliding.boxes import box_around, box_of
+from .geometry.colliding.decomposition import (
     Budget,
     how_to_install,
     is_available,
 )
-from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
-from simx_server.scene.formats.vrep.conversion.geometry.ground import deepened
-from simx_server.scene.formats.vrep.conversion.geometry.height_fields import add_height_field
-from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks
-from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks
-from simx_server.scene.formats.vrep.conversion.geometry.meshes import LEAST_EXTENT, Meshes
-from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form, form_of, looks_round
-from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces
-from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import ends_within
-from simx_server.scene.formats.vrep.conversion.geometry.topology import Points, is_convex, sound
-from simx_server.scene.formats.vrep.conversion.geometry.wheels import is_wheel, rolling
-from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape
-from simx_server.scene.geometry.poses import IDENTITY, NO_TURN, Pose, compose, normalised
-from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
-from simx_server.scene.mask_bits import ALL_MASKS
+from .geometry.damage import undamaged
+from .geometry.ground import deepened
+from .geometry.height_fields import add_height_field
+from .geometry.looks import Looks
+from .geometry.masks import Masks
+from .geometry.meshes import LEAST_EXTENT, Meshes
+from .geometry.primitives import Form, form_of, looks_round
+from .geometry.surfaces import Surfaces
+from .geometry.texture_mapping import ends_within
+from .geometry.topology import Points, is_convex, sound
+from .geometry.wheels import is_wheel, rolling
 
 SEEN, UNDRAWN, HIDDEN = 0, 3, STAND_IN_GROUP
 """Groups of geoms: the form of a shape; a form that images do not show; what only collides in its place.

@@ -19,7 +19,6 @@ from typing import Any
 
 from simx_client.protocol import constants as c
 from simx_server.scene.formats.annotations import WORLD
-from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.objects import (
     Dummy,
     ForceSensor,
@@ -30,9 +29,11 @@ from simx_server.scene.formats.vrep.objects import (
     VrepFile,
     VrepObject,
 )
-from simx_server.scene.geometry.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
 from simx_server.scene.objects import ANNOTATED_KINDS
+from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
 from simx_server.scene.tree import INTERNAL
+
+from .context import Conversion
 
 LOOP = 0
 """Link type of two dummies that physics holds together."""

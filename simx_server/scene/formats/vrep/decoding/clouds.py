@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.chunks import Chunks
-from simx_server.scene.formats.vrep.decoding.context import Reading
 from simx_server.scene.formats.vrep.objects import PointCloud
+
+from .context import Reading
 
 VERSION = 2
 DEEPEST = 24

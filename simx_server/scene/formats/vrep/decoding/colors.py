@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from simx_server.scene.formats.vrep.chunks import Chunks
-from simx_server.scene.formats.vrep.decoding.numbers import color
 from simx_server.scene.formats.vrep.objects import Engine, Material, Surface
+
+from .numbers import color
 
 OPAQUE = 4
 

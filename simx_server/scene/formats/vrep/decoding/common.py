@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from simx_server.scene.formats.vrep.chunks import Chunks, Place
-from simx_server.scene.formats.vrep.decoding.numbers import quaternion_first
 from simx_server.scene.formats.vrep.objects import UserParameter, VrepObject
+
+from .numbers import quaternion_first
 
 CUSTOM_DATA_BLOCKS = 356248756
 """Header of older custom data that scripts wrote; other headers belong to plug-ins."""

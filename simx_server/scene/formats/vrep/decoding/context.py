@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from simx_server.scene.formats.vrep.decoding.meshes import Pools
 from simx_server.scene.formats.vrep.objects import Surface
+
+from .meshes import Pools
 
 
 @dataclass

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from simx_server.scene.formats.vrep.chunks import Chunks
-from simx_server.scene.formats.vrep.decoding.colors import material_of
-from simx_server.scene.formats.vrep.decoding.context import Reading
-from simx_server.scene.formats.vrep.decoding.numbers import turn, vector
 from simx_server.scene.formats.vrep.objects import Dummy, Engine, ForceSensor, Joint, JointType
+
+from .colors import material_of
+from .context import Reading
+from .numbers import turn, vector
 
 CYCLIC, MOTOR, POSITION_CONTROL, HYBRID, SPRING = 1, 16, 32, 64, 128
 """Bits of Va9."""

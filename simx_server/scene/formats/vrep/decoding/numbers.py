@@ -8,7 +8,7 @@ import numpy as np
 
 from simx_server.scene.formats.vrep.chunks import Chunks
 from simx_server.scene.formats.vrep.objects import Color
-from simx_server.scene.geometry.poses import NO_TURN, NoRotation, Pose, Quaternion, Vector, normalised
+from simx_server.scene.poses.poses import NO_TURN, NoRotation, Pose, Quaternion, Vector, normalised
 
 
 def quaternion_first(chunks: Chunks, tag: str) -> Pose:

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from simx_server.scene.formats.vrep.chunks import Chunks
-from simx_server.scene.formats.vrep.decoding.colors import material_of
-from simx_server.scene.formats.vrep.decoding.context import Reading
-from simx_server.scene.formats.vrep.decoding.numbers import color, turn, vector
-from simx_server.scene.formats.vrep.decoding.sensors import volume_of
 from simx_server.scene.formats.vrep.objects import (
     Graph,
     GraphCurve,
@@ -15,6 +11,11 @@ from simx_server.scene.formats.vrep.objects import (
     Path,
     PathPoint,
 )
+
+from .colors import material_of
+from .context import Reading
+from .numbers import color, turn, vector
+from .sensors import volume_of
 
 EXPLICIT = 0x10
 """Bit of a graph that only scripts handle."""

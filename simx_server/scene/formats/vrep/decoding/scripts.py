@@ -7,8 +7,9 @@ import re
 import numpy as np
 
 from simx_server.scene.formats.vrep.chunks import Chunks, decoded
-from simx_server.scene.formats.vrep.decoding.common import user_parameters
 from simx_server.scene.formats.vrep.objects import Script
+
+from .common import user_parameters
 
 MAIN, CHILD, JOINT_CALL_BACK = 0, 1, 4
 THREADED, DISABLED, DEFAULT = 1, 2, 8

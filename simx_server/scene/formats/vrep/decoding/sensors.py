@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from simx_server.scene.formats.vrep.chunks import Chunks
-from simx_server.scene.formats.vrep.decoding.colors import material_of
-from simx_server.scene.formats.vrep.decoding.context import Reading
-from simx_server.scene.formats.vrep.decoding.numbers import color, vector
 from simx_server.scene.formats.vrep.objects import (
     Camera,
     Filter,
@@ -14,6 +11,10 @@ from simx_server.scene.formats.vrep.objects import (
     VisionSensor,
     Volume,
 )
+
+from .colors import material_of
+from .context import Reading
+from .numbers import color, vector
 
 METHODS = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 VOLUMES = ("pyramid", "cylinder", "disc", "cone", "ray")

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.chunks import Chunks
-from simx_server.scene.formats.vrep.decoding.numbers import as_typed, color, vector
 from simx_server.scene.formats.vrep.objects import Engine, Settings, Texture
+
+from .numbers import as_typed, color, vector
 
 RGBA = 1
 THUMBNAIL = 128

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.chunks import Chunks, sections
-from simx_server.scene.formats.vrep.decoding.colors import material_of, surface_of
-from simx_server.scene.formats.vrep.decoding.context import Reading
-from simx_server.scene.formats.vrep.decoding.meshes import Pools, agree, normals_of, triangles_of, vertices_of
-from simx_server.scene.formats.vrep.decoding.numbers import position_first, quaternion_first, vector
 from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape, TextureUse
+
+from .colors import material_of, surface_of
+from .context import Reading
+from .meshes import Pools, agree, normals_of, triangles_of, vertices_of
+from .numbers import position_first, quaternion_first, vector
 
 Item = TypeVar("Item")
 

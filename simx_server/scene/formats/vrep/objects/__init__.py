@@ -6,7 +6,7 @@ file.
 
 from __future__ import annotations
 
-from simx_server.scene.formats.vrep.objects.common import (
+from .common import (
     Color,
     Engine,
     EngineValues,
@@ -15,10 +15,10 @@ from simx_server.scene.formats.vrep.objects.common import (
     Volume,
     VrepObject,
 )
-from simx_server.scene.formats.vrep.objects.file import Settings, VrepFile
-from simx_server.scene.formats.vrep.objects.joints import Dummy, ForceSensor, Joint, JointType
-from simx_server.scene.formats.vrep.objects.paths import Graph, GraphCurve, GraphStream, Path, PathPoint
-from simx_server.scene.formats.vrep.objects.registered import (
+from .file import Settings, VrepFile
+from .joints import Dummy, ForceSensor, Joint, JointType
+from .paths import Graph, GraphCurve, GraphStream, Path, PathPoint
+from .registered import (
     Button,
     Collection,
     IkElement,
@@ -29,7 +29,7 @@ from simx_server.scene.formats.vrep.objects.registered import (
     PathPlanning,
     Script,
 )
-from simx_server.scene.formats.vrep.objects.sensors import (
+from .sensors import (
     Camera,
     Filter,
     Light,
@@ -37,7 +37,7 @@ from simx_server.scene.formats.vrep.objects.sensors import (
     ProximitySensor,
     VisionSensor,
 )
-from simx_server.scene.formats.vrep.objects.shapes import (
+from .shapes import (
     Leaf,
     PointCloud,
     Primitive,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from simx_server.scene.geometry.poses import IDENTITY, Pose
+from simx_server.scene.poses.poses import IDENTITY, Pose
 
 Color = tuple[float, float, float]
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.vrep.objects.common import Color, Engine, VrepObject
-from simx_server.scene.formats.vrep.objects.registered import (
+from simx_server.scene.poses.poses import IDENTITY, Pose
+
+from .common import Color, Engine, VrepObject
+from .registered import (
     Collection,
     IkGroup,
     MotionPlanning,
@@ -17,8 +19,7 @@ from simx_server.scene.formats.vrep.objects.registered import (
     PathPlanning,
     Script,
 )
-from simx_server.scene.formats.vrep.objects.shapes import Texture
-from simx_server.scene.geometry.poses import IDENTITY, Pose
+from .shapes import Texture
 
 
 @dataclass(kw_only=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from simx_server.scene.formats.vrep.objects.common import EngineValues, Material, VrepObject
-from simx_server.scene.geometry.poses import NO_TURN, Quaternion
+from simx_server.scene.poses.poses import NO_TURN, Quaternion
+
+from .common import EngineValues, Material, VrepObject
 
 
 class JointType(IntEnum):

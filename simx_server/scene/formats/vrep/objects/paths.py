@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from simx_server.scene.formats.vrep.objects.common import Color, Material, VrepObject
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
+
+from .common import Color, Material, VrepObject
 
 
 @dataclass(kw_only=True)

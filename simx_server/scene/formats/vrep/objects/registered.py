@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from simx_server.scene.formats.vrep.objects.common import Color, UserParameter
+from .common import Color, UserParameter
 
 
 @dataclass(kw_only=True)

@@ -8,8 +8,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.vrep.objects.common import EngineValues, Material, VrepObject
-from simx_server.scene.geometry.poses import IDENTITY, Pose
+from simx_server.scene.poses.poses import IDENTITY, Pose
+
+from .common import EngineValues, Material, VrepObject
 
 
 @dataclass(kw_only=True)

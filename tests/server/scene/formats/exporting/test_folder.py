@@ -9,10 +9,10 @@ import pytest
 from same_worlds import assert_same_model, assert_same_world, objects_of, opened, scripts_of
 from vrep_writer import VrepWriter
 
+from simx_server.editing.models import load_model
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.models import load_model
 
 CHILD = "function sysCall_actuation()\n\tprint('tab, \"quotes\" & <signs>') -- ä\r\nend"
 

@@ -12,6 +12,8 @@ from vrep_samples import each_sample
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.sources import Sources
 
+pytestmark = pytest.mark.slow
+
 
 @each_sample
 def test_folder_of_a_sample_gives_the_same_world(

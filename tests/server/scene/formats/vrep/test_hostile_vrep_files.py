@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import random
 
+import pytest
 from fuzz.vrep import Reader, bases
 
 from simx_server.scene.formats.vrep.reading import read_file
+
+pytestmark = pytest.mark.slow
 
 CASES = 400
 

@@ -11,8 +11,8 @@ from vrep_writer import VrepWriter
 from simx_server.scene.formats.vrep.opening import open_vrep
 from simx_server.scene.formats.vrep.report import Report
 from simx_server.scene.formats.vrep.script_needs import needs_of
-from simx_server.scripting.coverage import Support, script_functions
-from simx_server.scripting.lacking import note_missing
+from simx_server.sim_api.listing.coverage import Support, script_functions
+from simx_server.sim_api.listing.lacking import note_missing
 
 
 def example() -> Report:

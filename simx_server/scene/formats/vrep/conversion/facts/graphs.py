@@ -17,11 +17,12 @@ from simx_server.scene.formats.texts.graph_streams import (
     write_streams,
 )
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.facts.registered import is_usable, name_of
 from simx_server.scene.formats.vrep.conversion.structure import add_site
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.objects import Graph, GraphStream
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
+
+from .registered import is_usable, name_of
 
 _DISTANCE = 2102
 _MEASURES = {

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from simx_server.scene.formats.annotations import PREFIX
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import (
+from simx_server.scene.formats.vrep.objects import Joint, Script
+from simx_server.scene.formats.vrep.script_needs import needs_of
+
+from .old_call_backs import (
     CHILD,
     CONTACT,
     CUSTOMIZATION,
@@ -17,8 +20,6 @@ from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import (
     kind_of,
     with_call_back,
 )
-from simx_server.scene.formats.vrep.objects import Joint, Script
-from simx_server.scene.formats.vrep.script_needs import needs_of
 
 _MOVING_FRAMES = (4, 0, 1)
 """First version in which a pose relative to a joint is one in its moving frame."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points, normals_of
+from .topology import Faces, Points, normals_of
 
 _LEVELS = 511.0
 """Half the number of steps in which a component of a normal is compared; 10 bits each."""

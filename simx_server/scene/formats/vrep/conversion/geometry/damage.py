@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
 from simx_server.scene.formats.vrep.objects import Leaf, Primitive, TextureUse
-from simx_server.scene.geometry.poses import Pose, normalised
+from simx_server.scene.poses.poses import Pose, normalised
+
+from .topology import Faces, Points
 
 _LONGEST = 1.001
 """Largest part of a normal of length 1."""

@@ -11,12 +11,13 @@ import math
 import numpy as np
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
-from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form
-from simx_server.scene.formats.vrep.conversion.geometry.surfaces import ground_of
 from simx_server.scene.formats.vrep.conversion.structure import world_poses
 from simx_server.scene.formats.vrep.objects import Leaf, Primitive, Shape
-from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, rotate
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose, rotate
+
+from .damage import undamaged
+from .primitives import Form
+from .surfaces import ground_of
 
 _DEPTH = 10.0
 """Metres down to which the ground reaches: a thing would need 2 km/s to pass it in a physics step of 5 ms."""

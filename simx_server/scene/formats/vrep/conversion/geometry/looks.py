@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.damage import within
-from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import DECAL, INTERPOLATED
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.objects import Color, Leaf, Material, VisionSensor
 from simx_server.scene.geometry.highlights import add_highlight
+
+from .damage import within
+from .texture_mapping import DECAL, INTERPOLATED
 
 _SHINIEST = 128
 """Greatest shininess in OpenGL's numbers."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from simx_client.protocol import constants as c
+from simx_server.scene.colliding.mask_bits import ALL_MASKS, EXCLUSION, Masked, Motion, assign
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.objects import Joint, Shape, VrepFile, VrepObject
-from simx_server.scene.mask_bits import ALL_MASKS, EXCLUSION, Masked, Motion, assign
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.corners import Surface, surface
-from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import coordinates_of
-from simx_server.scene.formats.vrep.conversion.geometry.topology import (
+from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
+from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
+
+from .corners import Surface, surface
+from .texture_mapping import coordinates_of
+from .topology import (
     Faces,
     Points,
     area_vectors,
     both_sides,
     sound,
 )
-from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
-from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
 
 _FEWEST_POINTS = 4
 """MuJoCo takes no mesh with fewer points."""

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from simx_server.scene.formats.texts.values import encode_bytes
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.abilities import annotate_abilities
-from simx_server.scene.formats.vrep.conversion.geometry.corners import Surface
-from simx_server.scene.formats.vrep.conversion.geometry.looks import Looks
-from simx_server.scene.formats.vrep.conversion.geometry.meshes import Meshes
 from simx_server.scene.formats.vrep.objects import PointCloud
 from simx_server.scene.geometry.point_forms import MOST_SHOWN, point_form
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
+
+from .abilities import annotate_abilities
+from .corners import Surface
+from .looks import Looks
+from .meshes import Meshes
 
 _LEAST_SIZE, _USUAL_SIZE = 1e-5, 0.02
 """Least edge of a cell in metres, and the one of a damaged file."""

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.damage import undamaged
 from simx_server.scene.formats.vrep.objects import Engine, Shape, Surface
+
+from .damage import undamaged
 
 _USUAL = 0.71
 """Friction of V-REP's default material in Bullet and ODE."""

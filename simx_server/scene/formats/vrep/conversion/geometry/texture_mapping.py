@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
-from simx_server.scene.geometry.poses import compose, inverse, matrix
+from simx_server.scene.poses.poses import compose, inverse, matrix
 
 CYLINDER, SPHERE, CUBE = 1, 2, 3
 """Modes besides the projection on a plane, 0."""

@@ -10,10 +10,11 @@ from __future__ import annotations
 import mujoco
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.geometry.primitives import Form
 from simx_server.scene.formats.vrep.conversion.structure import world_poses
 from simx_server.scene.formats.vrep.objects import Joint, JointType, Leaf, Primitive, Shape
-from simx_server.scene.geometry.poses import compose, rotate
+from simx_server.scene.poses.poses import compose, rotate
+
+from .primitives import Form
 
 _COAXIAL = 1e-3
 """Metres between a wheel's centre and its joint's axis, and sine of the angle between their directions."""

@@ -6,11 +6,11 @@ import math
 
 import mujoco
 
+from simx_server.scene.cameras.image import fovy_from_perspective_angle
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.numbers import within
 from simx_server.scene.formats.vrep.objects import Camera, VisionSensor
-from simx_server.scene.geometry.poses import Pose, Quaternion, multiply
-from simx_server.sensors.vision.image import fovy_from_perspective_angle
+from simx_server.scene.poses.poses import Pose, Quaternion, multiply
 
 VIEW = (640, 480)
 """Pixels of a view, which V-REP takes from its window."""

@@ -6,9 +6,10 @@ import mujoco
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.numbers import within
-from simx_server.scene.formats.vrep.conversion.sensing.proximity import SENSOR_GROUP
 from simx_server.scene.formats.vrep.objects import ForceSensor
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
+
+from .proximity import SENSOR_GROUP
 
 _LEAST_LOAD = 1e-9
 """N or N m: a threshold of 0 breaks under any load."""

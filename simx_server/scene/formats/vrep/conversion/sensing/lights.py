@@ -13,7 +13,7 @@ import mujoco
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.numbers import colour, within
 from simx_server.scene.formats.vrep.objects import Light
-from simx_server.scene.geometry.poses import Pose, rotate
+from simx_server.scene.poses.poses import Pose, rotate
 
 OMNI, SPOT, DIRECTIONAL = 1, 2, 3
 

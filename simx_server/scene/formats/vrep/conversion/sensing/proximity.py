@@ -9,9 +9,10 @@ import mujoco
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.numbers import within
-from simx_server.scene.formats.vrep.conversion.sensing.entities import entity_name
 from simx_server.scene.formats.vrep.objects import ProximitySensor, Volume
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
+
+from .entities import entity_name
 
 SENSOR_GROUP = 4
 """Group of the sites of sensors; cameras see none."""

@@ -6,18 +6,19 @@ import math
 
 import mujoco
 
+from simx_server.scene.cameras.image import MAX_SIDE
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.numbers import colour, within
-from simx_server.scene.formats.vrep.conversion.sensing.cameras import (
+from simx_server.scene.formats.vrep.objects import VisionSensor
+from simx_server.scene.poses.poses import Pose
+
+from .cameras import (
     clip_planes,
     perspective_angle,
     place_camera,
 )
-from simx_server.scene.formats.vrep.conversion.sensing.entities import entity_name
-from simx_server.scene.formats.vrep.conversion.sensing.filters import chain_text, is_plain, shows_depth
-from simx_server.scene.formats.vrep.objects import VisionSensor
-from simx_server.scene.geometry.poses import Pose
-from simx_server.sensors.vision.image import MAX_SIDE
+from .entities import entity_name
+from .filters import chain_text, is_plain, shows_depth
 
 _COLOURS, _AUXILIARY, _HANDLES = 0, 1, 2
 """Render modes; higher ones are other programs that draw colours."""

@@ -11,8 +11,8 @@ from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.objects import VrepFile, VrepObject
 from simx_server.scene.formats.vrep.report import Report
-from simx_server.scene.geometry.poses import Pose
 from simx_server.scene.objects import Scene
+from simx_server.scene.poses.poses import Pose
 
 
 def conversion_of(*items: VrepObject, **parts: Any) -> Conversion:

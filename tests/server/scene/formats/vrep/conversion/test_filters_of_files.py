@@ -11,8 +11,8 @@ from simx_server.scene.formats.texts.filter_chains import COMPONENTS, read_chain
 from simx_server.scene.formats.vrep.conversion.sensing.filters import chain_text, is_plain, shows_depth
 from simx_server.scene.formats.vrep.conversion.sensing.vision import add_vision
 from simx_server.scene.formats.vrep.objects import Filter, VisionSensor
-from simx_server.scene.geometry.poses import IDENTITY
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses.poses import IDENTITY
 from simx_server.sensors.vision.vision_settings import VisionSettings, settings_from_model
 
 BINARY = Filter(type=28, reals=[0.5, 0, 0, 0, 0.4, 0.25, 0.6, 0.3, 0.7, 0.2, 0.0, 1.571, 0.9], data=b"\x0c")

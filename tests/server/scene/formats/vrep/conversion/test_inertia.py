@@ -11,7 +11,7 @@ import pytest
 from vrep_shapes import box_leaf, converted, file_of, shape_of
 
 from simx_server.scene.formats.vrep.conversion.inertia import LEAST_MASS, physical
-from simx_server.scene.geometry.poses import about
+from simx_server.scene.poses.poses import about
 
 
 def converted_body(**parts: Any) -> tuple[Any, Any]:

@@ -14,7 +14,7 @@ from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.vrep.converting import convert
 from simx_server.scene.formats.vrep.objects import Dummy
 from simx_server.scene.formats.vrep.opening import open_vrep
-from simx_server.scene.geometry.frames import get_pose
+from simx_server.scene.poses.frames import get_pose
 
 SERIALIZATIONS = (18, 21, 23)
 

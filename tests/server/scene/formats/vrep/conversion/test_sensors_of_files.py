@@ -10,6 +10,7 @@ import pytest
 from conversions import conversion_of, scene_of
 from numpy.testing import assert_allclose
 
+from simx_server.scene.cameras.image import CameraView
 from simx_server.scene.formats.vrep.conversion.sensing.cameras import add_camera
 from simx_server.scene.formats.vrep.conversion.sensing.force import add_force_sensor
 from simx_server.scene.formats.vrep.conversion.sensing.inert import report_inert
@@ -29,11 +30,12 @@ from simx_server.scene.formats.vrep.objects import (
     VisionSensor,
     Volume,
 )
-from simx_server.scene.geometry.poses import Pose
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses.poses import Pose
 from simx_server.sensors.proximity.optics import Optics, optics
-from simx_server.sensors.vision.image import CameraView
 from simx_server.sensors.vision.vision_settings import VisionSettings, settings_from_model
+
+pytestmark = pytest.mark.slow
 
 TURNED: Pose = ((0.1, 0.2, 0.3), (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
 """A frame whose z is x of the body, and whose x is -z."""

@@ -25,7 +25,7 @@ from simx_server.scene.formats.vrep.objects import (
     Texture,
     TextureUse,
 )
-from simx_server.scene.geometry.poses import NO_TURN, about
+from simx_server.scene.poses.poses import NO_TURN, about
 
 GEOM = mujoco.mjtGeom
 

@@ -24,9 +24,9 @@ from simx_server.scene.formats.vrep.objects import (
     VrepFile,
     VrepObject,
 )
-from simx_server.scene.geometry import frames
-from simx_server.scene.geometry.poses import conjugate
 from simx_server.scene.objects import Scene
+from simx_server.scene.poses import frames
+from simx_server.scene.poses.poses import conjugate
 
 QUARTER = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 

@@ -15,7 +15,7 @@ from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     area_vectors,
     volume_of,
 )
-from simx_server.scene.geometry.poses import Pose
+from simx_server.scene.poses.poses import Pose
 
 Array = NDArray[np.float64]
 Cell = NDArray[np.intp]

@@ -17,15 +17,16 @@ from functools import cache
 import numpy as np
 
 from simx_client.protocol.cli.installing import extra_line
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposing import (
+from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
+
+from .decomposing import (
     MOST_PIECES,
     OPTIONS,
     THRESHOLDS,
     TOO_MUCH,
 )
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.part_cache import store, stored
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
-from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
+from .part_cache import store, stored
+from .simplifying import simplified
 
 logger = logging.getLogger(__name__)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import facets_of
 from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     Faces,
     Points,
     area_vectors,
     volume_of,
 )
+
+from .facets import facets_of
 
 _ALIKE = 1e-4
 """Difference, in sizes of a mesh, up to which points lie in one plane."""

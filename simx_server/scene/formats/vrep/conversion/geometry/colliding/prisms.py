@@ -11,8 +11,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import Array, Facet
 from simx_server.scene.formats.vrep.conversion.geometry.topology import Faces, Points
+
+from .facets import Array, Facet
 
 SHEET = 0.002
 """Thickness in metres of the solids behind a surface that encloses nothing."""

@@ -19,12 +19,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.boxes import as_boxes
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import Budget, decompose
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.extrusions import as_columns
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.facets import facets_of
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.prisms import DEEPEST, SHEET, prisms
-from simx_server.scene.formats.vrep.conversion.geometry.colliding.simplifying import simplified
 from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     Faces,
     Points,
@@ -39,6 +33,13 @@ from simx_server.scene.formats.vrep.conversion.geometry.topology import (
     welded,
 )
 from simx_server.scene.formats.vrep.objects import Leaf
+
+from .boxes import as_boxes
+from .decomposition import Budget, decompose
+from .extrusions import as_columns
+from .facets import facets_of
+from .prisms import DEEPEST, SHEET, prisms
+from .simplifying import simplified
 
 _FLAT = 1e-4
 """Thickness, in sizes of a mesh, up to which it is flat."""

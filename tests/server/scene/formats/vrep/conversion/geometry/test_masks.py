@@ -8,9 +8,9 @@ import random
 import pytest
 from vrep_shapes import box_leaf, converted, file_of, shape_of
 
+from simx_server.scene.colliding.mask_bits import Masked, Motion, assign
 from simx_server.scene.formats.vrep.conversion.geometry.masks import Masks, add_exclusions
 from simx_server.scene.formats.vrep.objects import Dummy, Joint, Shape, VrepFile
-from simx_server.scene.mask_bits import Masked, Motion, assign
 
 
 def should_meet(one: Masked, other: Masked) -> bool:

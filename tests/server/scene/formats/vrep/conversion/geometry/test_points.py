@@ -18,8 +18,8 @@ from simx_server.scene.formats.vrep.conversion.geometry.topology import is_close
 from simx_server.scene.formats.vrep.objects import PointCloud
 from simx_server.scene.formats.vrep.report import Report
 from simx_server.scene.geometry.point_forms import MOST_SHOWN
-from simx_server.scene.geometry.poses import NO_TURN
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses.poses import NO_TURN
 
 RED, BLUE = (255, 0, 0), (0, 0, 255)
 

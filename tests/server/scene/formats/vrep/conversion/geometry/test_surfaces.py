@@ -12,7 +12,7 @@ from vrep_shapes import box_leaf, compiled, converted, file_of, material, settle
 
 from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces, bouncing
 from simx_server.scene.formats.vrep.objects import Engine, Leaf, Primitive, Settings, Shape, Surface, VrepFile
-from simx_server.scene.geometry.poses import Pose, about
+from simx_server.scene.poses.poses import Pose, about
 
 
 def ground(friction: float, restitution: float = 0.0, **parts: Any) -> Shape:

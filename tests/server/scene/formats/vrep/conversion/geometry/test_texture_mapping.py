@@ -10,7 +10,7 @@ from vrep_shapes import cube, mesh_leaf
 
 from simx_server.scene.formats.vrep.conversion.geometry.texture_mapping import coordinates_of
 from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
-from simx_server.scene.geometry.poses import NO_TURN, about
+from simx_server.scene.poses.poses import NO_TURN, about
 
 Z = (0.0, 0.0, 1.0)
 

@@ -1,0 +1,1 @@
+"""One call: its mode, its values as messages carry them, its answer."""

@@ -1,0 +1,1 @@
+"""Values of a command line: arguments, text, images."""

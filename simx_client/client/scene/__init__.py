@@ -1,0 +1,1 @@
+"""The objects of the scene for new code: poses, joints, sensors, cameras."""

@@ -1,0 +1,1 @@
+"""Restore what newer versions of Python and its libraries removed, for old scripts."""

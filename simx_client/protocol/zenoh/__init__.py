@@ -1,0 +1,1 @@
+"""Keys, access rules and options of Zenoh."""

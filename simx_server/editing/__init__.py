@@ -1,0 +1,1 @@
+"""Changes of a whole world: copying, creating, grouping and scaling objects, adding models."""

@@ -1,0 +1,143 @@
+"""Add a whole spec to a scene: the common part of loading a model and copying objects.
+
+The elements get a unique prefix; their objects get V-REP's names, with copy numbers where names are taken.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from itertools import takewhile
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.scene.editing.element_copies import Copier, agree
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.formats.annotations import PREFIX, Annotation
+from simx_server.scene.geometry.highlights import SPECULAR
+from simx_server.scene.names import copy_names
+from simx_server.scene.registered import renamed, renamed_registered
+from simx_server.scene.tree import GRAFT_END, Addition
+from simx_server.simulation import physics_warnings
+
+if TYPE_CHECKING:
+    from simx_server.simulation.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+Element = tuple[str, str]
+"""Element that carries an object: the MuJoCo kind and the element's name."""
+
+
+@dataclass(frozen=True)
+class Graft:
+    """The spec to be added, with its names and annotations."""
+
+    spec: mujoco.MjSpec
+    """The spec; adding it consumes it."""
+    names: Mapping[Element, str]
+    """The original name of each object that it carries."""
+    annotations: Mapping[str, dict[str, Annotation]]
+    """Annotations by these names."""
+    registered: Mapping[str, Mapping[str, Annotation]] = field(
+        default_factory=dict[str, Mapping[str, Annotation]]
+    )
+    """Collections, collision and distance objects, IK groups and old custom UIs of the spec: per kind, by name."""
+    copies: bool = False
+    """Whether each element has the name of one in the scene, whose state it takes over."""
+    moved: Collection[Element] = ()
+    """(array prefix, element name) of copies that have a new place in the model."""
+    hidden: Collection[str] = ()
+    """Names of its bodies without an object."""
+    welded: Collection[str] = ()
+    weightless: Collection[str] = ()
+    """Names of its bodies that belong to the scene's sets of this name."""
+
+
+def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
+    """Add the spec at the top of the tree, stopped or running; return the handle of each object by element.
+
+    An object without its element (a tendon without its sites) is left out. Raises CommandError.
+    """
+    scene = sim.scene
+    first = scene.next_handle
+    prefix = f"{first}{GRAFT_END}"
+    names = _names(sim, addition)
+    _strip(addition.spec)
+    part = addition.spec
+    brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        if addition.copies:
+            Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
+            return
+        agree(addition.spec, spec)
+        with physics_warnings.collected() as told:
+            spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        for numeric in spec.numerics:
+            if numeric.name.startswith(
+                prefix + SPECULAR
+            ):  # it has the name of the material, which got the prefix
+                numeric.name = SPECULAR + prefix + numeric.name.removeprefix(prefix + SPECULAR)
+        for warning in told:
+            # This warning concerns a scene with its files' bytes and a model without: no file is missing then.
+            if not str(warning).startswith("Attaching a child without asset dict"):
+                logger.warning("mujoco: %s", warning)
+        if brings_assets:
+            spec.dedup_assets()
+
+    edit(
+        sim,
+        surgery,
+        {(array, prefix + name) for array, name in addition.moved},
+        welded=scene.welded_bodies | {prefix + name for name in addition.welded},
+        weightless=scene.weightless_bodies | {prefix + name for name in addition.weightless},
+        added=Addition(
+            prefix=prefix,
+            names={(kind, prefix + name): names[old] for (kind, name), old in addition.names.items()},
+            annotations={names[old]: renamed(note, names) for old, note in addition.annotations.items()},
+            copies=addition.copies,
+            hidden=frozenset(prefix + name for name in addition.hidden),
+            registered={
+                kind: {names[name]: renamed_registered(note, names) for name, note in notes.items()}
+                for kind, notes in addition.registered.items()
+            },
+        ),
+    )
+    if addition.copies:
+        for (name, array), value in scene.withheld.items():
+            if mujoco.mj_name2id(sim.model, mujoco.mjtObj.mjOBJ_GEOM, prefix + name) >= 0:
+                sim.scene.withheld[prefix + name, array] = value
+    objects = sim.scene.objects
+    new = takewhile(lambda handle: handle >= first, reversed(objects))
+    handles = {(objects[handle].element, objects[handle].element_name): handle for handle in new}
+    return {
+        (kind, name): handles[kind, prefix + name]
+        for kind, name in addition.names
+        if (kind, prefix + name) in handles
+    }
+
+
+def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
+    """Return the new name of each added object: all copy numbers rise alike, as in V-REP."""
+    wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
+    taken: Collection[str] = sim.scene.by_names().keys()
+    if addition.registered:
+        taken = taken | {name for names in sim.registered_names().values() for name in names}
+    return copy_names(wanted, taken)
+
+
+def _strip(spec: mujoco.MjSpec) -> None:
+    """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
+    for many in (spec.keys, spec.tuples, spec.numerics):
+        for element in list(many):
+            if not element.name.startswith(SPECULAR):
+                spec.delete(element)
+    for text in list(spec.texts):
+        if text.name.startswith(PREFIX):
+            spec.delete(text)
+    for sensor in list(spec.sensors):
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
+            spec.delete(sensor)

@@ -1,0 +1,87 @@
+"""Add a model to a scene: a tree of objects under a base, see `formats/model_files.py`.
+
+Settings of the file that concern a whole scene are left out: physics options, keyframes, the simulation step.
+"""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from simx_server.scene import properties
+from simx_server.scene.formats.annotations import BROUGHT
+from simx_server.scene.formats.loose_meshes import settle_loose_meshes
+from simx_server.scene.formats.model_files import Model, read_model
+from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
+from simx_server.scene.poses.first_turns import set_turns
+
+from .grafting import Graft, graft
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+logger = logging.getLogger(__name__)
+
+
+def load_model(world: World, path: Path) -> int:
+    """Read the model of an MJCF, URDF or mesh file, and add it; return the handle of its base.
+
+    Raises SceneError, CommandError: the file is not a model; the scene stays as it is.
+    """
+    sim = world.simulation
+    model = read_model(path, path.name, sim.files.sources)
+    return add_model(world, model, path.resolve().parent, is_of_client=sim.files.client_files.made(path))
+
+
+def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -> int:
+    """Add a model to the scene, stopped or running; return the handle of its base.
+
+    Args:
+        folder: the folder of its file, which contains its scripts.
+        is_of_client: whether a client sent the file.
+
+    Raises:
+        SceneError, CommandError: the model and the scene do not fit together; the scene stays as it is.
+    """
+    sim = world.simulation
+    objects = model.scene.objects
+    notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
+    origin = {"folder": str(folder), "of_client": is_of_client}
+    for note in notes.values():
+        for kind in SCRIPT_NOTES.keys() & note.keys():
+            note[kind] = {**note[kind], **origin}
+    base = objects[model.base]
+    notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
+    spec = model.scene.spec.copy()
+    if (report := model.scene.import_report) is not None:
+        sim.tell(lambda part: part.file_imported(report))
+    else:
+        settle_loose_meshes(spec)
+    handles = graft(
+        sim,
+        Graft(
+            spec=spec,
+            names={(item.element, item.element_name): item.name for item in objects.values()},
+            annotations=notes,
+            welded=model.scene.welded_bodies,
+            weightless=model.scene.weightless_bodies,
+            registered={
+                kind: model.scene.annotations.registered[kind]
+                for kind in BROUGHT
+                if kind in model.scene.annotations.registered
+            },
+        ),
+    )
+    found = handles[base.element, base.element_name]
+    for handle in model.scene.children(-1):
+        item = objects[handle]
+        added = handles.get((item.element, item.element_name))
+        if added is not None and added != found:
+            sim.scene.override_parent(added, found)
+    set_turns(sim.scene, sim.model, sim.data, set(handles.values()))
+    properties.apply(sim)
+    world.object_settings.apply_masks()
+    sim.changed()
+    logger.info("model '%s' is loaded with %d objects", sim.scene.get(found).name, len(handles))
+    return found

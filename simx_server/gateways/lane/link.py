@@ -1,0 +1,238 @@
+"""The link back to one client: replies by the socket, values and images of streams by shared memory.
+
+The socket takes small replies at once. A thread sends what it does not take, so that the physics thread waits for no
+client. It exists only until everything is sent.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.lane.frames import frame, memory_frame, send_with_file
+from simx_client.protocol.lane.memory import MemoryWriter
+from simx_server.gateways.zenoh.posting import MUCH_UNSENT
+from simx_server.service.queue.sockets import LOOK
+
+if TYPE_CHECKING:
+    from simx_server.service.clients.sessions import Link
+    from simx_server.service.server_loop import ServerLoop
+
+logger = logging.getLogger(__name__)
+
+_AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
+
+VALUES = 0
+"""Place of the newest values; the other places have images."""
+
+VALUES_ROOM = 1 << 15
+"""Bytes for the values of a client at first: those of some hundred streams."""
+
+MOST_PLACES = 64
+"""Places of one client. The images of further streams travel over Zenoh."""
+
+
+class LocalLink:
+    """The link to one client. Any thread, except `close`."""
+
+    def __init__(
+        self,
+        loop: ServerLoop,
+        client: str,
+        connected: socket.socket,
+        zenoh: Link,
+        closed: Callable[[], object],
+    ) -> None:
+        """Make a link, and send the client the memory of its values.
+
+        Args:
+            connected: a blocking socket; it belongs to the link from now on.
+            zenoh: the link that the client had before; it remains for what finds no memory.
+            closed: called once, before the socket is closed.
+
+        Raises:
+            OSError: no memory or file descriptor is free.
+        """
+        self._loop, self._client, self._socket, self._zenoh = loop, client, connected, zenoh
+        self._closed: Callable[[], object] = closed
+        self._lock = threading.Lock()
+        self._memories = [MemoryWriter(VALUES_ROOM)]
+        self._places: dict[int, int] = {}
+        """Places of the images, by stream."""
+
+        self._unsent: deque[tuple[bytes, int | None]] = deque()
+        """The frames that the thread sends, some of them with a file descriptor; the first is being sent."""
+
+        self._unsent_size = 0
+        self._is_behind = False
+        self._answered = 0.0
+        self.is_used = False
+        """The client has sent a batch by it: it is the client's only link, and closes the one over Zenoh."""
+
+        self.is_closed = False
+        try:
+            self._pass_on(VALUES)
+        except BaseException:
+            self._memories[VALUES].close()
+            raise
+
+    def deliver(self, payload: bytes) -> None:
+        with self._lock:
+            self._send(frame(payload))
+        now = time.perf_counter()
+        if now < self._answered + 2 * LOOK:  # a client in a loop calls again at once
+            self._loop.sockets.expect()
+        self._answered = now
+
+    def publish(self, payload: bytes) -> None:
+        with self._lock:
+            if self.is_closed:
+                return
+            if len(payload) > self._memories[VALUES].room:
+                try:
+                    self._renew(VALUES, len(payload))
+                except OSError as problem:
+                    logger.debug("values for client %s travel over Zenoh: %s", self._client, problem)
+                    self._zenoh.publish(payload)
+                    return
+            self._memories[VALUES].write(payload)
+
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
+        with self._lock:
+            if self.is_closed:
+                return
+            try:
+                place = self._place(stream_id, len(payload))
+                if place is not None:
+                    if len(payload) > self._memories[place].room:
+                        self._renew(place, len(payload))
+                    self._memories[place].write(payload)
+                    return
+            except OSError as problem:
+                logger.debug("an image for client %s travels over Zenoh: %s", self._client, problem)
+        self._zenoh.publish_image(stream_id, payload)
+
+    def close(self) -> None:
+        """Close the socket, also for a thread that sends. Idempotent. Physics thread."""
+        with self._lock:
+            if self.is_closed:
+                return
+            self.is_closed = True
+            self._closed()
+            self._closed = bool
+            self._memories[VALUES].end()
+            for memory in self._memories:
+                memory.close()
+            with contextlib.suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
+            is_sending = bool(self._unsent)
+        if not is_sending:
+            self._socket.close()
+        if self.is_used:
+            self._zenoh.close()
+
+    # --- memory, under the lock ------------------------------------------------------------------
+
+    def _place(self, stream_id: int, room: int) -> int | None:
+        """Return the place of a stream's images: its own, that of a stream that has ended, or a new one.
+
+        None if there are too many. Raises OSError: no memory is free.
+        """
+        place = self._places.get(stream_id)
+        if place is not None:
+            return place
+        session = self._loop.sessions.get(self._client)
+        if session is not None:
+            ended = next((each for each in self._places if each not in session.streams.by_id), None)
+            if ended is not None:
+                place = self._places[stream_id] = self._places.pop(ended)
+                return place
+        if len(self._memories) >= MOST_PLACES:
+            return None
+        self._memories.append(MemoryWriter(room))
+        place = self._places[stream_id] = len(self._memories) - 1
+        self._pass_on(place)
+        return place
+
+    def _renew(self, place: int, room: int) -> None:
+        """Replace a memory by one with more room. Raises OSError: there is none."""
+        memory, old = MemoryWriter(room + room // 4), self._memories[place]
+        memory.count(old.sent)
+        self._memories[place] = memory
+        old.count(old.sent + 1)  # the client still reads this one, and looks for the frame then
+        self._pass_on(place)
+        old.close()
+
+    def _pass_on(self, place: int) -> None:
+        self._send(memory_frame(place), self._memories[place].file)
+
+    # --- the socket, under the lock --------------------------------------------------------------
+
+    def _send(self, data: bytes, file: int | None = None) -> None:
+        """Send a frame, or leave it to the thread; close its file when it is sent."""
+        if self.is_closed:
+            return
+        values = self._memories[VALUES]
+        values.count(values.sent + 1)  # before the frame, so that the client does not overlook it
+        if not self._unsent:
+            sent = self._send_now(data, file)
+            if sent == len(data):
+                return
+            data, file = data[sent:], None if sent else file
+            threading.Thread(target=self._send_rest, name="simx-send", daemon=True).start()
+        self._unsent.append((data, file))
+        self._unsent_size += len(data)
+        self._suspend(self._unsent_size > MUCH_UNSENT or self._is_behind)
+
+    def _send_now(self, data: bytes, file: int | None) -> int:
+        """Return how many bytes the system has taken; a frame for a client that has gone counts as sent."""
+        try:
+            if file is None:
+                return self._socket.send(data, _AT_ONCE)
+            sent = send_with_file(self._socket, data, file, _AT_ONCE)
+        except BlockingIOError:
+            return 0
+        except OSError:  # it has just gone; reading tells
+            sent = len(data)
+        if file is not None and sent:
+            os.close(file)
+        return sent
+
+    def _suspend(self, is_behind: bool) -> None:
+        if is_behind != self._is_behind:
+            self._is_behind = is_behind
+            self._loop.suspend(self._client, is_behind)
+
+    def _send_rest(self) -> None:
+        """Send what the socket did not take at once; the thread."""
+        while True:
+            with self._lock:
+                data, file = self._unsent[0]  # stays there until it is sent, so that nothing overtakes it
+            is_gone = False
+            try:
+                if file is None:
+                    self._socket.sendall(data)
+                else:
+                    sent = send_with_file(self._socket, data, file)
+                    self._socket.sendall(data[sent:])
+            except OSError:
+                is_gone = True
+            with self._lock:
+                for _ in range(len(self._unsent) if is_gone else 1):
+                    data, file = self._unsent.popleft()
+                    self._unsent_size -= len(data)
+                    if file is not None:
+                        os.close(file)
+                if self._unsent_size < MUCH_UNSENT // 2:
+                    self._suspend(False)
+                if not self._unsent:
+                    if self.is_closed:
+                        self._socket.close()
+                    return

@@ -1,0 +1,1 @@
+"""The gateway within a process, for tests: messages without a network."""

@@ -1,0 +1,122 @@
+"""Connect a client and the server loop in one process and one thread: the second implementation of the link.
+
+While the client waits, it turns the server loop; so a test needs no sockets, threads or sleeps.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+import uuid
+from collections import deque
+
+from simx_client.errors import ConnectionFailed
+from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
+from simx_server.service.server_loop import ServerLoop
+
+
+class LoopbackTransport:
+    """A ``simx_client.transport.zenoh.Transport`` to a server loop in this process."""
+
+    def __init__(
+        self, loop: ServerLoop, *, name: str = "loopback", port: int = 0, turns: bool = True
+    ) -> None:
+        """Make a link.
+
+        Args:
+            turns: turn the server loop while waiting; False when another thread runs it.
+        """
+        self.client = uuid.uuid4().hex
+        self._loop = loop
+        self._name, self._port = name, port
+        self._turns = turns
+        self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._stream: deque[bytes] = deque(maxlen=1)
+        self._pictures: dict[int, bytes] = {}
+        self._connected = False
+        self._lost = False
+
+    # --- the client's side -----------------------------------------------------------------------
+
+    @property
+    def is_connected(self) -> bool:
+        return self._connected
+
+    @property
+    def was_lost(self) -> bool:
+        return self._lost
+
+    def greet(self, timeout: float) -> Welcome:
+        if self._loop.is_ending:
+            raise ConnectionFailed("the server loop has ended")
+        joined = threading.Event()
+
+        def join() -> None:
+            self._loop.join(self.client, self._name, self._port, self)
+            joined.set()
+
+        self._connected, self._lost = True, False
+        self._deliveries = queue.SimpleQueue()  # discards what a lost link had not delivered
+        self._loop.post(join)
+        if self._turns:
+            self._loop.turn()
+        elif not joined.wait(timeout):
+            raise ConnectionFailed("the server loop does not answer")
+        return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
+
+    def send(self, payload: bytes, deadline: float = math.inf) -> None:
+        self._loop.submit(self.client, payload)
+
+    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
+        deadline = time.monotonic() + timeout
+        while True:
+            try:
+                if self._turns:
+                    return self._deliveries.get_nowait()
+                return self._deliveries.get(timeout=max(0.0, timeout))
+            except queue.Empty:
+                if not self._turns:
+                    return None
+            remaining = deadline - time.monotonic()
+            self._loop.turn(max_wait=max(0.0, min(0.001, remaining)))
+            if remaining <= 0:
+                try:
+                    return self._deliveries.get_nowait()
+                except queue.Empty:
+                    return None
+
+    def newest(self) -> bytes | None:
+        return self._stream.pop() if self._stream else None
+
+    def images(self) -> list[bytes]:
+        pictures, self._pictures = self._pictures, {}
+        return list(pictures.values())
+
+    def lose(self) -> None:
+        """Cut the link, as when the client's process dies or the server goes away."""
+        self._connected, self._lost = False, True
+        self._loop.depart(self.client)
+        self._deliveries.put(None)
+        if self._turns:
+            self._loop.turn()
+
+    # --- the server's side: sessions.Link --------------------------------------------------------
+
+    def deliver(self, payload: bytes) -> None:
+        self._deliveries.put(payload)
+
+    def publish(self, payload: bytes) -> None:
+        self._stream.append(payload)
+
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
+        self._pictures[stream_id] = payload
+
+    def close(self) -> None:
+        """Close the link, for either side: the client leaves the server."""
+        if self._connected:
+            self._connected = False
+            self._loop.depart(self.client)
+            if self._turns:
+                self._loop.turn()

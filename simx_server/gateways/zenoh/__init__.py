@@ -1,0 +1,1 @@
+"""The gateway of Zenoh, by which `simx_client` connects."""

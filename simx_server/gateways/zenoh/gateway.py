@@ -1,0 +1,479 @@
+"""Serve clients over Zenoh. Zenoh's threads only enqueue; the server's threads publish the answers."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from simx_client.protocol.codec import CodecError, decode_greeting, encode
+from simx_client.protocol.messages import (
+    OLDEST_PROTOCOL,
+    PROTOCOL_VERSION,
+    Status,
+    Welcome,
+    choose_version,
+    no_common_version,
+)
+from simx_client.protocol.reports import Health, Metrics, encode_report
+from simx_client.protocol.zenoh import keys, link
+from simx_server import __version__
+from simx_server.gateways.errors import GatewayError
+from simx_server.gateways.exposure import exposure
+from simx_server.gateways.lane.gateway import LocalGateway
+from simx_server.limits import LimitReached
+from simx_server.parts.status_bar import as_log_line
+from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.monitoring import report
+from simx_server.service.monitoring.load import LoadMeter
+from simx_server.service.server_loop import ServerLoop
+from simx_server.simulation.part import Part
+from simx_server.simulation.simulation import SimulationState
+
+from .access import has_rules, rules
+from .posting import Care, Postman
+from .throttle import Throttle
+
+logger = logging.getLogger(__name__)
+
+FEW_QUESTIONS = 3
+"""Waiting queries of one kind above which their senders are slowed down."""
+
+CLOSE_TIMEOUT = 2.0
+"""Seconds that Zenoh has to close the session. With a frozen client it needs two, sometimes ten."""
+
+MOST_PRESENT = 10_000
+"""Names of clients to remember before they say hello, which they do at once; the oldest are forgotten first. A client
+that says hello after 10,000 others have come has to connect again.
+"""
+
+_OF_ANOTHER_DOOR = object()
+"""In place of the secret of a client that has not joined at this door; it equals no attachment."""
+
+MOST_SECRET = 64
+"""Bytes of a client's secret; ours have 16. A longer one never matches."""
+
+
+class ZenohGateway(Part):
+    """Listens on loopback ports and further endpoints, joins routers, and serves one server loop there."""
+
+    def __init__(
+        self,
+        loop: ServerLoop,
+        *,
+        ports: Sequence[int],
+        listen: Sequence[str] = (),
+        connect: Sequence[str] = (),
+        realm: str | None = None,
+        config: Path | None = None,
+        multicast_scouting: bool = False,
+        local: LocalGateway | None = None,
+    ) -> None:
+        """Open the session and declare everything. Physics thread, or before it runs.
+
+        Args:
+            ports: on 127.0.0.1; 0 asks the system for a free one.
+            listen: further Zenoh endpoints, such as ``tcp/0.0.0.0:19997``.
+            connect: Zenoh routers through which clients can also reach the server; it retries those that do not answer.
+            realm: the simulator's name in the keys; made from the first port when None.
+            config: a Zenoh configuration file; the endpoints above are added to it.
+            local: the short way that clients on this host are offered.
+
+        Raises:
+            GatewayError: a port is taken, an endpoint or the file is wrong.
+        """
+        is_plain = config is None and not multicast_scouting
+        zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
+        self._zenoh = zenoh
+        self._loop = loop
+        self._local = local
+        self.ports = tuple(_claim(port) for port in ports)
+        self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
+        self.more_endpoints: list[str] = []
+        """Endpoints of the server's other gateways, for the line that says that it is ready."""
+
+        self.load = LoadMeter()
+        """Needs a call after every simulation step."""
+
+        self._began = time.monotonic()
+        if not self.endpoints:
+            raise GatewayError("there is nothing to listen on; give a --port or a --listen endpoint")
+        host = re.sub(r"[^A-Za-z0-9.-]", "-", socket.gethostname())[:48] or "host"
+        # Behind routers there are other hosts, where the same port may be in use.
+        owner = host if connect else "simx"
+        name = realm or (f"{owner}-{self.ports[0]}" if self.ports else f"simx-{host}")
+        try:
+            self.realm = keys.check_chunk(name)
+        except ValueError as error:
+            raise GatewayError(f"--realm: {error}") from None
+        self._present: dict[str, None] = {}
+        """Clients with a liveliness token, in the order of their arrival."""
+
+        self._secrets: dict[str, bytes | None] = {}
+        """The secret that comes with each message of a client that has joined here; None: the client predates secrets.
+        Clients of other doors, whose names a peer may know, are not in it.
+        """
+
+        self._presence = threading.Lock()
+        """Lock of these two."""
+
+        more: dict[str, Any] = {}
+        if connect:
+            more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
+        # All clients behind a router share its link, so it must not be slowed down.
+        self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
+        self._care = Care()
+        self._session = self._open(config, more, multicast_scouting)
+        self._entrance = Entrance(f"zenoh {self.realm}")
+        loop.places.open(self._entrance.door)
+        self._declare()
+
+    def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
+        zenoh = self._zenoh
+        options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints), **more}
+        defaults = {**link.SERVER, "scouting/multicast/enabled": multicast_scouting}
+        if config_file is None:
+            config = link.configure(zenoh.Config(), defaults)
+        else:
+            try:
+                config = link.configured_by(zenoh, config_file, defaults)
+            except zenoh.ZError as error:
+                raise GatewayError(f"{config_file} is no Zenoh configuration: {link.reason(error)}") from None
+        if not has_rules(config):
+            link.configure(config, {"access_control": rules(self.realm)})
+        if warning := exposure(self.endpoints, config):
+            logger.warning("%s", warning)
+        try:
+            return zenoh.open(link.configure(config, options))
+        except zenoh.ZError as error:
+            raise GatewayError(
+                f"cannot listen on {', '.join(self.endpoints)}{_and_connect(more)}: {link.reason(error)}; "
+                "an endpoint is PROTOCOL/ADDRESS, as in tcp/0.0.0.0:7447"
+            ) from None
+
+    def _declare(self) -> None:
+        session, realm = self._session, self.realm
+        direct = self._zenoh.handlers.Callback
+        asked = keys.hello(realm), keys.status(realm), keys.health(realm), keys.metrics(realm)
+        hello, status, health, metrics = (
+            self._answering(key, answer)
+            for key, answer in zip(
+                asked, (self._welcome, self._tell_status, self._tell_health, self._tell_metrics), strict=True
+            )
+        )
+        asks = hello, status, self._at_once_if_busy(health), metrics
+        self._answers = {key: Postman(self._care, partial(self._loop.suspend, key)) for key in asked}
+        # complete=True: a client's query may stop at this server.
+        self._queryables = [
+            session.declare_queryable(key, direct(ask, indirect=False), complete=True)
+            for key, ask in zip(asked, asks, strict=True)
+        ]
+        self._calls = session.declare_subscriber(keys.call(realm), direct(self._take_in(), indirect=False))
+        self._clients = session.liveliness().declare_subscriber(
+            keys.client(realm), direct(self._on_client, indirect=False)
+        )
+        self._token = session.liveliness().declare_token(keys.alive(realm))
+
+    # --- Zenoh's threads -------------------------------------------------------------------------
+
+    def _take_in(self) -> Callable[[Any], None]:
+        """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
+        is_from, submit, slow_down = self._is_from, self._loop.submit_as, self._throttle.slow_down
+        begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
+
+        def take_in(sample: Any) -> None:
+            client, payload = str(sample.key_expr)[begin:], sample.payload
+            size = len(payload)
+            if not is_from(client, sample) or not submit(client, payload, size, read):
+                slow_down(size)
+
+        return take_in
+
+    def _answering(self, kind: str, answer: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Return the callback for a query that the physics thread answers, unless too many wait already."""
+
+        def ask(query: Any) -> None:
+            waiting = self._loop.ask(kind, partial(answer, query))
+            if not waiting:
+                query.drop()
+            if not waiting or waiting > FEW_QUESTIONS:
+                self._throttle.slow_down(0)
+
+        return ask
+
+    def _at_once_if_busy(self, ask: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Return a callback that answers at once while the server is busy, as health matters most then."""
+
+        def health(query: Any) -> None:
+            if self._loop.busy_with():
+                self._tell_health(query)
+            else:
+                ask(query)
+
+        return health
+
+    def _on_client(self, sample: Any) -> None:
+        client = str(sample.key_expr).rpartition("/")[2]
+        is_gone = sample.kind == self._zenoh.SampleKind.DELETE
+        if len(client) > keys.LONGEST:  # no client can have such a name
+            return
+        with self._presence:
+            if is_gone:
+                self._present.pop(client, None)
+                has_joined = self._secrets.pop(client, _OF_ANOTHER_DOOR) is not _OF_ANOTHER_DOOR
+            else:
+                has_joined = False
+                self._present[client] = None
+                if len(self._present) > max(MOST_PRESENT, 2 * len(self._loop.sessions)):
+                    del self._present[next(name for name in self._present if name not in self._loop.sessions)]
+        if has_joined:
+            self._loop.depart(client)
+
+    # --- the physics thread ----------------------------------------------------------------------
+
+    def _is_from(self, client: str, message: Any) -> bool:
+        """Return whether a sample or query carries the secret that came with this client's hello at this door.
+
+        Names of clients are part of keys that others may subscribe to; attachments of calls are not.
+        """
+        attached = message.attachment
+        secret = self._secrets.get(client, _OF_ANOTHER_DOOR)
+        return secret == (None if attached is None else attached.to_bytes())
+
+    def _welcome(self, query: Any) -> None:
+        version, refusal, client = PROTOCOL_VERSION, "", ""
+        if query.payload is not None:
+            joined = self._join(query)
+            if joined is None:
+                query.drop()  # without an answer: it asks again
+                return
+            version, refusal, client = joined
+        offer = self._local.offer_to(client) if self._local is not None and not refusal else ""
+        scene = self._loop.simulation.scene.name
+        welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
+        self._answer(query, keys.hello(self.realm), encode(welcome))
+
+    def _join(self, query: Any) -> tuple[int, str, str] | None:
+        """Accept the client that says hello with a query.
+
+        Returns:
+            The version of the protocol to speak and, if the client is refused, the reason; then the client. None if the
+            server could not detect that the client leaves.
+        """
+        try:
+            greeting = decode_greeting(query.payload.to_bytes())
+            client = keys.check_chunk(greeting.client)
+        except (CodecError, ValueError) as error:
+            return PROTOCOL_VERSION, f"the greeting could not be read ({error})", ""
+        spoken_there, spoken_here = (greeting.protocol, greeting.newest), (OLDEST_PROTOCOL, PROTOCOL_VERSION)
+        version = choose_version(spoken_there, spoken_here)
+        if version is None:
+            refusal = no_common_version(spoken_there, spoken_here)
+            logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
+            return PROTOCOL_VERSION, refusal, client
+        if client not in self._present or self._loop.is_departing(client):
+            return None
+        if client in self._loop.sessions:
+            if not self._is_from(client, query):
+                return version, f"another client is called {client}", client
+            if self._local is not None and self._local.serves(client):
+                self._loop.depart(client)  # it has lost that connection, and so its session
+                return None
+        else:
+            try:
+                self._loop.places.check(self._entrance)
+            except LimitReached as problem:
+                return version, str(problem), client
+            self._secrets[client] = (
+                None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
+            )
+            postman = Postman(self._care, partial(self._loop.suspend, client))
+            ended = partial(self._secrets.pop, client, None)
+            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
+            self._loop.join(client, greeting.name, greeting.port, zenoh_link, entrance=self._entrance)
+            if self._local is not None:
+                self._local.offer(client, zenoh_link)
+        return version, "", client
+
+    def _tell_status(self, query: Any) -> None:
+        simulation, load = self._loop.simulation, self.load.load()
+        is_running = simulation.state is SimulationState.RUNNING
+        status = Status(
+            PROTOCOL_VERSION,
+            self.realm,
+            simulation.scene.name,
+            simulation.state.value,
+            len(self._loop.sessions),
+            list(self.ports),
+            socket.gethostname(),
+            os.getpid(),
+            time.monotonic() - self._began,
+            load.real_time_factor if is_running else 0.0,
+            load.core_share,
+            __version__,
+        )
+        self._answer(query, keys.status(self.realm), encode(status))
+
+    def _tell_health(self, query: Any) -> None:
+        self._report(query, keys.health(self.realm), report.health(self._loop, self.realm))
+
+    def _tell_metrics(self, query: Any) -> None:
+        self._report(query, keys.metrics(self.realm), report.metrics(self._loop, self.realm, self.ports))
+
+    def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
+        self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
+
+    def _answer(self, query: Any, key: str, payload: bytes, **options: Any) -> None:
+        """Answer a query without waiting for its sender, which asks again after a loss."""
+
+        def reply() -> None:
+            try:
+                with query:
+                    query.reply(key, payload, **options)
+            except self._zenoh.ZError as error:  # who asked has given up, as on a busy machine
+                logger.debug("a question about %s was dropped by its sender: %s", key, error)
+
+        self._answers[key].send(reply, len(payload))
+
+    def step_finished(self) -> None:
+        self.load.passed(self._loop.simulation.time_step)
+
+    def close(self) -> None:
+        """Leave the network. Clients notice at once.
+
+        Zenoh waits up to ten seconds for a client that reads nothing any more; the end of the process does not.
+        """
+        self._loop.places.close(self._entrance.door)
+        closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
+        closing.start()
+        closing.join(CLOSE_TIMEOUT)
+        if closing.is_alive():
+            logger.warning("a client that takes nothing any more is not waited for")
+
+    def leave(self) -> None:
+        """Close this way in while the server goes on: its clients leave. Any thread."""
+        with self._presence:
+            clients = list(self._secrets)
+        self.close()
+        for client in clients:
+            self._loop.depart(client)
+
+    def _close_session(self) -> None:
+        try:
+            self._session.close()
+        except self._zenoh.ZError as error:
+            logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
+
+
+class ZenohLink:
+    """The publishers that reach one client."""
+
+    def __init__(
+        self,
+        zenoh: Any,
+        session: Any,
+        realm: str,
+        client: str,
+        postman: Postman,
+        ended: Callable[[], object],
+    ) -> None:
+        """Declare the publishers.
+
+        Args:
+            ended: called once when the client has left: its name is free for clients of all doors.
+        """
+        self._postman, self._ended = postman, ended
+        self._lock = threading.Lock()
+        self._sending = 0
+        """Threads that send a reply at present: the publisher cannot be undeclared meanwhile."""
+
+        self._is_closed = False
+        reliable = zenoh.Reliability.RELIABLE
+        self._zenoh, self._session = zenoh, session
+        self._realm, self._client = realm, client
+        self._drop = zenoh.CongestionControl.DROP
+        self._replies = session.declare_publisher(
+            keys.reply(realm, client),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            reliability=reliable,
+        )
+        self._stream = session.declare_publisher(
+            keys.stream(realm, client), congestion_control=self._drop, reliability=reliable
+        )
+
+    def deliver(self, payload: bytes) -> None:
+        self._postman.send(partial(self._reply, payload), len(payload))
+
+    def _reply(self, payload: bytes) -> None:
+        with self._lock:
+            if self._is_closed:
+                return
+            self._sending += 1
+        try:
+            self._put(self._replies.put, payload)
+        finally:
+            with self._lock:
+                self._sending -= 1
+                is_last = self._is_closed and not self._sending
+            if is_last:
+                self._replies.undeclare()
+
+    def publish(self, payload: bytes) -> None:
+        self._put(self._stream.put, payload)
+
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
+        key = keys.picture(self._realm, self._client, stream_id)
+        self._put(self._session.put, key, payload, congestion_control=self._drop)
+
+    def _put(self, put: Callable[..., None], *arguments: Any, **options: Any) -> None:
+        """Send, unless the client has left or the session is closed, as may happen before an image is ready."""
+        try:
+            put(*arguments, **options)
+        except self._zenoh.ZError as error:
+            logger.debug("nothing can be sent to client %s any more: %s", self._client, error)
+
+    def close(self) -> None:
+        """Stop sending. The call does not wait for a thread that still sends a reply to a client that does not read."""
+        with self._lock:
+            if self._is_closed:
+                return
+            self._is_closed = True
+            is_last = not self._sending
+        self._ended()
+        if is_last:
+            self._replies.undeclare()
+        self._stream.undeclare()
+
+
+def _and_connect(options: dict[str, Any]) -> str:
+    routers = options.get("connect/endpoints")
+    return f" and connect to {', '.join(routers)}" if routers else ""
+
+
+def _claim(port: int) -> int:
+    """Check that a loopback port is free, or find a free one for 0.
+
+    Raises:
+        GatewayError: taken or not allowed.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        if os.name == "posix":  # on Windows it would let two listen on one port
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+            probe.listen(1)
+        except PermissionError:
+            raise GatewayError(f"port {port} needs more rights; choose one above 1023 with --port") from None
+        except OSError as error:
+            raise GatewayError(
+                f"port {port} is taken ({error.strerror}), perhaps by another simx-server or a V-REP; "
+                f"stop that one, or choose another port with --port N (0 finds a free one)"
+            ) from None
+        return int(probe.getsockname()[1])

@@ -1,0 +1,1 @@
+"""Search for paths and configurations: state spaces, validity, tasks."""

@@ -1,0 +1,1 @@
+"""Collisions by V-REP's masks."""

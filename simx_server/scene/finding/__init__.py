@@ -1,0 +1,1 @@
+"""Find scene and model files, and check what they reference."""

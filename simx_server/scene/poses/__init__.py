@@ -1,0 +1,1 @@
+"""Poses of objects: read, set and convert them."""

@@ -1,0 +1,1 @@
+"""Answers: replies to calls, values of streams, and when they leave."""

@@ -1,0 +1,287 @@
+"""Compute each stream once after a simulation step when it is due, and send it to its clients."""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from functools import partial
+from operator import attrgetter
+from typing import Any
+from weakref import WeakValueDictionary
+
+from simx_client.protocol.codec import answer_packer, pack_answer, pack_reply_head
+from simx_client.protocol.commands import Command
+from simx_client.protocol.messages import STATUS_OK, Call, Reply
+from simx_server.errors import CommandError
+from simx_server.limits import LimitReached
+from simx_server.service.calls.dispatch import check
+from simx_server.service.calls.executor import Executor
+from simx_server.service.clients.sessions import ClientSession
+
+from .answers import Answer
+from .replies import Messages
+from .streams import Question, Shared, StepAnswers, Stream
+
+logger = logging.getLogger(__name__)
+
+REPEAT = 0.25
+"""Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
+
+LONGEST = 0.05
+"""Most seconds that the streams of one client take after a step. Values beyond that are repeated from before, and come
+first after the next step; a client with fewer streams gets all values of one instant. Time in which the system ran
+other programs does not count while values are only read.
+"""
+
+LONGEST_FOR_ALL = 0.1
+"""Seconds of all streams, after which clients have to wait for the next step. Otherwise calls would wait for longer."""
+
+LONGEST_STEPPED = 0.5
+"""The same as `LONGEST` for a client that steps: it waits for the values itself."""
+
+
+class _Limit:
+    """Until when the streams of one client are computed."""
+
+    def __init__(self, seconds: float) -> None:
+        """Start to count seconds."""
+        self._wall, self._own = time.perf_counter(), time.thread_time()
+        self.end = self._wall + seconds
+
+    def is_extended(self) -> bool:
+        """Add the time in which this thread waited for a processor; return whether that moves the end beyond now.
+
+        For work that waits for nothing else.
+        """
+        wall, own = time.perf_counter(), time.thread_time()
+        self.end += max(0.0, (wall - self._wall) - (own - self._own))
+        self._wall, self._own = wall, own
+        return wall < self.end
+
+
+class Publisher:
+    """Arms, computes and sends the streams. Physics thread only."""
+
+    def __init__(self, executor: Executor, messages: Messages) -> None:
+        self._world = executor.world
+        self._simulation = executor.world.simulation
+        self._dispatch = executor.dispatch
+        self._executor = executor
+        self._messages = messages
+        self._round = 0
+        self._next_client = ""
+        """The client whose streams had to wait for the next step."""
+
+        self._shared: WeakValueDictionary[Question, Shared] = WeakValueDictionary()
+
+    def arm(
+        self, session: ClientSession, call: Call, command: Command, answer: Answer | Future[Answer]
+    ) -> None:
+        """Start a stream with the answer to its call, unless the call was refused."""
+        try:
+            arguments = check(command, call.arguments)
+            handler = self._dispatch.handler(session, command)
+        except CommandError:
+            return  # the answer reports this, and it would be the same after each step
+        try:
+            wanted = len(session.streams.by_id) + (call.call_id not in session.streams.by_id)
+            self._simulation.limits.check("streams", wanted, "end some with discontinue")
+        except LimitReached as problem:
+            session.errors.append(str(problem))
+            return
+        if not isinstance(answer, Future) and answer[0] == STATUS_OK and command.is_hit(answer[1]):
+            return
+        head = pack_reply_head(call.call_id)
+        stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000, head)
+        if isinstance(answer, Future):
+            stream.pending = answer
+        else:
+            if answer[0] != STATUS_OK:
+                session.paced.step_comes()
+            time_ms = self._messages.time_ms()
+            stream.last = self._packed(session, command, answer, time_ms)
+            question = stream.question()
+            if question is not None and not stream.delay:
+                stream.shared = self._shared.get(question)
+                if stream.shared is None:
+                    work = None
+                    if command.only_reads and not handler.with_client:
+                        work = partial(handler.bound(self._world, None), *arguments)
+                    stream.shared = Shared(question, command, arguments, work, answer, time_ms, stream.last)
+                    self._shared[question] = stream.shared
+        session.streams.arm(stream)
+
+    def publish(
+        self, sessions: Iterable[ClientSession], *, after_step: bool, is_bounded: bool = True
+    ) -> None:
+        """Compute and send every stream that is due; one that fails ends those of its client.
+
+        Args:
+            after_step: the simulation has just made a simulation step.
+            is_bounded: stop when the time is over. False for a recording, which must not depend on the clock.
+        """
+        answers = StepAnswers()
+        self._round += 1
+        until = time.perf_counter() + LONGEST_FOR_ALL if is_bounded else math.inf
+        # A copy, as clients come and go while a streamed call runs a script.
+        waiting = deque(session for session in sessions if session.streams.by_id)
+        if any(session.client == self._next_client for session in waiting):
+            while waiting[0].client != self._next_client:
+                waiting.rotate(-1)
+        self._next_client = ""
+        for position, session in enumerate(waiting):
+            is_stepped = after_step and session.is_stepping
+            if position and not is_stepped and time.perf_counter() >= until:
+                self._next_client = self._next_client or session.client
+                continue
+            if session.streams.by_id:
+                try:
+                    longest = LONGEST_STEPPED if is_stepped else LONGEST
+                    limit = _Limit(longest if is_bounded else math.inf)
+                    self._publish_client(session, answers, limit, every_image=is_stepped)
+                except Exception:
+                    logger.exception("the streams of client %s failed and are ended", session.name)
+                    session.streams.clear()
+
+    def _publish_client(
+        self, session: ClientSession, answers: StepAnswers, limit: _Limit, *, every_image: bool
+    ) -> None:
+        now, time_ms = time.monotonic(), self._messages.time_ms()
+        streams = session.streams
+        self._compute_shared(session, answers, time_ms, limit)
+        newest = self._shared_parts(session, time_ms)
+        if streams.single:
+            self._compute_single(session, answers, newest, limit.end, time_ms, now, every_image=every_image)
+        if newest and ((parts := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
+            streams.last_sent, streams.next_repeat = parts, now + REPEAT
+            session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
+
+    def _compute_single(
+        self,
+        session: ClientSession,
+        answers: StepAnswers,
+        newest: list[bytes],
+        until: float,
+        time_ms: int,
+        now: float,
+        *,
+        every_image: bool,
+    ) -> None:
+        """Compute the streams that are not shared and due; add their answers to `newest`, or send them at once."""
+        streams = session.streams
+        tally = self._executor.tally()
+        taken: list[Reply] = []
+        has_begun = False
+        for stream in streams.single_in_turn():
+            command = stream.command
+            if has_begun and time.perf_counter() >= until:
+                streams.next_single = streams.next_single or stream.stream_id
+            elif stream.is_due(now, every_image=every_image):
+                has_begun = True
+                question = stream.question()
+                answer = answers.get(question)
+                if answer is None:
+                    work = self._dispatch.bind(session, command, stream.arguments)
+                    answer = self._executor.execute(session, tally, command, work)
+                    answers.put(question, answer)
+                if isinstance(answer, Future):
+                    stream.pending, stream.last = answer, None
+                    answer.add_done_callback(partial(self._publish_image, session, stream.stream_id, time_ms))
+                    continue
+                status, values = answer
+                if command.takes_what_it_reads:
+                    if status or values[0]:
+                        taken.append(Reply(stream.stream_id, status, time_ms, values))
+                    continue
+                if status == STATUS_OK and command.is_hit(values):
+                    streams.cancel(stream.stream_id)
+                    taken.append(Reply(stream.stream_id, status, time_ms, values))
+                    continue
+                stream.last = self._packed(session, command, answer, time_ms)
+            if stream.last is not None and not command.takes_what_it_reads:
+                newest += (stream.head, stream.last)
+        tally.end()
+        if taken:
+            session.link.deliver(self._messages.pack(session, taken))
+
+    def _compute_shared(
+        self, session: ClientSession, answers: StepAnswers, time_ms: int, limit: _Limit
+    ) -> None:
+        """Compute the shared streams of this client that were not computed in this round, while there is time."""
+        now, has_begun, execute = time.perf_counter, False, self._executor.execute
+        only_reads = True
+        streams, this = session.streams, self._round
+        due = [share for share in streams.shares() if share.round != this]
+        if streams.is_cut:
+            due.sort(key=attrgetter("round"))
+        streams.is_cut = False
+        late: list[Shared] = []
+        tally = self._executor.tally()
+        for share in due:
+            if share.round == this:
+                continue  # another stream of this client has the same question
+            if has_begun and now() >= limit.end and not (only_reads and limit.is_extended()):
+                streams.is_cut = True
+                break
+            has_begun = True
+            command = share.command
+            only_reads = only_reads and share.work is not None
+            work = share.work or self._dispatch.bind(session, command, share.arguments)
+            answer = execute(session, tally, command, work)
+            if isinstance(answer, Future):
+                answers.put(share.question, answer)
+                late.append(share)
+                continue
+            share.answer, share.time_ms, share.packed, share.round = answer, time_ms, None, this
+        tally.end()
+        for share in late:
+            streams.separate(share)
+
+    def _shared_parts(self, session: ClientSession, time_ms: int) -> list[bytes]:
+        """Return heads and newest shared answers, alternating; none for a client in this process, which gets values."""
+        streams = session.streams
+        if session.direct is None:
+            pack = answer_packer(STATUS_OK, time_ms)
+            return streams.parts(partial(self._packed_share, session, pack, time_ms))
+        if streams.shared:
+            session.direct.publish_values(streams.shared.values())
+        return []
+
+    def _packed_share(
+        self, session: ClientSession, pack: Callable[[list[Any]], bytes], time_ms: int, share: Shared
+    ) -> bytes:
+        """Return the newest shared answer as bytes, packed once for all its clients.
+
+        Args:
+            pack: packs an answer of success with the time `time_ms`.
+        """
+        status, values = share.answer
+        try:
+            is_plain = status == STATUS_OK and share.time_ms == time_ms
+            share.packed = pack(values) if is_plain else pack_answer(status, share.time_ms, values)
+        except Exception as error:
+            share.packed = self._failed(session, share.command, error, time_ms)
+        return share.packed
+
+    def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
+        """Return an answer as bytes. A value that cannot be packed is an error of its stream alone."""
+        status, values = answer
+        try:
+            return pack_answer(status, time_ms, values)
+        except Exception as error:
+            return self._failed(session, command, error, time_ms)
+
+    def _failed(self, session: ClientSession, command: Command, error: Exception, time_ms: int) -> bytes:
+        status, values = self._executor.failure(session, command.name, error)
+        return pack_answer(status, time_ms, values)
+
+    def _publish_image(
+        self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        status, values = done.result()
+        message = self._messages.pack(session, [Reply(stream_id, status, time_ms, values)])
+        session.link.publish_image(stream_id, message)

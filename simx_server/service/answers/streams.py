@@ -1,0 +1,186 @@
+"""Streams: calls that are executed again after each simulation step, until cancelled.
+
+Each distinct question is computed once per simulation step, however many clients ask it. Its answer is packed once and
+put behind the id that it has for each client. All small values of one client leave together in one message, so they
+belong to one instant; a value that is not due this time is repeated from before. Images travel separately when they are
+rendered.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Any
+
+from simx_client.protocol.commands import Command
+
+from .answers import Answer
+
+Question = tuple[Any, ...]
+"""Command and arguments."""
+
+
+@dataclass(slots=True, weakref_slot=True, eq=False)
+class Shared:
+    """A question that any number of streams ask after each simulation step, and its answer."""
+
+    question: Question
+    command: Command
+    arguments: list[Any]
+    work: Callable[[], Any] | None
+    """The handler with its arguments, if it only reads and needs no client."""
+
+    answer: Answer
+    """The newest answer."""
+
+    time_ms: int
+    """Its simulated time in milliseconds."""
+
+    packed: bytes | None = None
+    """The newest answer as bytes; None before a client of another process needs it."""
+
+    round: int = -1
+    """The round of the last answer."""
+
+
+@dataclass(eq=False)
+class Stream:
+    """One armed stream of one client."""
+
+    stream_id: int
+    command: Command
+    arguments: list[Any]
+    delay: float
+    """Least wall time between two executions, seconds."""
+
+    head: bytes
+    """The packed start of its answers."""
+
+    shared: Shared | None = None
+    """Set if the stream is due each time and small, and others may ask the same."""
+
+    next_due: float = 0.0
+    last: bytes | None = None
+    """The newest answer, packed."""
+
+    pending: Future[Any] | None = None
+    """An image that is being rendered: until it is done, no other is requested."""
+
+    def question(self) -> Question | None:
+        """Return the key that equal streams share; None when the answer belongs to one client only."""
+        if self.command.takes_what_it_reads or self.command.stream_ends_with_hit or not self.command.key:
+            return None
+        if len(self.command.key) != len(self.command.arguments):
+            return None  # it sets something: each client's own call counts
+        return (self.command.name, *self.arguments)
+
+    def is_due(self, now: float, *, every_image: bool) -> bool:
+        """Return whether to execute it now. `every_image`: the client steps and waits for each, so none is left out."""
+        is_behind = self.pending is not None and not self.pending.done() and not every_image
+        if now < self.next_due or is_behind:
+            return False
+        self.next_due = now + self.delay
+        return True
+
+
+@dataclass
+class Streams:
+    """The streams of one client, in the order they were armed."""
+
+    by_id: dict[int, Stream] = field(default_factory=dict[int, Stream])
+    shared: dict[int, Stream] = field(default_factory=dict[int, Stream])
+    """Those of them that share their answers."""
+
+    single: dict[int, Stream] = field(default_factory=dict[int, Stream])
+    """The others."""
+
+    last_sent: bytes | None = None
+    next_repeat: float = 0.0
+    is_cut: bool = False
+    """Time ran out before all of `shared` were computed in the last round."""
+
+    next_single: int = 0
+    """The first of `single` that was left out because time ran out, or 0."""
+
+    _shares: list[Shared] | None = None
+    """The shared parts of the streams of `shared`, in their order; None after a change of these streams."""
+
+    _parts: list[bytes] = field(default_factory=list[bytes])
+    """Their heads and newest answers, alternating."""
+
+    def shares(self) -> list[Shared]:
+        """Return what these streams share with others, in the order they were armed."""
+        if self._shares is None:
+            both = [
+                (stream.head, stream.shared) for stream in self.shared.values() if stream.shared is not None
+            ]
+            self._shares = [share for _, share in both]
+            self._parts = [part for head, _ in both for part in (head, b"")]
+        return self._shares
+
+    def parts(self, pack: Callable[[Shared], bytes]) -> list[bytes]:
+        """Return the newest shared answers as they travel, each behind its stream's head.
+
+        Args:
+            pack: packs an answer that is not packed yet.
+        """
+        self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in self.shares()]
+        return self._parts.copy()
+
+    def arm(self, stream: Stream) -> None:
+        """Add a stream; it was executed once already, as part of the call."""
+        stream.next_due = time.monotonic() + stream.delay
+        self.cancel(stream.stream_id)
+        self.by_id[stream.stream_id] = stream
+        (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
+        self._shares = None
+
+    def single_in_turn(self) -> list[Stream]:
+        """Return the streams of `single`, starting with those that had to wait."""
+        streams = list(self.single.values())
+        if self.next_single:
+            first = next((i for i, each in enumerate(streams) if each.stream_id == self.next_single), 0)
+            streams, self.next_single = streams[first:] + streams[:first], 0
+        return streams
+
+    def separate(self, share: Shared) -> None:
+        """Move the streams with this answer to `single`, because the answer comes later."""
+        for stream in [each for each in self.shared.values() if each.shared is share]:
+            stream.shared = None
+            del self.shared[stream.stream_id]
+            self.single[stream.stream_id] = stream
+        self._shares = None
+
+    def images_on_the_way(self) -> list[Future[Any]]:
+        """Return the images that are requested and not rendered yet."""
+        pending = (stream.pending for stream in self.single.values())
+        return [picture for picture in pending if picture is not None and not picture.done()]
+
+    def cancel(self, stream_id: int) -> None:
+        """End a stream; unknown ids are harmless."""
+        if self.by_id.pop(stream_id, None) is not None:
+            self.shared.pop(stream_id, None)
+            self.single.pop(stream_id, None)
+            self._shares = None
+
+    def clear(self) -> None:
+        """End all streams."""
+        for streams in (self.by_id, self.shared, self.single):
+            streams.clear()
+        self._shares = None
+
+
+class StepAnswers:
+    """The answers of one simulation step by question: equal questions are computed once."""
+
+    def __init__(self) -> None:
+        self._answers: dict[tuple[Any, ...], Answer | Future[Answer]] = {}
+
+    def get(self, question: tuple[Any, ...] | None) -> Answer | Future[Answer] | None:
+        return None if question is None else self._answers.get(question)
+
+    def put(self, question: tuple[Any, ...] | None, answer: Answer | Future[Answer]) -> None:
+        if question is not None:
+            self._answers[question] = answer

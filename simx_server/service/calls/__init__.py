@@ -1,0 +1,1 @@
+"""The calls of clients: from a message to the handler that executes it."""

@@ -1,0 +1,157 @@
+"""Run handlers: those of calls, of the steps of a call, and of streams. No other module runs them.
+
+Each run is timed and counted, and the handler's result or exception becomes an answer.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from types import GeneratorType
+from typing import Any, overload
+
+import mujoco
+
+from simx_client.protocol import constants as c
+from simx_client.protocol.commands import Command
+from simx_client.protocol.messages import STATUS_REMOTE_ERROR
+from simx_server.errors import CommandError, one_line, shortened
+from simx_server.service.answers.answers import DONE, Answer, answer_of
+from simx_server.service.clients.sessions import ClientSession
+from simx_server.service.monitoring.metrics import Metrics, Tally
+
+from .background import Unfinished, refuse_steps
+from .dispatch import Dispatch, Work
+
+logger = logging.getLogger(__name__)
+
+_NOT_YET = (Future, GeneratorType)
+"""Types that a handler returns for results that come later: an image, or steps."""
+
+
+class Executor:
+    """Runs handlers. Physics thread only, except `failure`; images finish on the render thread."""
+
+    def __init__(self, dispatch: Dispatch, metrics: Metrics) -> None:
+        self.dispatch = dispatch
+        self.world = dispatch.world
+        self.metrics = metrics
+
+    @overload
+    def execute(
+        self, client: ClientSession, tally: Tally, command: Command, work: Work
+    ) -> Answer | Future[Answer]: ...
+
+    @overload
+    def execute(
+        self,
+        client: ClientSession,
+        tally: Tally,
+        command: Command,
+        work: Work,
+        arguments: Sequence[Any],
+        at_step: Callable[[Unfinished], Any],
+    ) -> Answer | Future[Answer] | Unfinished: ...
+
+    def execute(
+        self,
+        client: ClientSession,
+        tally: Tally,
+        command: Command,
+        work: Work,
+        arguments: Sequence[Any] = (),
+        at_step: Callable[[Unfinished], Any] = refuse_steps,
+    ) -> Answer | Future[Answer] | Unfinished:
+        """Run a handler. Never raises.
+
+        Args:
+            tally: counts and times it, together with earlier executions.
+            work: the handler, bound to the world; it may refuse the arguments.
+            at_step: decides what to do with a call that takes several steps: returns its result, returns the call
+                itself if the caller must wait for the step, or raises.
+
+        Returns:
+            A future if the result comes later; the call if the caller must wait for its step.
+        """
+        if command is not tally.command:
+            tally.turn_to(command)
+        tally.count += 1
+        try:
+            result = work(*arguments)
+            if result is None and not command.results:
+                return DONE
+            if isinstance(result, _NOT_YET):
+                return self.answer(client, command, result, at_step)
+            return answer_of(command, result)
+        except Exception as error:
+            return self.failure(client, command.name, error)
+
+    def tally(self, called: dict[str, int] | None = None) -> Tally:
+        """Return a tally that counts and times handlers that run one after another.
+
+        Args:
+            called: how often a client called each command; the tally adds to it as well.
+        """
+        return Tally(self.metrics, called)
+
+    def finish(self, call: Unfinished) -> Any:
+        """Run all steps of a call at once, for ``execute``; return its result, or raise what the steps raise."""
+        return self.world.trials.finish(call.all_steps())
+
+    def answer(
+        self, client: ClientSession, command: Command, result: Any, at_step: Callable[[Unfinished], Any]
+    ) -> Answer | Future[Answer] | Unfinished:
+        """Return the answer to a call with a later result. Raises what the handler or `at_step` raises."""
+        if isinstance(result, GeneratorType):
+            try:
+                # A handler may return steps, or a future, of anything.
+                call = Unfinished(command, result, next(result))  # pyright: ignore[reportUnknownArgumentType]
+            except StopIteration as end:
+                result = end.value
+            else:
+                result = at_step(call)
+                if result is call:
+                    return call
+        if isinstance(result, Future):
+            # As with steps.
+            return self._later(client, command, result)  # pyright: ignore[reportUnknownArgumentType]
+        return answer_of(command, result)
+
+    def _later(self, client: ClientSession, command: Command, result: Future[Any]) -> Future[Answer]:
+        answer: Future[Answer] = Future()
+
+        def finish(done: Future[Any]) -> None:
+            try:
+                outcome = answer_of(command, done.result())
+            except Exception as error:
+                outcome = self.failure(client, command.name, error)
+                # Its frames refer to `done`, which keeps the error: this cycle would keep all of them alive.
+                error.__traceback__ = None
+            answer.set_result(outcome)
+
+        result.add_done_callback(finish)
+        return answer
+
+    def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
+        """Return the answer to a failed call; add the reason to the log, the counters and the client's errors."""
+        if isinstance(error, mujoco.FatalError):  # a readable text, and not an error of this program
+            error = CommandError(f"MuJoCo cannot do that: {one_line(error)}")
+        if isinstance(error, CommandError) and error.silent:
+            self.metrics.failed(name, "")
+            return STATUS_REMOTE_ERROR, []
+        if isinstance(error, CommandError):
+            text = shortened(str(error) if str(error).startswith(name) else f"{name[:64]}: {error}")
+            if client.is_news(text):
+                logger.info("%s of %s failed: %s", name[:64], client.name, shortened(str(error)))
+        else:
+            text = shortened(f"{name}: internal error, see the server's log: {type(error).__name__}: {error}")
+            if client.is_news(text):
+                logger.error("%s of %s failed", name, client.name, exc_info=error)
+        self.metrics.failed(name, text, is_internal=not isinstance(error, CommandError))
+        mode = self.world.parameters.error_report_mode
+        if mode & c.sim_api_errormessage_report:
+            client.errors.append(text)
+        if mode & c.sim_api_errormessage_output:
+            self.world.status_bar.add(text)
+        return STATUS_REMOTE_ERROR, [text]

@@ -1,0 +1,1 @@
+"""The clients: their sessions and places."""

@@ -1,0 +1,76 @@
+"""Places for clients: each door keeps some of them, and programs of one other machine get at most half."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from simx_server.limits import Limits
+
+if TYPE_CHECKING:
+    from simx_server.service.clients.sessions import ClientSession
+
+SHARE = 16
+"""Each open door keeps one place of this number for its own clients."""
+
+
+class Entrance(NamedTuple):
+    """Where a client has come in."""
+
+    door: str = ""
+    """A name of the gateway; empty for clients within this process."""
+
+    address: str = ""
+    """Of the other machine; empty if it is not known."""
+
+
+class Places:
+    """Decides whether one more client may join. Any thread."""
+
+    def __init__(self, limits: Callable[[], Limits], sessions: Mapping[str, ClientSession]) -> None:
+        """Start without doors.
+
+        Args:
+            limits: returns the present limits.
+            sessions: the present clients.
+        """
+        self._limits, self._sessions = limits, sessions
+        self._doors: set[str] = set()
+
+    def open(self, door: str) -> None:
+        """Keep places for the clients of a door from now on."""
+        self._doors.add(door)
+
+    def close(self, door: str) -> None:
+        """Keep no more places for a door."""
+        self._doors.discard(door)
+
+    def check(self, entrance: Entrance) -> None:
+        """Refuse one more client, if all places for it are taken. Raises LimitReached."""
+        limits = self._limits()
+        entrances = [session.entrance for session in list(self._sessions.values())]
+        limits.check("clients", len(entrances) + 1, "let others leave first")
+        kept = limits.clients // SHARE
+        others = self._doors - {entrance.door}
+        free = sum(max(0, kept - sum(each.door == door for each in entrances)) for door in others)
+        limits.check(
+            "clients",
+            len(entrances) + 1 + free,
+            f"let others of this port leave first, as each other port keeps {kept} places",
+        )
+        if is_elsewhere(entrance.address):
+            of_one = sum(each.address == entrance.address for each in entrances) + 1
+            limits.check(
+                "clients",
+                2 * of_one - 1,
+                "let others of your machine leave first, which may have half of the places",
+            )
+
+
+def is_elsewhere(address: str) -> bool:
+    """Return whether an address is that of another machine."""
+    try:
+        return not ipaddress.ip_address(address).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,235 @@
+"""One connected client as the server sees it: its errors, its stepped mode, its link."""
+
+from __future__ import annotations
+
+import logging
+from collections import defaultdict, deque
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from simx_client.protocol.messages import Call, Reply
+from simx_client.protocol.zenoh.keys import VIEWER
+from simx_client.protocol.zenoh.link import LEASE_MS
+from simx_server.errors import CommandError
+from simx_server.service.answers.streams import Stream, Streams
+from simx_server.service.calls.background import Unfinished
+from simx_server.service.calls.pacing import PacedCalls
+
+from .admission.places import Entrance
+
+if TYPE_CHECKING:
+    from simx_server.history.calls import Called
+
+logger = logging.getLogger(__name__)
+
+MAX_ERRORS = 50
+"""Error texts kept for simxGetLastErrors; the oldest are dropped first."""
+
+FROZEN = LEASE_MS / 1000
+"""Seconds without a sign of life after which a client loses its stepped mode: that of Zenoh's links, for all doors."""
+
+MAX_LOGGED = 1000
+"""Failures of one client that reach the log; later ones are available from simxGetLastErrors only."""
+
+
+class Link(Protocol):
+    """The link back to one client. May be used from any thread; never blocks for long."""
+
+    def deliver(self, payload: bytes) -> None:
+        """Send replies; every one arrives, in order."""
+        ...
+
+    def publish(self, payload: bytes) -> None:
+        """Send the newest values of all small streams; a slow client may miss some."""
+        ...
+
+    def publish_image(self, stream_id: int, payload: bytes) -> None:
+        """Send the newest image of one stream; a slow client may miss some."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class DirectLink(Protocol):
+    """The part of a link to a client in this process, which needs no bytes."""
+
+    def publish_values(self, streams: Collection[Stream]) -> None:
+        """Take the newest answers of the streams that share theirs; valid until the next simulation step."""
+        ...
+
+
+MAX_DEPARTED = 20
+"""Former clients that the metrics still report; the oldest are dropped first."""
+
+
+@dataclass(frozen=True)
+class Departed:
+    """The data that is kept of a client that has left."""
+
+    client: str
+    name: str
+    port: int
+    may_only_read: bool
+    calls: int
+    called: Mapping[str, int]
+    left_at: float
+    """Age of the server at that time, in seconds."""
+
+
+@dataclass(eq=False)
+class Interrupted:
+    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and later ones."""
+
+    replies: list[Reply]
+    """Replies to the calls before."""
+
+    rest: list[Call]
+    waits_for_trigger: bool = True
+    """If False, it waits for any simulation step: the first call of the rest is paced."""
+
+    is_slice: bool = False
+    """It does not wait for a simulation step, but until others were served."""
+
+    noted: Called | None = None
+    """That call, where a history notes it."""
+
+    problem: str = ""
+    """Why the first call of the rest waits in vain for a simulation step."""
+
+    call: Unfinished | None = None
+    """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
+
+    rounds_left: int = 0
+    """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
+    passes of the server loop."""
+
+
+@dataclass
+class ClientSession:
+    """State of one client. Belongs to the physics thread."""
+
+    client: str
+    """Its segment of the keys."""
+
+    name: str
+    port: int
+    link: Link
+    errors: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_ERRORS))
+    streams: Streams = field(default_factory=Streams)
+    serve: Callable[[bytes], object] | None = None
+    """Executes a message of a client that speaks another protocol; None: a message is a batch of the table's calls."""
+
+    entrance: Entrance = field(default_factory=Entrance)
+    direct: DirectLink | None = None
+    """Takes values instead of bytes, for a client in this process."""
+
+    is_stepping: bool = False
+    allows_steps: bool = False
+    """A call of this client waits for simulation steps, and allows the next one without a trigger."""
+
+    lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict[str, tuple[str, bytes]])
+    """Files of the client's machine that a loading call will read: given path to name and content."""
+    called: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+    """How often it has called each command."""
+
+    message_id: int = 0
+    client_time: int = 0
+    interrupted: Interrupted | None = None
+    """The batch that waits in its middle for a simulation step."""
+
+    paced: PacedCalls = field(default_factory=PacedCalls)
+    is_onlooker: bool = False
+    """Only shows the simulation, as the web viewer does; the end of the server does not wait for it."""
+
+    before_trigger: list[Reply] = field(default_factory=list[Reply])
+    """Replies to the calls before the last trigger, sent with its answer or before those to the next batch."""
+
+    lost_stepping: str = ""
+    """Why the server has ended its stepped mode; empty again when the mode is set."""
+
+    _triggers: list[Future[None]] = field(default_factory=list[Future[None]])
+    _logged: set[str] = field(default_factory=set[str])
+
+    @cached_property
+    def may_only_read(self) -> bool:
+        return self.client.startswith(VIEWER)
+
+    def is_news(self, failure: str) -> bool:
+        """Return whether to log a failure: each only once, because scripts poll values that are missing for a while."""
+        if failure in self._logged or len(self._logged) >= MAX_LOGGED:
+            return False
+        self._logged.add(failure)
+        return True
+
+    def has_lost(self, messages: int, reason: str) -> None:
+        """Record that messages were not executed: in the client's errors each time, in the log once."""
+        self.errors.append(f"{messages} messages were not executed: {reason}")
+        if self.is_news(reason):
+            logger.warning("%d messages of client %s were not executed: %s", messages, self.name, reason)
+
+    def abandon_call(self) -> None:
+        """Abandon a call with a step under way, and the rest of its batch."""
+        batch, self.interrupted = self.interrupted, None
+        if batch is not None and batch.call is not None:
+            batch.call.abandon()
+
+    def set_stepping(self, enable: bool) -> None:
+        """Arm or end stepped mode. Ending it answers waiting triggers."""
+        self.is_stepping, self.lost_stepping = enable, ""
+        if not enable:
+            self.release_triggers()
+
+    def lose_stepping(self, why: str) -> None:
+        """End stepped mode, because the client is not heard of any more; its next call about steps is told why."""
+        self.set_stepping(False)
+        self.lost_stepping = why
+        self.errors.append(why)
+
+    def trigger(self, *, is_running: bool) -> Future[None]:
+        """Allow one simulation step; the future is done after it.
+
+        Raises:
+            CommandError: stepped mode is off, or no simulation step can come.
+        """
+        if not self.is_stepping:
+            why = self.lost_stepping or "stepped mode is off"
+            raise CommandError(f"{why}; call simxSynchronous(clientID, True) first")
+        if not is_running:
+            raise CommandError("the simulation does not run, so there is no step to trigger; start it first")
+        future: Future[None] = Future()
+        self._triggers.append(future)
+        return future
+
+    @property
+    def is_waiting(self) -> bool:
+        """Return whether the simulation must wait for a trigger of this client."""
+        return self.is_stepping and not self._triggers and not self.allows_steps
+
+    def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
+        """Answer the triggers, because the step was made (or never will be), as soon as `after` is done as well."""
+        triggers, self._triggers = self._triggers, []
+        if triggers:
+            after_all(after, partial(_answer, triggers))
+
+    def fail_triggers(self, problem: str) -> None:
+        """Answer the triggers with the reason why their step cannot be made."""
+        triggers, self._triggers = self._triggers, []
+        for future in triggers:
+            future.set_exception(CommandError(problem))
+
+
+def after_all(futures: Sequence[Future[Any]], work: Callable[[], object]) -> None:
+    """Run `work` when all futures are done, on the thread that finishes the last one."""
+    if futures:
+        first, *rest = futures  # a future that refers to itself by its callback would keep its image
+        first.add_done_callback(lambda _: after_all(rest, work))
+    else:
+        work()
+
+
+def _answer(triggers: list[Future[None]]) -> None:
+    for future in triggers:
+        future.set_result(None)

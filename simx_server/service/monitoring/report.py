@@ -1,0 +1,218 @@
+"""Report the counters of a server to operators, as health and metrics. Physics thread."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from operator import sub
+from pathlib import Path
+
+from simx_client.protocol.messages import PROTOCOL_VERSION
+from simx_client.protocol.reports import (
+    Calls,
+    Client,
+    Command,
+    DepartedClient,
+    Health,
+    Images,
+    Metrics,
+    Percentiles,
+    Process,
+    Steps,
+    Timing,
+)
+from simx_server import __version__
+from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.service.clients.sessions import ClientSession, Departed
+from simx_server.service.server_loop import ServerLoop
+
+from .metrics import Failures, Histogram, Sample, percentiles
+
+
+def health(loop: ServerLoop, realm: str) -> Health:
+    """Return the health report for a supervisor. Any thread, as long as the physics thread is busy."""
+    return {
+        "protocol": PROTOCOL_VERSION,
+        "realm": realm,
+        "server": __version__,
+        "state": loop.simulation.state.value,
+        "age": loop.metrics.age,
+        "problems": _problems(loop),
+    }
+
+
+def metrics(loop: ServerLoop, realm: str, ports: Sequence[int]) -> Metrics:
+    """Return all counters, since the start and for the last seconds."""
+    counted = loop.metrics
+    before, now = counted.recent(), counted.sample()
+    window = max(now.wall - before.wall, 1e-6)
+    commands = counted.command_times.keys() | counted.failures.keys()
+    return {
+        **health(loop, realm),
+        "host": socket.gethostname(),
+        "process_id": os.getpid(),
+        "ports": list(ports),
+        "scene": loop.simulation.scene.name,
+        "window": window,
+        "passes": _passes(loop, before, now, window),
+        "calls": {**_calls(before, now, window), "dropped": counted.dropped},
+        "commands": {name: _command(loop, name, before, window) for name in sorted(commands)},
+        "clients": [_client(loop, session, before, window) for session in loop.sessions.values()],
+        "departed": [_departed(loop, each) for each in loop.departed],
+        "streams": sum(len(session.streams.by_id) for session in loop.sessions.values()),
+        "pictures": _pictures(loop, before, window),
+        "process": _process(before, now, window),
+        "log": {
+            "warnings": counted.log.warnings,
+            "errors": counted.log.errors,
+            "last_warning": counted.log.last_warning,
+            "last_error": counted.log.last_error,
+        },
+    }
+
+
+def _problems(loop: ServerLoop) -> list[str]:
+    counted = loop.metrics
+    before, now = counted.recent(), counted.sample()
+    window = f"{now.wall - before.wall:.0f} s"
+    found: list[str] = []
+    if busy := loop.busy_with():
+        found.append(busy)
+    if (lost := now.lost - before.lost) > 0:
+        found.append(
+            f"the simulation cannot keep up with speed {counted.pacer.speed:g}: "
+            f"{lost:.2f} s of the last {window} are lost"
+        )
+    if failed := now.images_failed - before.images_failed:
+        found.append(f"{failed} pictures of the last {window} failed: {counted.pictures.last_error}")
+    if errors := now.errors - before.errors:
+        found.append(f"{errors} errors were logged in the last {window}: {counted.log.last_error}")
+    return found
+
+
+def _passes(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Steps:
+    counted = loop.metrics
+    speed = counted.pacer.speed
+    return {
+        "count": now.passes,
+        "per_second": (now.passes - before.passes) / window,
+        "simulated": now.simulated,
+        "real_time_factor": (now.simulated - before.simulated) / window,
+        "speed": speed if speed < float("inf") else None,
+        "time_step": loop.simulation.time_step,
+        "lost": now.lost,
+        "times": _timing(counted.step_times, before.step_times, window),
+    }
+
+
+def _calls(before: Sample, now: Sample, window: float) -> Calls:
+    return {
+        "count": now.calls,
+        "per_second": (now.calls - before.calls) / window,
+        "failed": now.failed,
+        "failed_per_second": (now.failed - before.failed) / window,
+    }
+
+
+def _timing(times: Histogram, before: Sequence[int], window: float) -> Timing:
+    counts = list(times.counts)
+    recent = list(map(sub, counts, before)) if before else counts
+    return {
+        "count": sum(counts),
+        "seconds": times.seconds,
+        "longest": times.longest,
+        **_percentiles(counts, times.longest),
+        "recent": {"per_second": sum(recent) / window, **_percentiles(recent, times.longest)},
+    }
+
+
+def _percentiles(counts: Sequence[int], longest: float) -> Percentiles:
+    p50, p90, p99 = (min(seconds, longest) for seconds in percentiles(counts))
+    return {"p50": p50, "p90": p90, "p99": p99}
+
+
+def _timings(
+    times: Mapping[str, Histogram], name: str, before: Mapping[str, list[int]], window: float
+) -> Timing:
+    return _timing(times.get(name) or Histogram(), before.get(name, []), window)
+
+
+def _command(loop: ServerLoop, name: str, before: Sample, window: float) -> Command:
+    counted = loop.metrics
+    failures = counted.failures.get(name) or Failures()
+    return {
+        **_timings(counted.command_times, name, before.command_times, window),
+        "failed": failures.failed,
+        "silent": failures.silent,
+        "internal": failures.internal,
+        "last_error": failures.last,
+    }
+
+
+def _client(loop: ServerLoop, session: ClientSession, before: Sample, window: float) -> Client:
+    calls = loop.metrics.client_calls.get(session.client, 0)
+    return {
+        "name": session.name,
+        "role": "viewer" if session.may_only_read else "driver",
+        "port": session.port,
+        "calls": calls,
+        "calls_per_second": (calls - before.client_calls.get(session.client, 0)) / window,
+        "streams": len(session.streams.by_id),
+        "is_stepping": session.is_stepping,
+        "commands": dict(session.called),
+    }
+
+
+def _departed(loop: ServerLoop, departed: Departed) -> DepartedClient:
+    return {
+        "name": departed.name,
+        "role": "viewer" if departed.may_only_read else "driver",
+        "port": departed.port,
+        "calls": departed.calls,
+        "commands": dict(departed.called),
+        "ago": loop.metrics.age - departed.left_at,
+    }
+
+
+def _pictures(loop: ServerLoop, before: Sample, window: float) -> Images:
+    pictures = loop.metrics.pictures
+    rendering: RenderThread | None = loop.world.rendering
+    backend = rendering.backend if rendering else None
+    return {
+        "backend": backend.name if backend else None,
+        "waiting": rendering.waiting if rendering else 0,
+        "failed": pictures.failed,
+        "last_error": pictures.last_error,
+        "cameras": {
+            name: _timings(pictures.by_camera, name, before.image_times, window)
+            for name in sorted(pictures.by_camera.copy())
+        },
+    }
+
+
+def _process(before: Sample, now: Sample, window: float) -> Process:
+    descriptors = Path("/proc/self/fd")
+    return {
+        "memory": _memory(),
+        "open_files": len(os.listdir(descriptors)) if descriptors.is_dir() else None,
+        "threads": threading.active_count(),
+        "processor_seconds": time.process_time(),
+        "core_share": (now.processor - before.processor) / window,
+    }
+
+
+def _memory() -> int:
+    """Return the resident bytes: present ones on Linux, the most so far on other Unix systems; 0 on Windows."""
+    statistics = Path("/proc/self/statm")
+    if statistics.is_file():
+        return int(statistics.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    if sys.platform == "win32":
+        return 0
+    import resource
+
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024

@@ -1,0 +1,421 @@
+"""Every setting of the server, declared once: default, flag, variable, rule and help in one place.
+
+A value comes from the flag, else from the environment variable, else from the default; its origin is kept for
+``--show-settings``. The variable follows from the flag: ``--time-step`` is ``SIMX_TIME_STEP``.
+
+This module reads no files and imports neither mujoco nor zenoh, so ``--help`` stays quick.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from simx_client.protocol.zenoh import keys
+from simx_server.limits import NAMES as LIMIT_NAMES
+from simx_server.limits import VALID as VALID_LIMIT
+from simx_server.limits import Limits, limit_text
+from simx_server.processes.log_format import FORMATS as LOG_FORMATS
+
+from . import rules
+from .conflicts import refuse_conflicts
+from .rules import YES_OR_NO, Rule, Setting, SettingError
+
+__all__ = ["SETTINGS", "SettingError", "Settings"]
+
+LOG_LEVELS = ("debug", "info", "warning", "error")
+_REALM = Rule("1 to 64 letters, digits, dots, dashes and underscores", keys.check_chunk, "NAME")
+_LIMIT = Rule(VALID_LIMIT, limit_text, "NAME=N", LIMIT_NAMES)
+
+
+def _setting(default: Any, help: str, rule: Rule = YES_OR_NO, **more: Any) -> Any:
+    """Return a field; `more` are those of `Setting`."""
+    entry = {"setting": Setting(rule.valid, rule.parse, rule.metavar, rule.words, help=help, **more)}
+    if callable(default):
+        return field(default_factory=default, metadata=entry)
+    return field(default=default, metadata=entry)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings of a server at its start. Times are in seconds.
+
+    ``Settings(ports=(0,), speed=math.inf)`` in code takes values as they are; texts from users go through
+    :meth:`gather`.
+    """
+
+    scene: str | None = _setting(
+        None,
+        "V-REP (.ttt, .ttm), MJCF or URDF file, or the name of a shipped scene",
+        Rule("a path or a name", str),
+        flag="SCENE",
+        unset="ur5_rg2_kinect, the tutorial's",
+        heading="scene",
+    )
+    start: bool = _setting(False, "start the simulation at once", heading="simulation")
+    auto_start: bool = _setting(True, "connecting on the temporary port starts nothing")
+    speed: float = _setting(1.0, "times real time (1), or max", rules.SPEED)
+    time_step: float | None = _setting(
+        None,
+        "length of one pass (the scene's, else 0.05)",
+        rules.seconds("0.05"),
+        unset="the scene's, else 0.05",
+    )
+    duration: float | None = _setting(
+        None, "leave after so much wall time", rules.seconds("60"), unset="no limit"
+    )
+    quit_after_stop: bool = _setting(False, "leave when the simulation stops")
+    until_eof: bool = _setting(False, "leave when standard input ends, as with its starter")
+    count: int | None = _setting(
+        None,
+        "so many servers, started again if they crash (--supervised: one)",
+        rules.between(1, 1000),
+        unset="one, in this process",
+    )
+    supervised: bool | None = _setting(
+        None,
+        "start it again if it crashes, where it was",
+        unset="with --count alone",
+        is_told_elsewhere=True,
+    )
+    arguments: tuple[str, ...] = _setting(
+        (),
+        "text that scripts read as string parameter 2, 3, ...; repeatable",
+        Rule("up to 9 texts", str, "TEXT"),
+        flag="--argument",
+        letter="-g",
+        many=True,
+    )
+    command_server: bool = _setting(False, "add the object remoteApiCommandServer to every scene")
+    headless: bool = _setting(True, "no window; always so, accepted for old habits", rules.YES)
+    ports: tuple[int, ...] = _setting(
+        (19997, 19999),
+        "port to answer on, repeatable (19997, 19999); 0: a free one",
+        rules.PORT,
+        flag="--port",
+        letter="-p",
+        many=True,
+        heading="connections",
+    )
+    temporary_port: int = _setting(19999, "the port that is there only while running (19999)", rules.PORT)
+    script_ports: bool = _setting(True, "scripts of the scene open no ports of their own")
+    local: bool = _setting(True, "clients on this host use Zenoh too, not a socket of the file system")
+    legacy_ports: tuple[str, ...] = _setting(
+        (),
+        "port for unmodified programs with V-REP's own library, repeatable",
+        rules.LEGACY_ADDRESS,
+        flag="--legacy-port",
+        many=True,
+    )
+    legacy_pace: str = _setting(
+        "repeat",
+        "when their blocking calls are answered: free, repeat (as in V-REP), every",
+        rules.one_of("PACE", "free", "repeat", "every"),
+    )
+    listen: tuple[str, ...] = _setting(
+        (),
+        "further Zenoh endpoint, repeatable; opens it to others",
+        rules.endpoint("tcp/0.0.0.0:7447"),
+        letter="-l",
+        many=True,
+    )
+    connect: tuple[str, ...] = _setting(
+        (), "Zenoh router to be reached through, repeatable", rules.endpoint("tcp/router:7447"), many=True
+    )
+    config: Path | None = _setting(
+        None,
+        "Zenoh configuration (TLS, passwords, access rules)",
+        rules.file("an existing JSON5 file of Zenoh settings"),
+        letter="-c",
+        unset="none",
+    )
+    zmq: str | None = _setting(
+        None,
+        "serve clients of the ZeroMQ remote API (23000; --zmq-viewers: read only)",
+        rules.WEB_ADDRESS,
+        unset="they are not served",
+        lone="23000",
+    )
+    zmq_viewers: str | None = _setting(
+        None,
+        "a second such port, whose clients only read (23001)",
+        rules.WEB_ADDRESS,
+        unset="there is none",
+        lone="23001",
+        is_told_elsewhere=True,
+    )
+    ros2: int | None = _setting(
+        None,
+        "be a node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro)",
+        rules.ROS_DOMAIN,
+        unset="no node of ROS 2",
+        lone=rules.FROM_ENVIRONMENT,
+    )
+    ros2_namespace: str | None = _setting(
+        None,
+        "in front of the names of its node, topics and services",
+        rules.ROS_NAMESPACE,
+        unset="none",
+        is_told_elsewhere=True,
+    )
+    ros2_router: str = _setting(
+        "tcp/127.0.0.1:7447",
+        "ROS 2's router; self: this server is it",
+        rules.ROS_ROUTER,
+        is_told_elsewhere=True,
+    )
+    ros2_distro: str = _setting(
+        "jazzy",
+        "distribution of ROS 2: humble, or a later one (jazzy)",
+        rules.one_of("NAME", "humble", "iron", "jazzy", "kilted", "lyrical", "rolling"),
+        is_told_elsewhere=True,
+    )
+    multicast_scouting: bool = _setting(False, "let others on the network discover it")
+    realm: str | None = _setting(
+        None,
+        "name of this simulator among several",
+        _REALM,
+        unset="simx-PORT, of the first port; with --connect HOST-PORT",
+    )
+    workspace: Path = _setting(
+        Path.cwd, "the only folder where clients may touch files", rules.FOLDER, heading="clients"
+    )
+    package: tuple[str, ...] = _setting(
+        (), "folder of a ROS package that a URDF names, repeatable", rules.PACKAGE, many=True
+    )
+    limit: tuple[str, ...] = _setting(
+        (), "how much clients may make it hold, as objects=500; repeatable", _LIMIT, many=True
+    )
+    allow_code: bool = _setting(
+        False, "clients' code may run in scripts (--unconfined-scripts: without seccomp)"
+    )
+    unconfined_scripts: bool = _setting(
+        False, "Python scripts run where the kernel lacks seccomp too", is_told_elsewhere=True
+    )
+    check_files: bool = _setting(
+        False, "try all files in a child process before they are loaded, not clients' alone"
+    )
+    view: str | None = _setting(
+        None,
+        "show it in a browser (8080); HOST:PORT for others too",
+        rules.WEB_ADDRESS,
+        unset="no page",
+        lone="8080",
+        heading="images and recordings",
+    )
+    history: float | None = _setting(
+        None,
+        "keep the last N s of a run for the time slider; 0: none",
+        rules.between(0.0, 86_400.0),
+        unset="120 s while a web viewer is open",
+    )
+    snapshot: Path | None = _setting(
+        None,
+        "write one picture and leave (--camera NAME, --size WxH)",
+        rules.new_file(".png"),
+        unset="nothing",
+    )
+    save_mjcf: Path | None = _setting(
+        None, "write SCENE as MJCF and leave, for example a URDF", rules.new_file(".xml"), unset="nothing"
+    )
+    convert: Path | None = _setting(
+        None, "write a V-REP file as MJCF, with all its parts, and leave", rules.NEW_FOLDER, unset="nothing"
+    )
+    video: Path | None = _setting(
+        None, "film what runs (--camera NAME, --size WxH, --fps N)", rules.new_file(".mp4"), unset="nothing"
+    )
+    state_log: Path | None = _setting(
+        None,
+        "log what runs for viewers of robot data (--camera, --fps)",
+        rules.new_file(".mcap"),
+        unset="nothing",
+    )
+    camera: str | None = _setting(
+        None,
+        "camera or vision sensor that is pictured",
+        rules.matching(r"\S+", "the name of a camera or vision sensor", "NAME"),
+        unset="an overview",
+        is_told_elsewhere=True,
+    )
+    size: tuple[int, int] | None = _setting(
+        None,
+        "pixels of what is pictured",
+        rules.IMAGE_SIZE,
+        unset="the vision sensor's, else 1280x720",
+        is_told_elsewhere=True,
+    )
+    fps: float | None = _setting(
+        None,
+        "pictures per simulated second",
+        rules.between(1.0, 240.0),
+        unset="one for each pass, 25 at most",
+        is_told_elsewhere=True,
+    )
+    record: Path | None = _setting(
+        None, "record all calls, to be replayed (docs/recording.md)", rules.new_file(), unset="nothing"
+    )
+    replay: Path | None = _setting(
+        None,
+        "serve nobody: do what was recorded, and compare; --video films it",
+        rules.file("an existing file that --record made"),
+        unset="nothing",
+    )
+    log_level: str = _setting(
+        "info",
+        "how much to tell: debug (-v), info, warning (-q), error",
+        rules.one_of("LEVEL", *LOG_LEVELS),
+        shortcuts=MappingProxyType({"-v": "debug", "-q": "warning"}),
+        heading="log",
+    )
+    log_format: str = _setting(
+        "text", "text for people, or json, one object a line", rules.one_of("FORMAT", *LOG_FORMATS)
+    )
+    origins: Mapping[str, str] = field(default_factory=dict[str, str], compare=False, repr=False)
+    """Field name to the origin of its value; a field that is not in it has its default."""
+
+    @property
+    def limits(self) -> Limits:
+        """Return all limits, with the chosen values."""
+        return Limits.of(self.limit)
+
+    @property
+    def is_supervised(self) -> bool:
+        """Return whether a process watches the server, and starts it again after a crash."""
+        if self.replay or self.snapshot or self.save_mjcf or self.convert:
+            return False
+        return self.count is not None if self.supervised is None else self.supervised
+
+    @classmethod
+    def gather(cls, flags: Mapping[str, Any], environment: Mapping[str, str]) -> Settings:
+        """Make settings from parsed flags (field name to text, list of texts or bool) and the environment.
+
+        An empty variable counts as absent. Raises SettingError for the first bad value.
+        """
+        values: dict[str, Any] = {}
+        origins: dict[str, str] = {}
+        for name, setting in SETTINGS.items():
+            given: Any
+            if name in flags:
+                origin = "argument " + setting.flag if setting.is_positional else "flag " + setting.flag
+                given = flags[name]
+            elif text := environment.get(setting.variable, "").strip():
+                origin = "environment " + setting.variable
+                given = re.split(r"[,\s]+", text.strip(" ,")) if setting.many else text
+            else:
+                continue
+            origins[name] = origin
+            if isinstance(given, bool):
+                values[name] = given
+            elif setting.many:
+                values[name] = tuple(setting.read(text, origin) for text in given)
+            else:
+                values[name] = setting.read(given, origin)
+        if "ports" not in values and (legacy := values.get("legacy_ports")):
+            values["ports"] = _give_way(legacy)
+        if values.get("ros2") == rules.FROM_ENVIRONMENT:
+            domain = environment.get(rules.FROM_ENVIRONMENT, "").strip() or "0"
+            values["ros2"] = SETTINGS["ros2"].read(domain, f"environment {rules.FROM_ENVIRONMENT}")
+        settings = cls(**values, origins=MappingProxyType(origins))
+        refuse_conflicts(settings)
+        return settings
+
+    def member(self, number: int) -> Settings:
+        """Return the settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
+
+        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``. Each
+        has a separate domain of ROS 2, the one after that of the server before.
+        """
+        fixed = [port for port in (*self.ports, *map(port_of, self.legacy_ports)) if port]
+        offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0
+        return dataclasses.replace(
+            self,
+            ports=tuple(port and port + offset for port in self.ports),
+            legacy_ports=tuple(_moved(address, offset) for address in self.legacy_ports),
+            temporary_port=self.temporary_port + (offset if self.temporary_port in fixed else 0),
+            realm=self.realm and f"{self.realm}-{number}",
+            ros2=None if self.ros2 is None else self.ros2 + number,
+            zmq=self.zmq and rules.next_address(self.zmq, number),
+            count=None,
+            supervised=self.is_supervised,
+        )
+
+    def at(self, ports: Sequence[int], endpoints: Sequence[str]) -> Settings:
+        """Return the settings of a server at the ports that this one has found.
+
+        Args:
+            ports: of the server, in the order of `ports`.
+            endpoints: all of its endpoints; others than Zenoh's start with the name of the way in.
+        """
+
+        def found(door: str) -> list[str]:
+            return [each.removeprefix(f"{door}/") for each in endpoints if each.startswith(f"{door}/")]
+
+        return dataclasses.replace(
+            self,
+            ports=tuple(ports),
+            legacy_ports=tuple(found("legacy")),
+            zmq=next(iter(found("zmq")), None),
+            zmq_viewers=next(iter(found("zmq-viewers")), None),
+        )
+
+    def for_start(self, number: int) -> Settings:
+        """Return the settings of a server that is started again, `number` times in all; its films are further files."""
+
+        def further(path: Path | None) -> Path | None:
+            return path and path.with_stem(f"{re.sub(r'-[0-9]+$', '', path.stem)}-{number}")
+
+        return dataclasses.replace(self, video=further(self.video), state_log=further(self.state_log))
+
+    def table(self) -> list[tuple[str, str, str]]:
+        """Return (name as in the flag, value as text, origin) of every setting, in order of declaration."""
+        return [
+            (
+                setting.flag.lstrip("-").lower(),
+                setting.unset if (value := getattr(self, name)) is None else _shown(value),
+                self.origins.get(name, "default"),
+            )
+            for name, setting in SETTINGS.items()
+        ]
+
+
+def port_of(address: str) -> int:
+    """Return the port of ``HOST:PORT``."""
+    return int(address.rpartition(":")[2])
+
+
+def _moved(address: str, offset: int) -> str:
+    host, _, port = address.rpartition(":")
+    return f"{host}:{int(port) and int(port) + offset}"
+
+
+def _give_way(legacy: tuple[str, ...]) -> tuple[int, ...]:
+    """Return the default ports without those that original clients are to find, or a free one if none is left."""
+    taken = {port_of(address) for address in legacy}
+    default: tuple[int, ...] = Settings.ports
+    return tuple(port for port in default if port not in taken) or (0,)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(str, value)) or "none"  # pyright: ignore[reportUnknownArgumentType]
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if value == math.inf:
+        return "max"
+    return str(value)
+
+
+SETTINGS: Mapping[str, Setting] = MappingProxyType(
+    {
+        entry.name: entry.metadata["setting"].named(entry.name)
+        for entry in dataclasses.fields(Settings)
+        if "setting" in entry.metadata
+    }
+)
+"""Field name to its declaration, in order; the command line is built from this."""

@@ -1,0 +1,1 @@
+"""Inverse kinematics for scripts: V-REP 3's groups, and `simIK` of CoppeliaSim 4."""

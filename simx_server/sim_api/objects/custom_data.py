@@ -1,0 +1,132 @@
+"""Data that scripts store with objects, the scene or the server: bytes by name, see `custom_data.py` of the server."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simx_server.parts.custom_data import APPLICATION, HIDDEN, NUMBERED, REFERENCES, SCENE
+from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.values.packing import pack, unpack
+from simx_server.sim_api.values.tables import pack_table, unpack_table
+
+_PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
+"""Prefixes of the names under which these are stored."""
+
+
+class CustomDataFunctions(ApiPart):
+    """Data of an object, sim.handle_scene or sim.handle_app. Missing data is read as nil."""
+
+    def writeCustomDataBlock(self, handle: int, name: str, data: bytes | None = None) -> int:
+        """Write a block; '' or nil removes it, an empty name removes all blocks. Blocks named @tmp... end with the
+        run.
+        """
+        self._world.custom_data.write(self._self(handle), name, data or b"")
+        return 1
+
+    def readCustomDataBlock(self, handle: int, name: str) -> bytes | None:
+        return self._world.custom_data.read(self._self(handle), name)
+
+    def readCustomDataBlockTags(self, handle: int) -> list[str] | None:
+        """Return the names of all blocks; nil when there are none."""
+        names = self._world.custom_data.names(self._self(handle))
+        return [name for name in names if not name.startswith(HIDDEN)] or None
+
+    readCustomDataTags = readCustomDataBlockTags
+    writeCustomStringData = writeCustomDataBlock
+    readCustomStringData = readCustomDataBlock
+    writeCustomBufferData = writeCustomDataBlock
+    readCustomBufferData = readCustomDataBlock
+
+    def addObjectCustomData(self, handle: int, header: int, data: bytes, _length: int = 0) -> int:
+        """Write the data of a number, V-REP 3's form of blocks; '' removes them. Return 1.
+
+        Partly: numbered data of files are not read.
+        """
+        self._world.custom_data.write(self._self(handle), f"{NUMBERED}{header}", data)
+        return 1
+
+    def getObjectCustomData(self, handle: int, header: int) -> bytes:
+        """Return the data of a number, '' when there are none."""
+        return self._world.custom_data.read(self._self(handle), f"{NUMBERED}{header}") or b""
+
+    def addSceneCustomData(self, header: int, data: bytes, _length: int = 0) -> int:
+        """Write the scene's data of a number as sim.addObjectCustomData does."""
+        return self.addObjectCustomData(SCENE, header, data)
+
+    def getSceneCustomData(self, header: int) -> bytes:
+        """Return the scene's data of a number, '' when there are none."""
+        return self.getObjectCustomData(SCENE, header)
+
+    def writeCustomTableData(
+        self, handle: int, name: str, table: list[Any] | dict[Any, Any] | None = None
+    ) -> None:
+        """Write a table as `packTable` packs it; an empty table removes the block."""
+        packed = pack_table(table) if table else b""
+        self.writeCustomDataBlock(handle, name, packed)
+
+    def readCustomTableData(self, handle: int, name: str) -> Any:
+        """Return the table with this name; an empty one when it does not exist."""
+        packed = self.readCustomDataBlock(handle, name)
+        return unpack_table(packed) if packed else []
+
+    def persistentDataWrite(self, name: str, data: bytes, options: int = 0) -> int:
+        """Store data in the server until it exits; '' removes it.
+
+        Partly: nothing is written to disk, whatever the options.
+        """
+        self._world.custom_data.write(APPLICATION, f"{_PERSISTENT}{name}", data)
+        return 1
+
+    def persistentDataRead(self, name: str) -> bytes | None:
+        return self._world.custom_data.read(APPLICATION, f"{_PERSISTENT}{name}")
+
+    def getPersistentDataTags(self) -> list[str]:
+        names = self._world.custom_data.names(APPLICATION)
+        return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
+
+    def setReferencedHandles(self, handle: int, handles: list[int] | None = None, tag: str = "") -> int:
+        """Store references from one object to other objects, per tag. References to objects that are copied with it
+        mean the copies.
+        """
+        packed = pack("i", [float(each) for each in handles or []], 0, 0)
+        self._world.custom_data.write(self._self(handle), f"{REFERENCES}{tag}", packed)
+        return 1
+
+    def getReferencedHandlesTags(self, handle: int) -> list[str]:
+        """Return the tags under which an object has references."""
+        names = self._world.custom_data.names(self._self(handle))
+        return [name.removeprefix(REFERENCES) for name in names if name.startswith(REFERENCES)]
+
+    def getReferencedHandles(self, handle: int, tag: str = "") -> list[int]:
+        """Return the referenced objects; -1 stands for removed ones."""
+        packed = self._world.custom_data.read(self._self(handle), f"{REFERENCES}{tag}") or b""
+        return [
+            each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0) or []
+        ]
+
+    def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
+        """Set V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""
+        self._world.custom_data.write(self._self(handle), f"{_EXTENSION}{index}", text)
+
+    def getExtensionString(self, handle: int, index: int, key: str | None = None) -> bytes | None:
+        """Return the extension string, nil when there is none; with a key ``name@plugin`` only the text in braces
+        after it.
+        """
+        text = self._world.custom_data.read(self._self(handle), f"{_EXTENSION}{index}")
+        if text is None or key is None:
+            return text
+        return _value_of(text, key.encode())
+
+
+def _value_of(text: bytes, key: bytes) -> bytes | None:
+    """Return the text in braces after a key; inner braces must match."""
+    start = text.find(key)
+    opening = text.find(b"{", start)
+    if start < 0 or opening < 0 or text[start + len(key) : opening].strip():
+        return None
+    depth = 0
+    for place in range(opening, len(text)):
+        depth += {b"{": 1, b"}": -1}.get(text[place : place + 1], 0)
+        if depth == 0:
+            return text[opening + 1 : place]
+    return None

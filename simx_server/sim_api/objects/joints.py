@@ -1,0 +1,183 @@
+"""Joints: positions, targets, forces, intervals, modes, dependencies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from simx_server.errors import CommandError
+from simx_server.handlers import joints
+from simx_server.joints import JointMode
+from simx_server.scripting.interpreter import Constant
+from simx_server.sim_api.base import ApiPart
+
+_HYBRID = 1
+"""Bit 0 of the options of sim.setJointMode."""
+
+
+class JointFunctions(ApiPart):
+    """Functions for joints: radians or metres, their rates per second, N m or N. Setters return 1, as in V-REP 3."""
+
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
+        "jointmode_kinematic": 0,
+        "jointmode_dynamic": 5,
+        "jointdynctrl_free": 0,
+        "jointdynctrl_force": 1,
+        "jointdynctrl_velocity": 4,
+        "jointdynctrl_position": 8,
+        "jointdynctrl_spring": 12,
+        "jointdynctrl_callback": 16,
+    }
+
+    def getJointPosition(self, joint: int) -> float:
+        """Return the position; cyclic joints in -pi..pi. A spherical joint is an error."""
+        return joints.get_joint_position(self._world, self._self(joint))
+
+    def setJointPosition(self, joint: int, position: float) -> int:
+        """Set the position immediately, within the limits; a controller drives it back."""
+        joints.set_joint_position(self._world, self._self(joint), position)
+        return 1
+
+    def getJointTargetPosition(self, joint: int) -> float:
+        """Return the position to which the position controller drives the joint."""
+        return self._sim.joints.target_position(self._self(joint))
+
+    def setJointTargetPosition(self, joint: int, position: float, motion: list[float] | None = None) -> int:
+        """Set the target position. `motion`: {velocity, acceleration, jerk}, the greatest ones from now on; 0 leaves
+        one as it is.
+
+        Outside force mode a joint with a greatest acceleration moves there by a motion profile. Joints in force mode
+        obey only the velocity, as position controllers do.
+        """
+        self._limit_motion(joint, motion or [])
+        joints.set_joint_target_position(self._world, self._self(joint), position)
+        return 1
+
+    def getJointTargetVelocity(self, joint: int) -> float:
+        """Return the target velocity as last set, even if it has no effect."""
+        return self._sim.joints.target_velocity(self._self(joint))
+
+    def setJointTargetVelocity(self, joint: int, velocity: float, motion: list[float] | None = None) -> int:
+        """Set the target velocity. `motion`: {acceleration, jerk}, the greatest ones from now on; 0 leaves one as it
+        is.
+
+        Outside force mode a joint with a greatest acceleration reaches the velocity by a motion profile. Joints in
+        force mode ignore it.
+        """
+        self._limit_motion(joint, [0.0, *(motion or [])])
+        joints.set_joint_target_velocity(self._world, self._self(joint), velocity)
+        return 1
+
+    def getJointVelocity(self, joint: int) -> float:
+        """Return the mean velocity of the last simulation step; 0 when stopped. CoppeliaSim 4's form of V-REP's
+        parameter 2012.
+        """
+        return self._sim.joints.velocity(self._self(joint))
+
+    def getJointForce(self, joint: int) -> float:
+        """Return the mean force of the motor in the last simulation step; negative while it pushes towards greater
+        positions.
+
+        Before the first step it returns 0, where V-REP returned nil.
+        """
+        return joints.get_joint_force(self._world, self._self(joint))
+
+    jointGetForce = getJointForce
+
+    def setJointForce(self, joint: int, force: float) -> int:
+        """Set the maximum force of the motor, as a magnitude."""
+        joints.set_joint_force(self._world, self._self(joint), force)
+        return 1
+
+    setJointMaxForce = setJointForce
+
+    def setJointTargetForce(self, joint: int, force: float, signed: bool = True) -> int:
+        """Set the maximum force. The target velocity takes its sign, and a joint in force control pushes in that
+        direction. With `signed` False only the magnitude counts, and the target velocity gives the sign.
+        """
+        if not signed:
+            return self.setJointForce(joint, force)
+        self._sim.joints.set_target_force(self._self(joint), force)
+        return 1
+
+    def _limit_motion(self, joint: int, settings: list[float]) -> None:
+        if any(settings):
+            self._sim.joints.limit_motion(self._self(joint), settings)
+
+    def getJointMaxForce(self, joint: int) -> float:
+        """Return the maximum force; 1e9 for a joint without a limit."""
+        return joints.get_joint_max_force(self._world, self._self(joint))
+
+    def getJointTargetForce(self, joint: int) -> float:
+        """Return the maximum force with the sign of its direction; 1e9 for a joint without a limit."""
+        return self._sim.joints.target_force(self._self(joint))
+
+    def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
+        """Return whether the joint is cyclic, and {least value, range}."""
+        cyclic, least, extent = self._sim.joints.interval(self._self(joint))
+        return cyclic, [least, extent]
+
+    def setJointInterval(self, joint: int, cyclic: bool, interval: list[float]) -> int:
+        """Set the interval {least value, range}."""
+        if len(interval) < 2:
+            raise CommandError("a joint's interval is {least value, range}")
+        self._sim.joints.set_interval(self._self(joint), cyclic, interval[0], interval[1])
+        return 1
+
+    def getJointMode(self, joint: int) -> tuple[int, int]:
+        """Return a sim.jointmode_* and the options: bit 0 when a motor drives the joint outside force mode."""
+        handle = self._self(joint)
+        return int(self._sim.joints.mode(handle)), _HYBRID if self._sim.joints.is_hybrid(handle) else 0
+
+    def setJointMode(self, joint: int, mode: int, options: int = 0) -> int:
+        """Set the mode, a sim.jointmode_*; bit 0 of `options`: hybrid operation."""
+        handle = self._self(joint)
+        if mode not in tuple(JointMode):
+            known = ", ".join(f"{int(each)} {each.name.lower()}" for each in JointMode)
+            raise CommandError(f"{mode} is no joint mode; those are {known}")
+        self._sim.joints.set_mode(handle, JointMode(mode))
+        if self._sim.joints.joint_type(handle) != _SPHERICAL:
+            self._sim.joints.change(handle, hybrid=bool(options & _HYBRID))
+        return 1
+
+    def getJointType(self, joint: int) -> int:
+        """Return sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype."""
+        return self._sim.joints.joint_type(self._self(joint))
+
+    def getJointMatrix(self, joint: int) -> list[float]:
+        """Return the rotation or translation of the joint value: 12 numbers, row-major 3 x 4."""
+        return joints.get_joint_matrix(self._world, self._self(joint))
+
+    def setSphericalJointMatrix(self, joint: int, matrix: list[float]) -> int:
+        """Set the rotation by 12 numbers; the translation is ignored."""
+        joints.set_spherical_joint_matrix(self._world, self._self(joint), matrix)
+        return 1
+
+    def getSphericalJointMatrix(self, joint: int) -> list[float]:
+        """Return the matrix as sim.getJointMatrix does, only for spherical joints."""
+        handle = self._self(joint)
+        if self.getJointType(handle) != _SPHERICAL:
+            name = self._sim.scene.get(handle).name
+            raise CommandError(f"'{name}' is no spherical joint; use sim.getJointMatrix")
+        return self.getJointMatrix(handle)
+
+    def getJointDependency(self, joint: int) -> tuple[int, float, float]:
+        """Return master (-1: none), offset and factor: position = offset + factor * master's position. Since
+        CoppeliaSim 4.
+        """
+        state = self._sim.joints.state(self._self(joint))
+        return state.master, state.shift, state.factor
+
+    def setJointDependency(self, joint: int, master: int, offset: float = 0.0, factor: float = 1.0) -> int:
+        """Set the dependency of a joint in dependent mode; master -1 ends it. Since CoppeliaSim 4.
+
+        Partly: the coupling transmits forces only if the scene annotates the joint with mode=dependent.
+        """
+        self._sim.joints.set_dependency(
+            self._self(joint), master=self._self(master), shift=offset, factor=factor
+        )
+        return 1
+
+
+_SPHERICAL = 12
+"""`sim_joint_spherical_subtype`."""

@@ -1,0 +1,314 @@
+"""Creation of shapes and other objects by scripts; colours, meshes and masses of shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.editing import creating, creating_parts, shape_looks
+from simx_server.editing.compounds import relocating
+from simx_server.editing.creating import Body
+from simx_server.errors import CommandError, Unsupported
+from simx_server.handlers.objects import shape_properties
+from simx_server.handlers.script_files import read_mesh
+from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
+from simx_server.scene.geometry import lights
+from simx_server.scene.geometry.hulls import hull
+from simx_server.scene.geometry.letters import text_mesh
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses.poses import IDENTITY
+from simx_server.scripting.interpreter import Constant
+from simx_server.sim_api.base import ApiPart
+
+_PURE = ("cuboid", "spheroid", "cylinder", "cone")
+"""Types of sim.createPureShape, from 0."""
+
+_PRIMITIVES = {1: "plane", 2: "disc", 3: "cuboid", 4: "spheroid", 5: "cylinder", 6: "cone", 8: "capsule"}
+"""sim.primitiveshape_*."""
+
+_RESPONDABLE, _STATIC = 8, 16
+"""Bits of the options of sim.createPureShape."""
+
+_COMPOUND, _IS_PURE, _CONVEX = 1, 2, 4
+"""Bits of the result of sim.getShapeGeomInfo."""
+
+
+_LONGEST_TEXT, _HIGHEST_TEXT = 200, 100
+"""Limits of a text that becomes a shape: characters, and metres."""
+
+
+class ShapeFunctions(ApiPart):
+    """Functions for shapes: metres, kilograms, colours 0..1. Objects created during a run are removed at its stop."""
+
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {
+        **{
+            f"{start}_{shape}": number
+            for start in ("pure_primitive", "primitiveshape")
+            for number, shape in enumerate(
+                ("none", "plane", "disc", "cuboid", "spheroid", "cylinder", "cone", "heightfield", "capsule")
+            )
+        },
+    }
+
+    def createPureShape(
+        self, kind: int, options: int, sizes: list[float], mass: float, _precision: list[int] | None = None
+    ) -> int:
+        """Create a shape and return its handle. `kind`: 0 cuboid, 1 sphere, 2 cylinder, 3 cone; `options`: bit 3
+        respondable, bit 4 static.
+
+        Partly: the drawing of edges and back faces, and open ends of cylinders, are ignored.
+        """
+        if not 0 <= kind < len(_PURE):
+            raise CommandError(f"a pure shape is 0 cuboid, 1 sphere, 2 cylinder or 3 cone, not {kind}")
+        body = Body(static=bool(options & _STATIC), respondable=bool(options & _RESPONDABLE), mass=mass)
+        return creating.create_primitive(self._world, _PURE[kind], sizes, body)
+
+    def createPrimitiveShape(self, kind: int, sizes: list[float], _options: int = 0) -> int:
+        """Create a sim.primitiveshape_*, static and not respondable. Since CoppeliaSim 4.
+
+        Partly: planes and discs are 1 mm thick; the drawing of edges and back faces is ignored.
+        """
+        if kind not in _PRIMITIVES:
+            known = ", ".join(f"{number} {word}" for number, word in _PRIMITIVES.items())
+            raise CommandError(f"{kind} is no primitive shape; those are {known}")
+        return creating.create_primitive(self._world, _PRIMITIVES[kind], sizes, Body())
+
+    def createMeshShape(
+        self, _options: int, _shading_angle: float, vertices: list[float], indices: list[int]
+    ) -> int:
+        """Create a static shape, not respondable, from points; its frame is at their centre, without rotation.
+
+        Partly: shading and drawing options are ignored.
+        """
+        points, faces = _threes(vertices, float), _threes(indices, int)
+        return creating.create_mesh(self._world, points, faces, "Shape", Body())
+
+    def generateTextShape(
+        self,
+        text: str,
+        color: list[float] | None = None,
+        height: float = 0.1,
+        centered: bool = False,
+        alphabet: str | None = None,
+    ) -> int:
+        """Create a static shape, not respondable, of a text in the x-y plane, and return its handle; its frame is
+        where the first line starts, or at its middle. `color`: RGB 0..1; `height`: that of a capital letter.
+
+        Partly: one shape has all letters, in the server's font and with the characters of ASCII; an alphabet model
+        is an error.
+        """
+        if alphabet:
+            raise Unsupported("letters are those of the server's font; leave out the model of an alphabet")
+        if not 0 < height <= _HIGHEST_TEXT or len(text) > _LONGEST_TEXT:
+            raise CommandError(
+                f"a text has up to {_LONGEST_TEXT} characters, and its height is above 0, up to {_HIGHEST_TEXT} m"
+            )
+        shown = [1.0, 1.0, 1.0] if color is None else color
+        if len(shown) < 3:
+            raise CommandError(f"a colour is {{red, green, blue}}, not {len(shown)} numbers")
+        points, faces = text_mesh(text, height, centred=centered)
+        if not len(points):
+            raise CommandError("the text has no character that can be seen")
+        handle = creating.create_mesh(self._world, points, faces, "Text", Body())
+        relocating.relocate(self._world, handle, IDENTITY)
+        self._world.shape_colors.set(
+            handle, AMBIENT_DIFFUSE, [min(max(part, 0.0), 1.0) for part in shown[:3]]
+        )
+        return handle
+
+    def createShape(
+        self, options: int, shading_angle: float, vertices: list[float], indices: list[int]
+    ) -> int:
+        """Create a mesh: CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are ignored."""
+        return self.createMeshShape(options, shading_angle, vertices, indices)
+
+    def createHeightfieldShape(
+        self,
+        _options: int,
+        _shading_angle: float,
+        x_count: int,
+        y_count: int,
+        x_size: float,
+        heights: list[float],
+    ) -> int:
+        """Create a static height field; `heights` are rows along y of `x_count` points each.
+
+        Partly: drawing options are ignored.
+        """
+        if x_count < 2 or y_count < 2 or len(heights) < x_count * y_count:
+            raise CommandError(
+                f"{x_count} x {y_count} points need {x_count * y_count} heights, not {len(heights)}"
+            )
+        field = np.array(heights[: x_count * y_count], float).reshape(y_count, x_count)
+        return creating.create_height_field(self._world, field, x_size)
+
+    def importMesh(
+        self, _format: int, path: str, _options: int, _tolerance: float, scaling: float
+    ) -> tuple[list[list[float]], list[list[int]]]:
+        """Return points and indices of an STL or OBJ file of the workspace, each as one table in a table.
+
+        Partly: other formats are not supported; equal points are not merged.
+        """
+        points, faces = self._mesh(path, scaling)
+        return [points.ravel().tolist()], [faces.ravel().tolist()]
+
+    def importShape(self, _format: int, path: str, _options: int, _tolerance: float, scaling: float) -> int:
+        """Create a static shape from an STL or OBJ file of the workspace. Partly: as sim.importMesh."""
+        points, faces = self._mesh(path, scaling)
+        return creating.create_mesh(self._world, points, faces, "Shape", Body())
+
+    def createJoint(
+        self,
+        kind: int,
+        mode: int,
+        options: int,
+        _sizes: list[float] | None = None,
+        _color: list[float] | None = None,
+        _other_color: list[float] | None = None,
+    ) -> int:
+        """Create a joint at the origin, along z, with the motor off; bit 0 of `options`: hybrid operation.
+
+        It carries an object that gets it as parent: a static shape, or the first dynamic one, which it links. Partly:
+        sizes and colours are ignored.
+        """
+        return creating_parts.create_joint(self._world, kind, mode, hybrid=bool(options & 1))
+
+    def createProximitySensor(
+        self,
+        kind: int,
+        _detected: int,
+        options: int,
+        _counts: list[int],
+        sizes: list[float],
+        _color: list[float] | None = None,
+    ) -> int:
+        """Create a sensor at the origin that looks along z.
+
+        Partly: the kind of detection (ultrasonic, laser, ...) and colours are ignored.
+        """
+        return creating_parts.create_proximity_sensor(self._world, kind, options, sizes)
+
+    def createVisionSensor(
+        self, options: int, counts: list[int], view: list[float], _color: list[float] | None = None
+    ) -> int:
+        """Create a sensor at the origin that looks along z.
+
+        Partly: fog, separate lights, background and sizes of the box are ignored.
+        """
+        return creating_parts.create_vision_sensor(self._world, options, counts, view)
+
+    def createForceSensor(
+        self, options: int, counts: list[int], limits: list[float], _color: list[float] | None = None
+    ) -> int:
+        """Create a sensor at the origin. Partly: size and colours are ignored."""
+        return creating_parts.create_force_sensor(self._world, options, counts, limits)
+
+    def setShapeMaterial(self, _shape: int, _material: int) -> int:
+        """Return 1. Stand-in: the scene file defines friction and similar properties of each geom."""
+        raise Unsupported(
+            "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
+        )
+
+    def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
+        """Return points in the shape's frame, indices, and three normals for each triangle."""
+        points, faces = shape_looks.triangles(self._world, self._self(shape))
+        normals = np.repeat(shape_looks.normals(points, faces), 3, axis=0)
+        return points.ravel().tolist(), faces.ravel().tolist(), normals.ravel().tolist()
+
+    def getShapeViz(self, shape: int, index: int) -> dict[str, Any] | None:
+        """Return how a part of a shape is drawn, by its index from 0; nil after the last part.
+
+        The fields: `vertices`, `indices`, `normals` (three for each triangle) in the shape's frame; `colors`, RGB of
+        ambient and diffuse, highlights, emission; `transparency` 0..1; `shadingAngle`, `options`, which are 0; and
+        `texture` of a mesh with one: `texture` (RGBA), `resolution`, `coordinates` (u, v of each corner), `id`,
+        `applyMode`, `options`.
+        """
+        handle = self._self(shape)
+        parts = self._world.shape_colors.parts(handle)
+        if not 0 <= index < len(parts):
+            return None
+        part = parts[index]
+        points, faces = shape_looks.indexed(shape_looks.part_corners(self._world, handle, part.geom))
+        found: dict[str, Any] = {
+            "vertices": points.ravel().tolist(),
+            "indices": faces.ravel().tolist(),
+            "normals": np.repeat(shape_looks.normals(points, faces), 3, axis=0).ravel().tolist(),
+            "colors": part.colors,
+            "transparency": part.transparency,
+            "shadingAngle": 0.0,
+            "options": 0,
+        }
+        texture = shape_looks.part_texture(self._sim.model, part.geom)
+        if texture is not None:
+            rows, columns = texture.pixels.shape[:2]
+            found["texture"] = {
+                "texture": texture.pixels.tobytes(),
+                "resolution": [columns, rows],
+                "coordinates": texture.coordinates.ravel().tolist(),
+                "id": self._world.textures.of_geom(part.geom),
+                "applyMode": 0,
+                "options": 0,
+            }
+        return found
+
+    def getQHull(self, vertices: list[float]) -> tuple[list[float], list[int]]:
+        """Return the points and triangles of the convex hull of points x, y, z.
+
+        Points in a plane or a line are an error, as in V-REP.
+        """
+        points, faces = hull(_threes(vertices, float))
+        return points.ravel().tolist(), faces.ravel().tolist()
+
+    def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
+        """Return bits (0 compound, 1 pure, 2 convex), the sim.pure_primitive_* of a single shape, and its sizes x, y,
+        z and 0.
+        """
+        handle = self._self(shape)
+        number, sizes = shape_looks.pure_type(self._world, handle)
+        bits = _COMPOUND if shape_properties.is_compound(self._sim, handle) else 0
+        bits |= _IS_PURE if number else 0
+        bits |= _CONVEX if shape_looks.is_convex(self._world, handle) else 0
+        return bits, number, [*sizes, 0.0]
+
+    def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
+        """Return 1 when the light is on, {0, 0, 0}, its colour, and the colour of its highlights."""
+        on, diffuse, specular = lights.light(self._sim, self._self(light))
+        return int(on), [0.0] * 3, diffuse, specular
+
+    def setLightParameters(
+        self,
+        light: int,
+        on: int,
+        _ambient: list[float] | None = None,
+        diffuse: list[float] | None = None,
+        specular: list[float] | None = None,
+    ) -> int:
+        """Set a light; nil keeps a colour."""
+        lights.set_light(self._sim, self._self(light), bool(on), diffuse, specular)
+        return 1
+
+    def getShapeMass(self, shape: int) -> float:
+        """Return the mass in kilograms. Since CoppeliaSim 4."""
+        return shape_properties.get_mass(self._sim, self._self(shape))
+
+    def setShapeMass(self, shape: int, mass: float) -> None:
+        """Set the mass in kilograms; the inertia changes in proportion. Since CoppeliaSim 4."""
+        shape_properties.set_mass(self._sim, self._self(shape), mass)
+
+    def _shape(self, handle: int) -> int:
+        return self._sim.scene.get_kind(self._self(handle), ObjectKind.SHAPE).handle
+
+    def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return points (n, 3) in metres and faces (m, 3)."""
+        (mesh,) = read_mesh(self._world, path).scene.spec.meshes
+        points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
+        return points, np.array(mesh.userface, int).reshape(-1, 3)
+
+
+def _threes(numbers: list[float] | list[int], kind: type[float] | type[int]) -> NDArray[Any]:
+    """Return numbers in rows of three; what is left over is ignored, as in V-REP."""
+    whole: Sequence[float] = numbers[: len(numbers) // 3 * 3]
+    return np.array(whole, dtype=kind).reshape(-1, 3)

@@ -1,0 +1,72 @@
+"""Sizes of objects: bounding boxes, and scaling."""
+
+from __future__ import annotations
+
+from simx_server.editing import scaling_objects as scaling
+from simx_server.errors import CommandError
+from simx_server.handlers.objects import bounding_box
+from simx_server.scene.objects import ObjectKind
+from simx_server.sim_api.base import ApiPart
+
+_FLAT = 1e-9
+"""Metres below which a size cannot be scaled to another one."""
+
+
+class SizeFunctions(ApiPart):
+    """Functions for sizes: metres along the axes of the object's frame. The stop undoes a change during a run."""
+
+    def scaleObject(self, handle: int, x: float, y: float, z: float, _options: int = 0) -> int:
+        """Scale one object about its frame, shapes also by different factors along their axes; return 1.
+
+        Mass and inertia follow the density; ranges of sensors, prismatic joints and forces follow the size. A
+        cylinder, cone or capsule follows its x axis where x and y differ.
+        """
+        scaling.scale_object(self._world, self._self(handle), (x, y, z))
+        return 1
+
+    def scaleObjects(self, handles: list[int], factor: float, positions: bool = False) -> int:
+        """Scale objects alike along all axes, model bases with all below them; return 1. `positions`: also their
+        places in their parents' frames.
+        """
+        own = [self._self(handle) for handle in handles]
+        scaling.scale_objects(self._world, own, factor, positions=positions)
+        return 1
+
+    def getObjectSizeFactor(self, handle: int) -> float:
+        """Return how much the object was scaled since it was made."""
+        return scaling.size_factor(self._world, self._self(handle))
+
+    def getObjectSizeValues(self, handle: int) -> list[float]:
+        """Return how much the object was scaled along each axis since it was made; scripts react to changes of it."""
+        return list(scaling.size_values(self._world, self._self(handle)))
+
+    def getShapeBB(self, handle: int) -> tuple[list[float], list[float]]:
+        """Return the size of a shape's bounding box, and the pose of its centre in the shape's frame."""
+        least, greatest = self._box(handle)
+        middle = [(low + high) / 2 for low, high in zip(least, greatest, strict=True)]
+        size = [high - low for low, high in zip(least, greatest, strict=True)]
+        return size, [*middle, 0.0, 0.0, 0.0, 1.0]
+
+    def setShapeBB(self, handle: int, size: list[float]) -> int:
+        """Scale a shape so that its bounding box has this size; return 1. A shape without thickness stays flat."""
+        if len(size) < 3 or min(size[:3]) < 0:
+            raise CommandError(f"the size of a bounding box is three numbers not below 0, not {size}")
+        least, greatest = self._box(handle)
+        present = [high - low for low, high in zip(least, greatest, strict=True)]
+        factors = [
+            wanted / now if now > _FLAT and wanted > _FLAT else 1.0
+            for wanted, now in zip(size[:3], present, strict=True)
+        ]
+        scaling.scale_object(self._world, self._self(handle), factors)
+        return 1
+
+    def getModelBB(self, handle: int) -> list[float]:
+        """Return the size of the bounding box of an object and all below it."""
+        least, greatest = bounding_box.of_object(self._sim, self._self(handle), whole_model=True)
+        return [high - low for low, high in zip(least, greatest, strict=True)]
+
+    def _box(self, handle: int) -> tuple[list[float], list[float]]:
+        own = self._self(handle)
+        self._sim.scene.get_kind(own, ObjectKind.SHAPE)
+        least, greatest = bounding_box.of_object(self._sim, own)
+        return list(least), list(greatest)

@@ -1,0 +1,71 @@
+"""Tasks and state spaces that `simOMPL` keeps for a script."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from simx_server.errors import CommandError
+from simx_server.kinematics.planning.tasks import Solving, StateSpace, Task
+from simx_server.sim_api.base import ApiPart
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.world import World
+
+_Kept = TypeVar("_Kept", Task, StateSpace)
+
+
+class OmplTasks(ApiPart):
+    """Tasks and state spaces live as long as the script."""
+
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
+        self._tasks: dict[int, Task] = {}
+        self._spaces: dict[int, StateSpace] = {}
+        self._next = 1
+        self._prepared: tuple[tuple[Any, ...], Solving] | None = None
+
+    @contextmanager
+    def _planning(self, task: int) -> Generator[Solving]:
+        solving = self._solving(task)
+        with self._at_no_cost():
+            yield solving
+
+    def _solving(self, task: int) -> Solving:
+        """Return the solver of a task, cached while nothing moves: a script may check the validity of many states."""
+        chosen = self._task(task)
+        key = (
+            *(task, id(chosen), self._sim.version, self._sim.model_version, chosen.resolution),
+            *(tuple(chosen.spaces), tuple(chosen.pairs)),
+        )
+        if self._prepared is None or self._prepared[0] != key:
+            self._prepared = key, Solving(self._world, chosen)
+        return self._prepared[1]
+
+    def _add(self, where: dict[int, Any], what: Any) -> int:
+        handle, self._next = self._next, self._next + 1
+        where[handle] = what
+        return handle
+
+    def _task(self, handle: int) -> Task:
+        return _find(self._tasks, handle, "planning task")
+
+    def _space(self, handle: int) -> StateSpace:
+        return _find(self._spaces, handle, "state space")
+
+    def _state(self, task: int, state: list[float]) -> list[float]:
+        count = self._task(task).count
+        if len(state) != count or not count:
+            raise CommandError(
+                f"a state of this task is {count} numbers, not {len(state)}; set its state space first"
+            )
+        return state
+
+
+def _find(kept: dict[int, _Kept], handle: int, kind: str) -> _Kept:
+    if handle not in kept:
+        known = ", ".join(f"{each} '{one.name}'" for each, one in kept.items()) or "none"
+        raise CommandError(f"no {kind} {handle}; those of this script: {known}")
+    return kept[handle]

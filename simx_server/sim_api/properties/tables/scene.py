@@ -1,0 +1,191 @@
+"""Properties of the scene (sim.handle_scene) and of the server (sim.handle_app)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import simx_server
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.handlers import parameters
+from simx_server.handlers.objects import objects
+from simx_server.handlers.simulation import simulation_state
+from simx_server.parts.custom_data import APPLICATION, SCENE
+from simx_server.parts.parameters import MAX_ARGUMENTS, PROGRAM_VERSION
+from simx_server.scene.poses.frames import quat_from_euler, xyzw_from_wxyz
+from simx_server.scripting.script import ScriptKind
+from simx_server.sim_api.constant_tables import TABLES
+from simx_server.sim_api.plugins import PLUGINS
+from simx_server.sim_api.properties.entry import Property, fixed, renamed
+from simx_server.sim_api.properties.property_types import (
+    BOOL,
+    COLOR,
+    FLOAT,
+    HANDLE,
+    HANDLE_ARRAY,
+    INT,
+    INT_ARRAY,
+    QUATERNION,
+    STRING,
+    STRING_ARRAY,
+    VECTOR3,
+    PropertyType,
+)
+
+from .shapes import ENGINE
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+_NO_WINDOW = "it needs a window, and this server has none"
+
+
+def _number(name: str) -> int:
+    """Return the number of a parameter of the simulator, such as ``intparam_platform``."""
+    return TABLES[name] if name in TABLES else getattr(c, f"sim_{name}")
+
+
+def _set_string(world: World, number: int, text: str) -> None:
+    world.parameters.strings.set(number, text)
+
+
+_Access = tuple[Callable[["World", int], Any], Callable[["World", int, Any], object]]
+
+_ACCESS: dict[str, _Access] = {
+    "bool": (parameters.get_boolean_parameter, parameters.set_boolean_parameter),
+    "int": (parameters.get_integer_parameter, parameters.set_integer_parameter),
+    "float": (parameters.get_floating_parameter, parameters.set_floating_parameter),
+    "array": (parameters.get_array_parameter, parameters.set_array_parameter),
+    "string": (parameters.get_string_parameter, _set_string),
+}
+"""How the numbered parameters of a kind are read and set."""
+
+
+def _parameter(name: str, type_: PropertyType, parameter: str, *, can_be_set: bool = False) -> Property:
+    """Return the property for a numbered parameter of the simulator."""
+    kind, number = parameter.partition("param_")[0], _number(parameter)
+    read, write = _ACCESS[kind]
+
+    def put(world: World, _handle: int, value: Any) -> None:
+        write(world, number, value)
+
+    return Property(name, type_, lambda world, _handle: read(world, number), put if can_be_set else None)
+
+
+def _set_time_step(world: World, _handle: int, seconds: float) -> None:
+    world.simulation.time_step = seconds
+
+
+def _set_dynamics(world: World, _handle: int, enabled: bool) -> None:
+    world.simulation.dynamics_enabled = enabled
+
+
+def _engine(world: World, _handle: int) -> list[int]:
+    return [parameters.get_integer_parameter(world, c.sim_intparam_dynamic_engine), 0]
+
+
+def _set_engine(world: World, _handle: int, engine: list[int]) -> None:
+    if not engine:
+        raise CommandError("'dynamicsEngine' is {engine, version}, such as {sim.physics_mujoco, 0}")
+    parameters.set_integer_parameter(world, c.sim_intparam_dynamic_engine, engine[0])
+
+
+def _set_selection(world: World, _handle: int, handles: list[int]) -> None:
+    for handle in handles:
+        world.simulation.scene.get(handle)
+    objects.set_object_selection(world, handles)
+
+
+def _main_script(world: World, _handle: int) -> int:
+    found = world.scripts.all(ScriptKind.MAIN)
+    return found[0].handle if found else -1
+
+
+def _ambient_light(world: World, _handle: int) -> list[float]:
+    """Return what the headlight adds to every surface: MuJoCo's only light without a direction."""
+    headlight = world.simulation.model.vis.headlight
+    return [float(each) for each in headlight.ambient] if headlight.active else [0.0, 0.0, 0.0]
+
+
+def _random_turn(world: World, _handle: int) -> list[float]:
+    euler = parameters.get_array_parameter(world, c.sim_arrayparam_random_euler)
+    return xyzw_from_wxyz(quat_from_euler(euler))
+
+
+_ALL = Property("objects", HANDLE_ARRAY, lambda world, _handle: list(world.simulation.scene.objects))
+_TOP = Property("orphans", HANDLE_ARRAY, lambda world, _handle: world.simulation.scene.children(-1))
+_SELECTION = Property(
+    "selection", HANDLE_ARRAY, lambda world, _handle: objects.get_object_selection(world), _set_selection
+)
+
+OF_SCENE = (
+    Property("handle", HANDLE, lambda _world, _handle: SCENE),
+    Property("objectType", STRING, lambda _world, _handle: "scene"),
+    Property("timeStep", FLOAT, lambda world, _handle: world.simulation.time_step, _set_time_step),
+    Property(
+        "dynamicsStepSize",
+        FLOAT,
+        lambda world, _handle: float(world.simulation.model.opt.timestep),
+        lambda world, _handle, seconds: world.simulation.set_physics_step(seconds),
+    ),
+    Property("ambientLight", COLOR, _ambient_light),
+    _parameter("gravity", VECTOR3, "arrayparam_gravity", can_be_set=True),
+    Property(
+        "dynamicsEnabled", BOOL, lambda world, _handle: world.simulation.dynamics_enabled, _set_dynamics
+    ),
+    Property("dynamicsEngine", INT_ARRAY, _engine, _set_engine),
+    *ENGINE,
+    Property("simulationTime", FLOAT, lambda world, _handle: world.simulation.time),
+    Property("stepCount", INT, lambda world, _handle: world.simulation.step_count),
+    Property("simulationState", INT, lambda world, _handle: simulation_state(world)),
+    _parameter("realtimeSimulation", BOOL, "boolparam_realtime_simulation", can_be_set=True),
+    _parameter("speedModifier", INT, "intparam_speedmodifier", can_be_set=True),
+    _parameter("visibilityLayers", INT, "intparam_visible_layers", can_be_set=True),
+    _parameter("scenePath", STRING, "stringparam_scene_path_and_name"),
+    _parameter("sceneUid", INT, "intparam_scene_unique_id"),
+    Property("mainScript", HANDLE, _main_script),
+    _ALL,
+    renamed(_ALL, "objectHandles", INT_ARRAY),
+    _TOP,
+    renamed(_TOP, "orphanHandles", INT_ARRAY),
+    _SELECTION,
+    renamed(_SELECTION, "selectionHandles", INT_ARRAY),
+    fixed("removeNewObjectsAtEnd", BOOL, True, "the stop removes all objects that a run created"),
+    fixed("pauseSimulationAtTime", BOOL, False, "the server pauses on request only"),
+    fixed("pauseSimulationAtError", BOOL, False, "an error of a script ends this script only"),
+    fixed("showContactPoints", BOOL, False, _NO_WINDOW),
+    Property("sceneIsLocked", BOOL, lambda _world, _handle: False),
+)
+
+_VERSION = (
+    f"simx-server {simx_server.__version__} (V-REP {PROGRAM_VERSION // 10000}.{PROGRAM_VERSION // 100 % 100}."
+)
+
+OF_APP = (
+    Property("handle", HANDLE, lambda _world, _handle: APPLICATION),
+    Property("objectType", STRING, lambda _world, _handle: "app"),
+    Property("productVersion", STRING, lambda _world, _handle: f"{_VERSION}{PROGRAM_VERSION % 100})"),
+    _parameter("productVersionNb", INT, "intparam_program_full_version"),
+    _parameter("platform", INT, "intparam_platform"),
+    _parameter("idleFps", INT, "intparam_idle_fps", can_be_set=True),
+    _parameter("appPath", STRING, "stringparam_application_path"),
+    _parameter("tempPath", STRING, "stringparam_remoteapi_temp_file_dir"),
+    _parameter("scenePath", STRING, "stringparam_scenedefaultdir"),
+    _parameter("modelPath", STRING, "stringparam_modeldefaultdir"),
+    Property("appArgs", STRING_ARRAY, lambda world, _handle: list(world.parameters.arguments)),
+    *(
+        _parameter(f"appArg{place}", STRING, f"stringparam_app_arg{place}", can_be_set=True)
+        for place in range(1, MAX_ARGUMENTS + 1)
+    ),
+    _parameter("randomFloat", FLOAT, "floatparam_rand"),
+    Property("randomQuaternion", QUATERNION, _random_turn),
+    Property("execUnsafe", BOOL, lambda world, _handle: world.scripts.allows_code),
+    Property("execUnsafeExt", BOOL, lambda world, _handle: world.scripts.allows_code),
+    Property("pluginNames", STRING_ARRAY, lambda _world, _handle: list(PLUGINS.values())),
+    Property("headlessMode", INT, lambda _world, _handle: 2),
+    Property("canSave", BOOL, lambda _world, _handle: False),
+    fixed("displayEnabled", BOOL, False, _NO_WINDOW),
+    fixed("hierarchyEnabled", BOOL, False, _NO_WINDOW),
+    fixed("browserEnabled", BOOL, False, _NO_WINDOW),
+)

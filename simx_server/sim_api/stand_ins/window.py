@@ -1,0 +1,109 @@
+"""Functions that draw in V-REP's window or work on its files and editors: they return what V-REP returned."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simx_server.sim_api.base import ApiPart
+
+_DRAWN = "banners, ghosts and points of V-REP's window (sim.addBanner, sim.addGhost, sim.addPointCloud) are not drawn"
+_FILES = "meshes are not written to files"
+_EDITORS = "the server has no text editor"
+_MACHINERY = "functions and variables for V-REP's editor are not registered"
+
+
+class WindowFunctions(ApiPart):
+    """Functions for the drawing, the editor and the files of V-REP's window."""
+
+    def addBanner(self, _text: str, _size: float, _options: int, *_more: Any) -> int:
+        """Return 1. Stand-in: banners are not drawn."""
+        return self._not_drawn()
+
+    def removeBanner(self, _banner: int) -> int:
+        """Return 1. Stand-in: banners are not drawn."""
+        return 1
+
+    def addGhost(self, _group: int, handle: int, *_more: Any) -> int:
+        """Return 1. Stand-in: ghosts of objects are not drawn."""
+        self._sim.scene.get(self._self(handle))
+        return self._not_drawn()
+
+    def modifyGhost(self, _group: int, _ghost: int, _operation: int, *_more: Any) -> int:
+        """Return 1. Stand-in: ghosts of objects are not drawn."""
+        self._say_once(_DRAWN)
+        return 1
+
+    def addPointCloud(self, _page_mask: int, _layer: int, _object: int, _options: int, *_more: Any) -> int:
+        """Return 1. Stand-in: the points of V-REP 3's drawing are not drawn."""
+        return self._not_drawn()
+
+    def handleTracing(self) -> int:
+        """Return 1. Stand-in: traces are not drawn."""
+        return 1
+
+    def resetTracing(self) -> int:
+        """Return 1. Stand-in: traces are not drawn."""
+        return 1
+
+    def exportMesh(self, *_values: Any) -> int:
+        """Return -1, V-REP's result when a file cannot be written. Stand-in: meshes are not written."""
+        self._say_once(_FILES)
+        return -1
+
+    def textEditorShow(self, _handle: int, _show: bool) -> int:
+        """Return -1. Stand-in: the server has no text editor."""
+        self._say_once(_EDITORS)
+        return -1
+
+    def textEditorClose(self, _handle: int) -> None:
+        """Return nil. Stand-in: the server has no text editor."""
+        self._say_once(_EDITORS)
+
+    def textEditorGetInfo(self, _handle: int) -> None:
+        """Return nil. Stand-in: the server has no text editor."""
+        self._say_once(_EDITORS)
+
+    closeTextEditor = textEditorClose
+
+    def setDebugWatchList(self, _names: list[str] | None = None) -> int:
+        """Return 1. Stand-in: the server has no window for the variables of scripts."""
+        return 1
+
+    def refreshDialogs(self, _degree: int = 0) -> int:
+        """Return 1. Stand-in: the server has no dialogs to refresh."""
+        return 1
+
+    def getUserVariables(self) -> list[str]:
+        """Return no names. Stand-in: it served V-REP's editor."""
+        return []
+
+    def registerScriptFunction(self, _function: str, _tip: str = "") -> int:
+        """Return 1. Stand-in: it served V-REP's editor."""
+        self._say_once(_MACHINERY)
+        return 1
+
+    def registerScriptVariable(self, _variable: str) -> int:
+        """Return 1. Stand-in: it served V-REP's editor."""
+        self._say_once(_MACHINERY)
+        return 1
+
+    def lockInterface(self, _locked: bool) -> int:
+        """Return 0, that it was not locked. Stand-in: the server has no window."""
+        return 0
+
+    def getLastError(self) -> None:
+        """Return nil: no error has happened. Stand-in: errors are in the log and the status bar."""
+
+    def getStackTraceback(self) -> str:
+        """Return an empty text. Stand-in: errors are in the log and the status bar."""
+        return ""
+
+    def getInstanceIndex(self) -> int:
+        """Return 0: there is one scene at a time."""
+        return 0
+
+    getVisibleInstanceIndex = getInstanceIndex
+
+    def _not_drawn(self) -> int:
+        self._say_once(_DRAWN)
+        return 1

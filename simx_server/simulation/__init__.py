@@ -1,0 +1,1 @@
+"""The kernel: model, data and time of the simulation, start and stop, and the physics step."""

@@ -1,0 +1,579 @@
+"""The simulation: the only owner of MjModel and MjData, used by the physics thread alone.
+
+A simulation step is V-REP's (50 ms unless set otherwise): a whole number of MuJoCo's physics steps with the joint
+controllers between them, then sensing (see `world.World.step`). Simulated time is the number of steps times their
+length, so it does not drift.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Collection
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError, one_line
+from simx_server.joints import Joints
+from simx_server.joints.crowding import FEW, is_crowded
+from simx_server.joints.foresight import Foresight
+from simx_server.joints.stepping.stepper import Within
+from simx_server.joints.watch import DIVERGED, StepFailed, TooSlow
+from simx_server.limits import Limits
+from simx_server.scene import properties
+from simx_server.scene.finding.scene_files import SceneFiles
+from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
+from simx_server.scene.geometry.overlaps import log_overlaps
+from simx_server.scene.objects import Scene
+from simx_server.scene.poses.first_turns import set_turns
+
+from . import physics_warnings
+from .interruptions import Interruptions
+from .part import Part
+from .physics_callbacks import PhysicsCalls
+from .saved_state import Snapshot
+from .separation import has_deep_contacts, limit_separation
+from .sleepers import Sleepers
+from .sliding import keep_down, lifts_what_slides
+from .surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
+
+logger = logging.getLogger(__name__)
+
+
+def _are_finite(data: mujoco.MjData) -> bool:
+    """Return whether all positions and velocities are finite.
+
+    The square of a vector's length is finite, except for numbers beyond 1e154, and takes a quarter of the time.
+    """
+    positions, velocities = data.qpos, data.qvel
+    return math.isfinite(positions.dot(positions) + velocities.dot(velocities)) or bool(
+        np.isfinite(positions).all() and np.isfinite(velocities).all()
+    )
+
+
+DEFAULT_TIME_STEP = 0.05
+"""V-REP's default simulation step in seconds."""
+
+
+Memories = list[tuple[Part, object]]
+"""Parts, and what each of them remembers of a moment."""
+
+
+class SimulationState(Enum):
+    STOPPED = "stopped"
+    RUNNING = "running"
+    PAUSED = "paused"
+
+
+class Simulation:
+    """Model, data, joints, time, start and stop; the attached parts are notified of its events."""
+
+    def __init__(self, limits: Limits | None = None, files: SceneFiles | None = None) -> None:
+        """Make a simulation of the empty scene.
+
+        Args:
+            limits: how much clients may make the server hold.
+            files: where scenes are searched.
+        """
+        physics_warnings.listen()
+        self.limits = limits or Limits()
+        self.files = files or SceneFiles()
+        self.interruptions = Interruptions()
+        self.physics_calls = PhysicsCalls()
+        self.state = SimulationState.STOPPED
+        self.version = 0
+        """Increases whenever anything visible may have changed."""
+        self.model_version = 0
+        """Increases when the model was replaced, its arrays were written or an object was renamed.
+
+        Copies of the model are stale then.
+        """
+        self.step_count = 0
+        """Simulation steps of this run; 0 when stopped."""
+        self.scene_id = 0
+        """A different number for every loaded scene, and for the default one after closing."""
+        self.dynamics_enabled = True
+        """Boolean parameter 6: if false, simulation steps run without physics. A new scene starts with true."""
+        self.is_stopping = False
+        """The run is about to end: a script requested it, or it is ending now."""
+        self.failure = ""
+        """Why the run that is being stopped cannot continue; empty for a stop that was asked for."""
+        self.is_ending = False
+        """The server has been told to end: from now on scripts get little time."""
+        self.scene_is_of_client = False
+        """A client sent the scene's file, or a file that it includes."""
+        self._parts: list[Part] = []
+        self._told_of_steps: list[Part] = []
+        self._holding: list[Part] = []
+        self.remembering: list[Part] = []
+        """Parts that remember something of a moment, in the order of `remember_parts`."""
+        self._soon: list[Callable[[], object]] = []
+        self.foresight = Foresight(self)
+        self.sleepers = Sleepers(self)
+        self.surfaces = Surfaces(self)
+        self._snapshot: Snapshot | None = None
+        self._too_slow: tuple[int, int, str] | None = None
+        """The version of state and model with which a run could not make its first step, and the reason."""
+
+        self._stale = False
+        self.is_rearranged = True
+        """State or model was written since the last physics."""
+        self.has_overlaps = False
+        """Shapes overlapped deeply in the last physics step."""
+        self._wanted_timestep = 0.002
+        self._time_step = DEFAULT_TIME_STEP
+        scene, model = empty_scene()
+        self._adopt(scene, model, self._first_state(scene, model))
+
+    def attach(self, *parts: Part) -> None:
+        """Notify these parts of the simulation's events from now on, after those attached before."""
+        self._parts.extend(parts)
+        self._sort_parts()
+
+    def detach(self, part: Part) -> None:
+        """Stop notifying a part."""
+        self._parts.remove(part)
+        self._sort_parts()
+
+    def _sort_parts(self) -> None:
+        # Most parts do nothing at these two events, which come with every simulation step.
+        self._told_of_steps = [
+            each for each in self._parts if type(each).step_finished is not Part.step_finished
+        ]
+        self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
+        self.remembering = [each for each in self._parts if type(each).remember is not Part.remember]
+
+    @property
+    def is_held(self) -> bool:
+        """Return whether a part wants the next simulation step later (see `Part.holds_step`)."""
+        return any(part.holds_step() for part in self._holding)
+
+    def tell(self, event: Callable[[Part], object]) -> None:
+        """Notify all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
+        for part in tuple(self._parts):
+            event(part)
+
+    def registered_names(self) -> dict[str, Collection[str]]:
+        """Return the names of what exists in the parts beside objects, by its kind of annotation."""
+        return {kind: names for part in self._parts for kind, names in part.registered_names().items()}
+
+    @property
+    def time(self) -> float:
+        """Return the simulated seconds of this run; 0 when stopped."""
+        return self.step_count * self._time_step
+
+    @property
+    def time_step(self) -> float:
+        """Return the length of a simulation step in seconds."""
+        return self._time_step
+
+    @time_step.setter
+    def time_step(self, seconds: float) -> None:
+        """Set the length of a simulation step; only while stopped.
+
+        The physics step becomes the nearest whole fraction of it.
+        """
+        if self.state != SimulationState.STOPPED:
+            raise CommandError("the time step can be set only while the simulation is stopped; stop it first")
+        if not 0 < seconds <= 10:
+            raise CommandError(f"a time step is a number above 0, up to 10 s, not {seconds}")
+        count = self._substeps(seconds, self._wanted_timestep)
+        self._time_step = float(seconds)
+        timestep = self._time_step / count
+        if abs(timestep - self.model.opt.timestep) > 1e-12:
+            logger.info(
+                "physics step is %.6g s, a whole fraction of the pass of %.6g s", timestep, self._time_step
+            )
+        self.model.opt.timestep = timestep
+        self.joints.forget_run()
+
+    def set_physics_step(self, seconds: float) -> None:
+        """Set the length of a physics step; only while stopped. A simulation step has a whole number of them.
+
+        Raises:
+            CommandError: the simulation is not stopped, or the length is not above 0 and up to a simulation step.
+            LimitReached: a simulation step would have too many.
+        """
+        self._require_stopped("the length of a physics step can be set")
+        if not 0 < seconds <= self._time_step:
+            raise CommandError(
+                f"a physics step is above 0 and up to the simulation step, {self._time_step:g} s, not {seconds}"
+            )
+        self._substeps(self._time_step, seconds)
+        self._wanted_timestep = float(seconds)
+        self.time_step = self._time_step
+
+    @property
+    def physics_step(self) -> float:
+        """Return the length of a physics step that was asked for; the actual one is a whole fraction of `time_step`."""
+        return self._wanted_timestep
+
+    @property
+    def substeps(self) -> int:
+        """Return the number of physics steps per simulation step."""
+        return max(1, round(self._time_step / self._wanted_timestep))
+
+    @property
+    def is_running(self) -> bool:
+        """Return whether the simulation is started, paused or not."""
+        return self.state != SimulationState.STOPPED
+
+    @property
+    def is_before_first_step(self) -> bool:
+        """Return whether the simulation is started and nothing has been computed yet."""
+        return self.is_running and self.step_count == 0
+
+    def load(self, path: str | Path) -> None:
+        """Replace the scene by that of a file, which may reference files in any folder.
+
+        Raises:
+            CommandError: not stopped.
+            SceneError: the file is bad; the present scene stays.
+        """
+        self._require_stopped("a scene can be loaded")
+        is_of_client = self.files.client_files.made(Path(path))
+        self.use(*load_scene(path, self.files.sources), is_of_client=is_of_client)
+
+    def use(self, scene: Scene, model: mujoco.MjModel, *, is_of_client: bool = False) -> None:
+        """Replace the scene by one that is built already; `is_of_client`: from a file that a client sent."""
+        self._require_stopped("a scene can be loaded")
+        self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
+        data = self._first_state(scene, model)
+        self.tell(lambda part: part.scene_closing())
+        self._adopt(scene, model, data)
+        logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
+        log_overlaps(scene, model, self.data)
+        self.scene_is_of_client = is_of_client
+        if (report := scene.import_report) is not None:
+            self.tell(lambda part: part.file_imported(report))
+        self.tell(lambda part: part.scene_changed())
+        self.tell(lambda part: part.scene_loaded())
+        properties.apply(self)
+        self.tell(lambda part: part.model_changed(None))
+
+    def close(self) -> None:
+        """Replace the scene by V-REP's default one.
+
+        Raises:
+            CommandError: the simulation is not stopped.
+        """
+        self._require_stopped("a scene can be closed")
+        self.use(*default_scene(self.files.sources))
+
+    def start(self) -> None:
+        """Start from stopped (everything is saved), resume from paused.
+
+        Raises:
+            CommandError: from this very state, a run was stopped at its first step, because that takes too long.
+        """
+        if self.state == SimulationState.PAUSED:
+            self.state = SimulationState.RUNNING
+            self.tell(lambda part: part.run_resumed())
+            return
+        if self.state == SimulationState.RUNNING:
+            return
+        self._refuse_what_was_too_slow()
+        self.foresight.begin_run()
+        self.tell(lambda part: part.run_starting())
+        self._snapshot = Snapshot.take(self)
+        self.joints.forget_run()
+        self.step_count = 0
+        self.state = SimulationState.RUNNING
+        self.refresh()
+        self.tell(lambda part: part.run_started())
+
+    def go_back(self, snapshot: Snapshot, step_count: int) -> None:
+        """Set a run that has just started to the end of a step of an earlier one, whose state was saved.
+
+        Args:
+            snapshot: restored in place of the present state; a stop still restores that of the start.
+            step_count: steps of the earlier run.
+        """
+        replaced = snapshot.restore(self)
+        self.step_count = step_count
+        self.model_edited()
+        self._moved()
+        self.refresh()
+        if replaced:
+            self.tell(lambda part: part.model_changed(None))
+
+    def remember_parts(self, before: Memories | None) -> Memories:
+        """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
+        memories = [(part, part.remember()) for part in self.remembering]
+        if before is None or len(before) != len(memories):
+            return memories
+        if before == memories:
+            return before
+        return [old if old == new else new for old, new in zip(before, memories, strict=True)]
+
+    def recall_parts(self, memories: Memories) -> None:
+        """Restore what `remember_parts` returned."""
+        for part, memory in memories:
+            part.recall(memory)
+
+    def pause(self) -> None:
+        """Pause simulated time; do nothing when not running."""
+        if self.state == SimulationState.RUNNING:
+            self.state = SimulationState.PAUSED
+            self.tell(lambda part: part.run_paused())
+
+    def stop(self) -> None:
+        """End the run and restore, bit for bit, the state saved at its start."""
+        if self.state == SimulationState.STOPPED or self._snapshot is None:
+            return
+        self.is_stopping = True
+        self._prepare_stop()
+        self.state = SimulationState.STOPPED
+        snapshot, self._snapshot = self._snapshot, None
+        self.step_count = 0
+        replaced = snapshot.restore(self)
+        self.model_edited()
+        self.changed()
+        self.refresh()
+        self.is_stopping = False
+        self.tell(lambda part: part.run_stopped())
+        if replaced:
+            self.tell(lambda part: part.model_changed(None))
+
+    def _prepare_stop(self) -> None:
+        """Prepare the end of the run. The run ends even if this fails; otherwise it could never be ended."""
+        for tell in [
+            *(part.run_ending for part in self._parts),
+            *(part.run_stopping for part in self._parts),
+        ]:
+            try:
+                tell()
+            except Exception:
+                logger.exception(
+                    "part of what a stop does first has failed; the simulation stops all the same"
+                )
+
+    def run_physics(self) -> None:
+        """Make the physics steps of one simulation step. When physics cannot continue, the run is stopped."""
+        try:
+            self._make_physics()
+        except (StepFailed, mujoco.FatalError) as error:
+            self._give_up(error)
+            return
+        self._moved()
+        self.refresh()
+
+    def measure_joints(self) -> None:
+        """Measure the velocities of joints at the end of the physics of a simulation step."""
+        self.joints.measure()
+
+    def count_step(self) -> None:
+        """Advance the time after a complete simulation step."""
+        self.step_count += 1
+        for part in tuple(self._told_of_steps):
+            part.step_finished()
+
+    def _make_physics(self) -> None:
+        """Make the physics steps.
+
+        Raises:
+            StepFailed: physics diverges or takes too long.
+            mujoco.FatalError: MuJoCo failed.
+        """
+        if not self.dynamics_enabled:
+            return
+        within: tuple[Within, ...] = (limit_separation,) if self.is_rearranged or self.has_overlaps else ()
+        if lifts_what_slides(self.model):
+            within += (keep_down,)
+        if self.foresight.is_needed(self.model):
+            within += (self.foresight.look,)
+        if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
+            self.is_rearranged = False
+            if self.model.ngeom > FEW:
+                self._check_room()
+        with physics_warnings.OnceAKind():
+            if self.sleepers.are_to_wake:
+                self.refresh()
+            try:
+                if self.sleepers.must_stay_awake:
+                    with self.sleepers.kept_awake():
+                        self.joints.step(self.substeps, *within)
+                else:
+                    self.joints.step(self.substeps, *within)
+            finally:
+                self.foresight.restore()
+        self.has_overlaps = has_deep_contacts(self.data)
+        # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
+        if not _are_finite(self.data):
+            raise StepFailed(DIVERGED)
+
+    def _check_room(self) -> None:
+        """Refuse a state in which one physics step might take very long.
+
+        Raises:
+            StepFailed: too many shapes overlap.
+        """
+        self.refresh()
+        if is_crowded(self.model, self.data, self.limits.near_pairs):
+            reached = self.limits.reached("near_pairs", "move shapes apart, or remove some")
+            raise TooSlow(f"too many shapes are in the same place; {reached}")
+
+    def _give_up(self, error: Exception) -> None:
+        """End a run whose physics cannot continue; the log says why."""
+        text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
+        what, _, advice = text.partition("; ")
+        problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
+        logger.error("%s", problem)
+        is_first = self.is_before_first_step
+        self.fail(f"{problem}; {advice}" if advice else problem)
+        if is_first and isinstance(error, TooSlow):
+            self._too_slow = self.version, self.model_version, text
+
+    def _refuse_what_was_too_slow(self) -> None:
+        """Refuse a start that would be stopped at its first step. Raises CommandError."""
+        if self._too_slow is not None and self.dynamics_enabled:
+            version, model_version, text = self._too_slow
+            if (version, model_version) == (self.version, self.model_version):
+                raise CommandError(f"the simulation is not started, because nothing has changed since {text}")
+
+    def fail(self, problem: str) -> None:
+        """End a run that cannot continue. Calls that wait for one of its steps fail with the reason.
+
+        The stop resets MuJoCo's data, which an error leaves half computed.
+        """
+        self.failure = problem
+        try:
+            self.stop()
+        finally:
+            self.failure = ""
+            self.tell(lambda part: part.script_stopped(problem))
+
+    def soon(self, action: Callable[[], object]) -> None:
+        """Start, pause or stop at the request of a script, once no simulation step and no script is in progress."""
+        self._soon.append(action)
+
+    def stop_soon(self) -> None:
+        """Stop as `soon` does; do nothing when stopped."""
+        if self.is_running and not self.is_stopping:
+            self.is_stopping = True
+            self.soon(self.stop)
+
+    @property
+    def is_settled(self) -> bool:
+        """Return whether no action of `soon` is pending."""
+        return not self._soon
+
+    def settle(self) -> list[CommandError]:
+        """Run the actions of `soon`; call it while neither a simulation step nor a command is in progress.
+
+        Returns:
+            The reasons why some could not be run, which are in the log as well.
+        """
+        problems: list[CommandError] = []
+        while self._soon:
+            action = self._soon.pop(0)
+            try:
+                action()
+            except CommandError as problem:
+                logger.error("what a script asked for cannot be done: %s", problem)
+                problems.append(problem)
+        return problems
+
+    def changed(self) -> None:
+        """Note that state or model was written: readers see a new version and fresh kinematics."""
+        self.sleepers.wake()
+        self.is_rearranged = True
+        self._moved()
+
+    def _moved(self) -> None:
+        self.version += 1
+        self._stale = True
+
+    def model_edited(self) -> None:
+        """Note that arrays or options of the model were written, so copies of it are stale."""
+        self.model_version += 1
+
+    def refresh(self) -> None:
+        """Update everything that follows from positions, if stale. No time passes."""
+        if not self._stale:
+            return
+        if self.sleepers.are_to_wake:
+            with self.sleepers.woken():
+                self._update()
+        else:
+            self._update()
+        self._stale = False
+
+    def _update(self) -> None:
+        """Compute everything that follows from positions."""
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_camlight(model, data)
+        if model.nflex:
+            mujoco.mj_flex(model, data)
+        if model.ntendon:
+            mujoco.mj_tendon(model, data)
+
+    def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
+        """Continue with an edited scene whose state was carried over (see `scene/editing/editing.py`)."""
+        self.scene, self.model, self.data = scene, model, data
+        self.sleepers.keep_possible(model)
+        self.joints.rebind()
+        self.model_edited()
+        self.changed()
+        self.refresh()
+        self.tell(lambda part: part.model_changed(twins))
+
+    def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:
+        """Return the initial state of a scene.
+
+        Raises:
+            CommandError: the scene cannot be simulated.
+        """
+        self._substeps(scene.annotations.time_step or DEFAULT_TIME_STEP, model.opt.timestep)
+        self.sleepers.keep_possible(model)
+        try:
+            data = mujoco.MjData(model)
+            set_turns(scene, model, data)
+            with physics_warnings.OnceAKind():
+                self.foresight.forward(model, data)
+        except (mujoco.FatalError, MemoryError) as error:
+            raise CommandError(f"'{scene.name}' cannot be simulated: {one_line(error)}") from error
+        return data
+
+    def _substeps(self, time_step: float, timestep: float) -> int:
+        """Return the number of physics steps in a simulation step.
+
+        Raises:
+            LimitReached: there are too many.
+        """
+        count = max(1, round(min(time_step / timestep, 1e15)))
+        self.limits.check(
+            "substeps",
+            count,
+            f"a simulation step of {time_step:g} s with physics steps of {timestep:g} s has {count}; choose a shorter "
+            "simulation step, or a scene with a longer timestep of <option>",
+        )
+        return count
+
+    def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self.scene, self.model, self.data = scene, model, data
+        self.files.open_scene = scene.path
+        self.scene_id += 1
+        self.dynamics_enabled = bool(scene.annotations.scene.get("dynamics", True))
+        self.scene_is_of_client = False
+        self._wanted_timestep = float(model.opt.timestep)
+        self._stale = True
+        self.joints = Joints(self)
+        self.step_count = 0
+        self.time_step = scene.annotations.time_step or DEFAULT_TIME_STEP
+        self.refresh()
+        self.model_edited()
+        self.changed()
+
+    def _require_stopped(self, what: str) -> None:
+        if self.state != SimulationState.STOPPED:
+            raise CommandError(f"{what} only while the simulation is stopped; stop it first")

@@ -1,0 +1,110 @@
+"""Prepare images in advance: before the server is ready, and when a scene with vision sensors is loaded or gets its
+first one. One of many servers, and an embedded simulation, prepare them when a program gets the handle of a vision
+sensor, so that those without such programs stay small.
+
+The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
+came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no
+renderer, which would take 80 MB. Later changes of a scene need only its own meshes and textures again, so a script's
+step-by-step edits are not drawn each time.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Future
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind
+from simx_server.service.calls.background import Steps, Task, beside
+from simx_server.simulation.part import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from simx_server.scene.editing.twins import Twins
+    from simx_server.sensors.vision.render_thread import RenderThread
+
+    from .world import World
+
+WARM_WITHIN = 10.0
+"""Seconds that a starting server waits for the images of a slow driver or renderer."""
+
+LOADED_WITHIN = 2.0
+"""The same for a client's call that loads a scene or a model, which has a time-out."""
+
+_GLANCE = 0.05
+"""Seconds between two checks of a preparation."""
+
+
+def warm_up(world: World) -> Future[None] | None:
+    """Draw each vision sensor of a scene once, on the render thread; None if there is none. Physics thread only."""
+    sim = world.simulation
+    if not sim.scene.of_kind(ObjectKind.VISION_SENSOR):
+        return None
+    sim.refresh()
+    try:
+        views = world.vision.views()
+    except CommandError:  # a request for that image reports the error
+        views = []
+    return world.rendering.prepare(sim.model, sim.data, views, version=sim.version)
+
+
+def wait_until_warm(
+    rendering: RenderThread, is_ending: Callable[[], bool], seconds: float = WARM_WITHIN
+) -> None:
+    """Wait until images are prepared, fail because the driver hangs, or take too long.
+
+    Args:
+        rendering: the render thread.
+        is_ending: whether to give up.
+        seconds: time-out.
+    """
+    limit = time.monotonic() + seconds
+    while not rendering.wait_until_prepared(_GLANCE):
+        rendering.watch()
+        if is_ending() or rendering.is_hanging or time.monotonic() > limit:
+            return
+
+
+def warmed(world: World) -> Steps[None]:
+    """Wait, beside the physics thread, until the images of what a client has loaded are prepared."""
+    rendering, sim = world.rendering, world.simulation
+    if not rendering.wait_until_prepared(0):
+        yield from beside(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN))
+    # A replay prepares no images, and executes the calls of others during the wait here too.
+    sim.interruptions.script_point()
+
+
+def with_images(world: World, handle: int) -> int | Steps[int]:
+    """Return a handle for a program, of a vision sensor after its images are prepared, where that is due."""
+    rendering, scene = world.rendering, world.simulation.scene
+    if not rendering.warms_on_demand or scene.get(handle).kind is not ObjectKind.VISION_SENSOR:
+        return handle
+    if not rendering.is_begun:
+        warm_up(world)
+    return handle if rendering.wait_until_prepared(0) else _when_warm(world, handle)
+
+
+def _when_warm(world: World, handle: int) -> Steps[int]:
+    """Wait beside the physics thread; a stream, which cannot wait, goes on at once."""
+    rendering, sim = world.rendering, world.simulation
+    task = Task(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN), lambda: None)
+    task.may_be_skipped = True
+    yield task
+    return handle
+
+
+class WarmUp(Part):
+    """Warms up for the present scene, for every later one, and for a scene's first vision sensor."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        warm_up(world)
+
+    def scene_loaded(self) -> None:
+        warm_up(self._world)
+
+    def model_changed(self, twins: Twins | None) -> None:
+        if not self._world.rendering.is_begun:
+            warm_up(self._world)

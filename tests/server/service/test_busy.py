@@ -1,0 +1,213 @@
+"""While an edit takes long, blocking calls of others are refused with a text; what nobody waits for keeps its place."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import pytest
+from observing import observe
+from real_world import RealWorld
+
+import simx_client as vrep
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_client.protocol.codec import decode_batch, encode
+from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
+from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.scene.editing import recompile
+from simx_server.service.calls import busy
+from simx_server.service.calls.demands import divide
+from simx_server.service.monitoring import report
+from simx_server.service.queue.box import Arrival
+from simx_server.service.queue.inbox import Inbox
+
+TIMEOUT = 20.0
+"""Seconds that only a hang takes."""
+
+BLOCKING, ONESHOT = vrep.simx_opmode_blocking, vrep.simx_opmode_oneshot
+
+
+class LongCompile:
+    """The next compile takes until it is told to go on."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.begun, self.go_on = threading.Event(), threading.Event()
+        self._compile = recompile.compile_spec
+        patch.setattr(recompile, "compile_spec", self)
+
+    def __call__(self, spec: mujoco.MjSpec, level: int) -> mujoco.MjModel:
+        self.begun.set()
+        assert self.go_on.wait(TIMEOUT)
+        return self._compile(spec, level)
+
+
+class World(RealWorld):
+    """The engine runs by itself; each client is a caller of its own."""
+
+    def __init__(self) -> None:
+        super().__init__(Path(__file__).parents[2] / "conformance" / "scene.xml")
+        self._thread = threading.Thread(target=self.loop.run)
+        self._thread.start()
+
+    def client(self) -> int:
+        transport = LoopbackTransport(self.loop, port=19997, turns=False)
+        connection = Connection(lambda: transport, where=transport.client, timeout=TIMEOUT)
+        client_id = CLIENTS.add(connection)
+        connection.connect(1.0)
+        assert vrep.simxGetPingTime(client_id)[0] == vrep.simx_return_ok  # its hello has been heard
+        return client_id
+
+    def close(self) -> None:
+        vrep.simxFinish(-1)
+        self.loop.end()
+        self._thread.join(TIMEOUT)
+        super().close()
+
+
+@pytest.fixture
+def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
+    monkeypatch.setattr(busy, "TIMEOUT", 0.05)
+    monkeypatch.setattr(busy, "_LOOK", 0.01)
+    world = World()
+    try:
+        yield world
+    finally:
+        world.close()
+
+
+def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    editor, other = world.client(), world.client()
+    compiling = LongCompile(monkeypatch)
+    made: list[tuple[int, int]] = []
+    edit = threading.Thread(target=lambda: made.append(vrep.simxCreateDummy(editor, 0.1, None, BLOCKING)))
+    edit.start()
+    try:
+        assert compiling.begun.wait(TIMEOUT)
+        vrep.simxSetIntegerSignal(other, "kept", 7, ONESHOT)
+        assert vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING) == vrep.simx_return_remote_error_flag
+        code, texts = vrep.simxGetLastErrors(other, BLOCKING)
+        problems = report.health(world.loop, "realm")["problems"]
+    finally:
+        compiling.go_on.set()
+        edit.join(TIMEOUT)
+    assert code == vrep.simx_return_ok
+    assert len(texts) == 1
+    assert "simxSetIntegerSignal: the server is busy with simxCreateDummy of another client" in texts[0]
+    assert "not executed, call again" in texts[0]
+    assert problems[0].startswith("simxCreateDummy of loopback takes ")
+    assert made[0][0] == vrep.simx_return_ok  # who edits waits for the result
+    assert vrep.simxGetIntegerSignal(other, "kept", BLOCKING) == (vrep.simx_return_ok, 7)
+    assert vrep.simxGetIntegerSignal(other, "refused", BLOCKING)[0] != vrep.simx_return_ok
+    assert vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING) == vrep.simx_return_ok
+
+
+def test_a_short_edit_refuses_nobody(world: World) -> None:
+    client = world.client()
+    assert vrep.simxCreateDummy(client, 0.1, None, BLOCKING)[0] == vrep.simx_return_ok
+    assert vrep.simxGetLastErrors(client, BLOCKING) == (vrep.simx_return_ok, [])
+
+
+def test_one_of_several_clients_waits_for_no_longer_physics_step_than_for_an_edit(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(busy, "STEP_TIMEOUT", 1000.0)
+    starter, other = world.client(), world.client()
+    begun, go_on = threading.Event(), threading.Event()
+
+    def long_step() -> None:
+        begun.set()
+        assert go_on.wait(TIMEOUT)
+
+    observe(world.simulation, step_finished=long_step)
+    try:
+        assert vrep.simxStartSimulation(starter, BLOCKING) == vrep.simx_return_ok
+        assert begun.wait(TIMEOUT)
+        code = vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING)
+        _, texts = vrep.simxGetLastErrors(other, BLOCKING)
+    finally:
+        go_on.set()
+    assert code == vrep.simx_return_remote_error_flag
+    assert "the server is busy with a simulation step" in texts[0]
+
+
+def call(call_id: int, delay_ms: int, operation: int = Operation.EXECUTE) -> Call:
+    return Call(call_id, operation, delay_ms, "simxGetPingTime", [])
+
+
+def batch(*calls: Call) -> bytes:
+    return encode(Batch(1, 2, list(calls)))
+
+
+def ids(payload: bytes | None) -> list[int]:
+    return [] if payload is None else [each.call_id for each in decode_batch(payload).calls]
+
+
+def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
+    awaited, left = divide(
+        batch(call(1, NOT_AWAITED_MS), call(2, 0), call(3, 0, Operation.STREAM), call(4, -1), call(5, 1))
+    )
+    assert (ids(awaited), ids(left)) == ([2, 4], [1, 3, 5])
+    assert divide(b"no batch") == (None, b"no batch")
+
+
+def test_who_has_little_waiting_is_not_kept_waiting_by_reading_what_others_have() -> None:
+    inbox = Inbox()
+    awaited = batch(call(1, 0))
+    much = batch(*(call(number, 1) for number in range(4096)))
+    inbox.open("flooder")
+    for _ in range(30):  # more than is read at a time
+        inbox.put("flooder", much, len(much))
+    inbox.open("other")
+    inbox.put("other", awaited, len(awaited))
+    assert [one.client for one in inbox.take_overdue(0.0)] == ["other"]
+
+
+def test_what_is_left_keeps_its_order() -> None:
+    inbox = Inbox()
+    first, second = batch(call(1, 1), call(2, 0)), batch(call(3, 1))
+    for client, payload in (("a", first), ("busy", batch(call(9, 0))), ("a", second)):
+        inbox.open(client)
+        inbox.put(client, payload, len(payload))
+    taken = list(inbox.take_overdue(0.0, "busy", lambda: True))
+    assert [(one.client, ids(one.payload)) for one in taken] == [("a", [2])]
+    assert list(inbox.take_overdue(0.0, "busy", lambda: True)) == []
+    left = [event for event in inbox.at_hand() if isinstance(event, Arrival)]
+    assert [(one.client, ids(one.payload)) for one in left] == [("a", [1]), ("busy", [9]), ("a", [3])]
+    assert len(inbox) == 0
+
+
+def test_nothing_is_taken_once_the_physics_thread_goes_on() -> None:
+    inbox, payload = Inbox(), batch(call(1, 0))
+    inbox.open("a")
+    inbox.put("a", payload, len(payload))
+    assert list(inbox.take_overdue(0.0, "", lambda: False)) == []
+    assert len(inbox) == 1
+
+
+def test_calls_that_only_a_socket_holds_are_refused_too(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, other = world.client(), world.client()
+    connection = CLIENTS.get(other)
+    assert connection is not None
+    held: list[tuple[str, bytes]] = []
+    client = connection.where
+    monkeypatch.setattr(
+        connection._transport, "send", lambda payload, deadline: held.append((client, payload))
+    )
+    world.loop.readers_while_busy.append(lambda: [world.loop.submit(*held.pop()) for _ in held[:]])
+    compiling = LongCompile(monkeypatch)
+    thread = threading.Thread(target=vrep.simxCreateDummy, args=(one, 0.1, None, BLOCKING))
+    thread.start()
+    assert compiling.begun.wait(TIMEOUT)
+    code = vrep.simxGetObjectHandle(other, "base", BLOCKING)[0]
+    compiling.go_on.set()
+    thread.join(TIMEOUT)
+    assert code == vrep.simx_return_remote_error_flag, (
+        "it was read and refused, not left until the compile was done"
+    )

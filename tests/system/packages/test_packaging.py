@@ -1,0 +1,229 @@
+"""What is installed: the files a wheel gets, its commands, systems that are not POSIX, type checks of users' code."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+from processes import ROOT
+
+import simx_client
+import simx_server
+from simx_server.app.doctor import machine
+from simx_server.app.doctor.findings import WARNING
+from simx_server.errors import CommandError
+from simx_server.motion_profiles import line
+from simx_server.recording.log_file import MAGIC, LogWriter
+
+pytestmark = pytest.mark.slow
+
+NOT_FOR_IMPORT = (
+    "__main__",
+    "python_calls",
+    "python_child",
+    "python_launcher",
+    "python_link",
+    "python_confine",
+    "python_guard",
+    "python_limits",
+    "stable_baselines3",
+)
+"""Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""
+
+NOT_POSIX = f"""
+import asyncio, ctypes, multiprocessing, os, platform, select, signal, socket, subprocess, sys, tempfile, time
+import cv2, mujoco, numpy, zenoh
+lacking = {{
+    os: "fork forkpty getuid geteuid getgid setsid killpg getpgid sched_getaffinity register_at_fork O_NOFOLLOW "
+        "O_CLOEXEC O_DIRECTORY sysconf statvfs uname mkfifo getloadavg wait4 chown pipe2",
+    signal: "SIGKILL SIGUSR1 SIGUSR2 SIGHUP SIGCHLD SIGALRM alarm setitimer pthread_sigmask pthread_kill",
+    select: "poll epoll",
+    socket: "AF_UNIX",
+    time: "clock_gettime CLOCK_MONOTONIC CLOCK_THREAD_CPUTIME_ID",
+}}
+for module, names in lacking.items():
+    for name in names.split():
+        if hasattr(module, name):
+            delattr(module, name)
+for name in "fcntl resource pwd grp termios tty pty syslog readline curses".split():
+    sys.modules[name] = None
+import importlib, pkgutil, simx_client, simx_server
+names = [
+    module.name
+    for package in (simx_client, simx_server)
+    for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+    if module.name.rpartition(".")[2] not in {NOT_FOR_IMPORT}
+]
+for name in names:
+    importlib.import_module(name)
+print(len(names))
+"""
+
+OLD_STYLE = """
+import numpy as np
+import simx_client as vrep
+
+clientID = vrep.simxStart("127.0.0.1", 19997, 1, True, 5000, 5)
+code, joint = vrep.simxGetObjectHandle(np.int32(clientID), "UR5_joint1", vrep.simx_opmode_blocking)
+vrep.simxPauseCommunication(clientID, 1)
+for angle in np.deg2rad([10, 20]):
+    vrep.simxSetJointTargetPosition(clientID, joint, angle, vrep.simx_opmode_oneshot)
+vrep.simxPauseCommunication(clientID, False)
+code, size, image = vrep.simxGetVisionSensorImage(clientID, joint, 0, vrep.simx_opmode_oneshot_wait)
+picture = np.array(image, dtype=np.uint8).reshape(size[1], size[0], 3)
+vrep.simxSetVisionSensorImage(clientID, joint, image, 0, vrep.simx_opmode_oneshot)
+code, place = vrep.simxGetObjectPosition(clientID, joint, -1, vrep.simx_opmode_buffer)
+vrep.simxSetObjectPosition(clientID, joint, -1, np.array(place) + [0, 0, 0.1], vrep.simx_opmode_oneshot)
+vrep.simxSetStringSignal(clientID, "s", vrep.simxPackFloats(place), vrep.simx_opmode_oneshot)
+code, text = vrep.simxGetStringSignal(clientID, "s", vrep.simx_opmode_buffer)
+print(text.decode("utf8"), vrep.simxUnpackFloats(text)[0] + 1, int(image[0]))
+wrong: str = joint
+vrep.simxFinish()
+"""
+
+
+def test_the_commands_of_the_package_are_there() -> None:
+    commands = {
+        entry.name: entry
+        for entry in metadata.distribution("simx-vrep").entry_points.select(group="console_scripts")
+    }
+    assert set(commands) == {"simx-server", "simx-run", "simx-check", "simx"}
+    assert all(callable(entry.load()) for entry in commands.values())
+
+
+def test_a_wheel_has_the_scenes_the_types_and_every_other_file_of_the_packages(tmp_path: Path) -> None:
+    """Not built: hatchling is asked which files it would take."""
+    builder = pytest.importorskip("hatchling.builders.wheel").WheelBuilder(str(ROOT))
+    taken = {Path(each.distribution_path).as_posix() for each in builder.recurse_included_files()}
+    kept = subprocess.run(
+        ["git", "ls-files", "simx_server", "simx_client", "scenes"], cwd=ROOT, capture_output=True, text=True
+    )
+    if kept.returncode:
+        pytest.skip("no repository of git, so nobody knows which files belong to it")
+    expected = {re.sub(r"^scenes/", "simx_server/shipped_scenes/", each) for each in kept.stdout.splitlines()}
+    assert {"simx_client/py.typed", "simx_server/shipped_scenes/models/rg2.lua"} <= expected
+    assert sorted(each for each in expected - taken if (ROOT / each).exists()) == []
+    assert not [each for each in taken if each.startswith(("tests", "bench", "docs"))]
+
+
+def test_a_source_archive_has_every_page_of_the_root_and_what_it_links_to() -> None:
+    """Not built: hatchling is asked which files it would take."""
+    builder = pytest.importorskip("hatchling.builders.sdist").SdistBuilder(str(ROOT))
+    taken = {Path(each.relative_path).as_posix() for each in builder.recurse_included_files()}
+    pages = {path.name for path in ROOT.glob("*.md")} | {"CITATION.cff", "LICENSE", "Makefile"}
+    assert {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"} <= pages
+    # Readme and licence, which the project's table names, are added by hatchling itself.
+    assert pages - {"README.md", "LICENSE"} <= taken
+    linked = {
+        link.partition("#")[0]
+        for page in sorted(pages)
+        for link in re.findall(r"\]\(([^):]+)\)", (ROOT / page).read_text(encoding="utf-8"))
+    }
+    assert "docs/architecture.md" in linked
+    missing = [link for link in linked if link and link not in taken | pages and not (ROOT / link).is_dir()]
+    assert missing == []
+
+
+def test_a_citation_says_what_the_project_says() -> None:
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    fields = dict(re.findall(r"^([a-z-]+): *(.*)$", text, re.MULTILINE))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert fields["cff-version"] == "1.2.0"
+    assert fields["version"] == simx_server.__version__
+    assert fields["license"] == project["license"]
+    names = re.findall(r'^  - name: "(.*)"$', text, re.MULTILINE)
+    assert names == [author["name"] for author in project["authors"]]
+    assert {"message", "title", "authors"} <= fields.keys()
+
+
+def test_the_changelog_has_this_version_with_its_date() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    headings = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    released = re.search(r"^date-released: (.*)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
+    assert released is not None
+    assert headings[:2] == ["Unreleased", f"{simx_server.__version__} - {released[1]}"]
+
+
+def test_every_module_can_be_imported_where_there_is_no_posix() -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", NOT_POSIX], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 300
+
+
+WITH_A_CLIENT_ONLY = """
+import sys
+for name in ("mujoco", "numpy", "cv2", "lupa", "fissix", "ruckig"):
+    sys.modules[name] = None
+import simx_client, simx_client.client.client, simx_client.launch.run, simx_server.app.doctor.page
+from simx_server.app.cli import main
+sys.exit(main([]))
+"""
+
+
+def test_where_only_a_client_is_installed_it_works_and_a_server_tells_what_is_missing() -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", WITH_A_CLIENT_ONLY], cwd=ROOT, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
+    assert "the package mujoco is not installed; " in done.stderr
+
+
+def test_a_recording_needs_no_flag_that_windows_lacks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("os.O_CLOEXEC")
+    LogWriter(tmp_path / "a.simxlog").close()
+    assert (tmp_path / "a.simxlog").read_bytes() == MAGIC
+
+
+def test_what_a_pipe_of_windows_cannot_show_is_a_question_mark_there(tmp_path: Path) -> None:
+    script = tmp_path / "old.py"
+    script.write_text(
+        "import vrep\nvrep.simxReadProximitySensor(0, 3, vrep.simx_opmode_blocking)\n", encoding="utf-8"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "simx_client", "check", script, "--differences"],
+        cwd=ROOT,
+        env={"PYTHONIOENCODING": "ascii", "PATH": ""},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, "?1" in done.stdout) == (0, True), done.stderr
+
+
+def test_without_ruckig_only_motion_profiles_are_missing_and_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ruckig", None)
+    with pytest.raises(CommandError, match="motion profiles need the package ruckig, which is not installed"):
+        line(1, 1, 1)
+
+
+def test_a_package_without_a_wheel_for_this_system_is_no_problem_but_is_told() -> None:
+    finding, _ = machine.check_packages(["numpy", "surely-not-there>=1; platform_machine == 'x86_64'"])
+    assert finding.level == WARNING
+    assert "surely-not-there" in finding.text
+
+
+def test_programs_of_the_old_style_type_check(tmp_path: Path) -> None:
+    pytest.importorskip("pyright")
+    program = tmp_path / "old.py"
+    program.write_text(OLD_STYLE, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, program],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    last = len(OLD_STYLE.splitlines())
+    assert re.findall(r"old\.py:(\d+):\d+ - error", done.stdout) == [str(last - 1), str(last)], done.stdout
+
+
+@pytest.mark.parametrize("package", [simx_client, simx_server])
+def test_the_packages_say_that_they_are_typed(package: object) -> None:
+    assert (Path(str(package.__file__)).parent / "py.typed").is_file()  # type: ignore[attr-defined]
