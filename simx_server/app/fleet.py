@@ -35,6 +35,7 @@ from simx_server.settings.settings import Settings
 from simx_server.viewer.launching import listen, missing
 from simx_server.world.world import World
 
+from .preparing import prepare
 from .server import open_world, ready_line, serve_child
 from .serving import Gateways
 
@@ -107,10 +108,10 @@ def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
         except (CommandError, OSError) as error:
             logger.error("%s", error)
             return FAILURE
-        # A recording has to note which files are loaded.
-        loaded = world if may_be_copied(world) and settings.record is None else None
+        loaded = world if may_be_copied(world) else None
         if loaded is None:
             world.simulation.close()
+        prepare(world, settings)
         link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
         gc.collect()
         gc.freeze()  # otherwise the first collection of each server writes to every object, and no memory stays shared
@@ -200,7 +201,8 @@ class Fleet:
                 other.succession.close()
         with ExitStack() as stack:
             if member.starts:  # the first watchdog has a slot for the first process only
-                stack.enter_context(watched())
+                requests = self._watchdog and (self._watchdog.requests, member.number + 1)
+                stack.enter_context(watched(requests=requests))
             elif self._watchdog is not None:
                 self._watchdog.watch(member.number + 1)
             return serve_child(
@@ -314,6 +316,7 @@ class Fleet:
         if (
             member.succession is None
             or exit_code in _REQUESTED
+            or self._was_told_to_end(member)
             or (member.starts == 1 and member.place is None)
         ):
             return False
@@ -327,6 +330,10 @@ class Fleet:
         member.settings = member.settings.for_start(member.starts + 1)
         member.start_at = time.monotonic() + member.succession.pause
         return True
+
+    def _was_told_to_end(self, member: Member) -> bool:
+        """Return whether a server was told to end by a signal, however it then ended."""
+        return self._watchdog is not None and self._watchdog.requests.has(member.number + 1)
 
     def _note_end(self, member: Member, exit_code: int) -> None:
         member.exit_code = exit_code

@@ -162,7 +162,8 @@ def serve_child(
     """Run a server in a fork of the process that watches it. Returns the exit code.
 
     Args:
-        world: a copy of the one that was loaded; None: it has to be loaded.
+        world: a copy of the one that was loaded; None: it has to be loaded. It also is for a new recording, which
+            notes the files that are read.
         ready: called when clients can reach the server.
         inheritance: where its moments are kept, and from what it continues; None: it keeps none.
     """
@@ -173,10 +174,12 @@ def serve_child(
                 goes_on = inheritance is not None and bool(inheritance.ended)
                 recorder = Recorder(settings.record, settings, goes_on=goes_on)
                 stack.callback(recorder.close)
-            if world is None:
+            if world is None or (recorder is not None and recorder.is_empty):
                 world = open_world(settings, stack, recorder and recorder.watch)
             else:
                 stack.callback(world.rendering.close)
+                if recorder is not None:
+                    recorder.follow(world)
             attach_outputs(world, settings, stack, recorder.began if recorder else time.time_ns())
         except (CommandError, StartError) as error:
             logger.error("%s", error)

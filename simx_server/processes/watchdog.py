@@ -19,15 +19,17 @@ import contextlib
 import gc
 import logging
 import math
+import mmap
 import os
 import select
 import signal
 import socket
 import threading
 import time
-from collections.abc import Collection, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import NoReturn
 
@@ -59,17 +61,40 @@ _ENDING = (signal.SIGINT, signal.SIGTERM)
 _CHUNK = 4096
 
 
+class EndRequests:
+    """Which processes were told to end by a signal: memory that watchdogs write, and that all forks share."""
+
+    def __init__(self, processes: int) -> None:
+        self._memory = mmap.mmap(-1, processes)
+
+    def note(self, number: int) -> None:
+        """Note that a process was told to end."""
+        self._memory[number] = 1
+
+    def has(self, number: int) -> bool:
+        """Return whether a process was told to end, also if it did not, and was killed or crashed."""
+        return bool(self._memory[number])
+
+
 class Watchdog:
     """The watchdog as seen by the processes that it watches: this one, and its later forks (a fleet's servers)."""
 
-    def __init__(self, members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> None:
+    def __init__(
+        self,
+        members: int = 0,
+        lifeline: int | None = None,
+        grace: float = GRACE,
+        requests: tuple[EndRequests, int] | None = None,
+    ) -> None:
         """Start to watch this process. Call it in the main thread, before there are others.
 
         Args:
             members: number of processes that will be forked and watched too, see `watch`.
             lifeline: a descriptor; when it is closed, this process is to end as well, see `lifeline.end_with`.
             grace: seconds from then until it is killed.
+            requests: where to note that this process was told to end, and its number there; its members follow.
         """
+        self.requests, self._first = requests or (EndRequests(members + 1), 0)
         self._before = -1
         self._writers: list[int] = []
         if hasattr(os, "fork"):
@@ -91,12 +116,16 @@ class Watchdog:
             masked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
             try:
                 if os.fork() == 0:
-                    _become_watchdog(readers, lifeline, grace)
+                    _become_watchdog(readers, lifeline, grace, partial(self._note, readers))
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, masked)
             for reader in readers:
                 os.close(reader)
         self._announce(0)
+
+    def _note(self, readers: Sequence[int], reader: int) -> None:
+        """Note, in the watchdog's process, that a process was told to end."""
+        self.requests.note(self._first + readers.index(reader))
 
     def _announce(self, number: int) -> None:
         writer = self._writers[number]
@@ -157,7 +186,10 @@ def _room_for(descriptors: int) -> Generator[None]:
 
 @contextmanager
 def watched(
-    members: int = 0, lifeline: int | None = None, grace: float = GRACE
+    members: int = 0,
+    lifeline: int | None = None,
+    grace: float = GRACE,
+    requests: tuple[EndRequests, int] | None = None,
 ) -> Generator[Watchdog | None]:
     """Watch this process within the block, see `Watchdog`; yield None where another thread handles signals."""
     if threading.current_thread() is not threading.main_thread():
@@ -165,7 +197,7 @@ def watched(
             end_with(lifeline, grace)
         yield None
         return
-    watchdog = Watchdog(members, lifeline, grace)
+    watchdog = Watchdog(members, lifeline, grace, requests)
     try:
         yield watchdog
     finally:
@@ -200,7 +232,9 @@ class _Told:
         return self.by - time.monotonic()
 
 
-def _become_watchdog(readers: Sequence[int], lifeline: int | None, grace: float) -> NoReturn:
+def _become_watchdog(
+    readers: Sequence[int], lifeline: int | None, grace: float, note: Callable[[int], None]
+) -> NoReturn:
     """Run the child: it must never return into the parent's code."""
     try:
         signal.set_wakeup_fd(-1)
@@ -209,7 +243,7 @@ def _become_watchdog(readers: Sequence[int], lifeline: int | None, grace: float)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
         gc.disable()  # a collection would write to all the shared memory
         _hold_only((2, *readers, *(() if lifeline is None else (lifeline,))))
-        _Keeper(readers, lifeline, grace).keep()
+        _Keeper(readers, lifeline, grace, note).keep()
     except BaseException:
         logger.exception("the watchdog failed; a server that hangs has to be killed by hand")
     finally:
@@ -227,8 +261,11 @@ def _hold_only(kept: Sequence[int]) -> None:
 class _Keeper:
     """The watchdog's state of each process, by the descriptor from which it hears it."""
 
-    def __init__(self, readers: Sequence[int], lifeline: int | None, grace: float) -> None:
-        self._first = readers[0]
+    def __init__(
+        self, readers: Sequence[int], lifeline: int | None, grace: float, note: Callable[[int], None]
+    ) -> None:
+        """Note each descriptor whose process was told to end."""
+        self._first, self._note = readers[0], note
         self._lifeline, self._grace = lifeline, grace
         self._told = {reader: _Told() for reader in readers}
         self._poll = select.poll()
@@ -256,6 +293,8 @@ class _Keeper:
         elif not said:  # the process has ended
             told.has_left = True
         told.hear(said)
+        if told.signals:
+            self._note(reader)
         if told.has_left:
             self._forget(reader)
 

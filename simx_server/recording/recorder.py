@@ -78,7 +78,6 @@ class Recorder(Part, Watcher):
 
     def watch(self, world: World, scene: Path) -> None:
         """Record which files are read. Call this after the parts are attached and before the scene is loaded."""
-        self._world = world
         simulation = world.simulation
         header: dict[str, Any] = {
             "server": __version__,
@@ -95,6 +94,18 @@ class Recorder(Part, Watcher):
         }
         if self._log.is_empty:
             self._log.put(Kind.HEADER, header)
+        self.follow(world)
+        self.file_read(scene, simulation.files.sources)
+
+    @property
+    def is_empty(self) -> bool:
+        """Return whether the file had no block, so that this recording has to note the scene's files."""
+        return self._log.is_empty
+
+    def follow(self, world: World) -> None:
+        """Record which files are read from now on; the recording goes on and has those of the world."""
+        self._world = world
+        simulation = world.simulation
         simulation.attach(self)
         find = simulation.files.find
 
@@ -104,7 +115,6 @@ class Recorder(Part, Watcher):
             return found
 
         simulation.files.find = find_and_note
-        self.file_read(scene, simulation.files.sources)
 
     def begin(self, loop: RecordedLoop) -> None:
         """Record this server loop from now on."""

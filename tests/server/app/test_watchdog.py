@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -16,7 +17,7 @@ from subprocess import PIPE, Popen
 import pytest
 from processes import ROOT, read_line, running, spawn, wait_until
 
-from simx_client.protocol.cli.exit_codes import DONE, INTERRUPTED
+from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send")
 
@@ -117,6 +118,27 @@ def test_one_server_of_a_fleet_that_is_told_to_end(scene: Path) -> None:
         fleet.send_signal(signal.SIGTERM)
         assert fleet.wait(4 * SOON) == 1
         assert not is_there(servers[1]["pid"])
+
+
+def test_supervised_server_that_was_told_to_end_and_hangs_is_not_started_again(scene: Path) -> None:
+    with hanging(scene, "--port", "0", "--start", "--supervised") as supervisor:
+        until_it_hangs(supervisor)
+        children = Path(f"/proc/{supervisor.pid}/task/{supervisor.pid}/children")
+        if not children.exists():
+            pytest.skip("children are found in /proc")
+        *_, first = map(int, children.read_text().split())
+        os.kill(first, signal.SIGKILL)  # nobody told it: the next one goes on
+        until_it_hangs(supervisor)
+        assert wait_until(lambda: str(first) not in children.read_text().split(), SOON)
+        *_, second = map(int, children.read_text().split())
+
+        def has_ended() -> bool:  # the second signal shortens the time that it has
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(second, signal.SIGTERM)
+            return supervisor.poll() is not None
+
+        assert wait_until(has_ended, 4 * SOON)
+        assert supervisor.returncode == FAILURE
 
 
 def test_servers_of_a_fleet_whose_parent_was_killed(scene: Path) -> None:

@@ -1,0 +1,32 @@
+"""Do once, before the forks of a process, what each server would do at its start: imports and tables, so no threads.
+
+A server that follows a crashed one is then ready a few hundred milliseconds earlier on a busy machine, and all share
+the memory.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+
+from simx_server.scripting.interpreter import ScriptError
+from simx_server.scripting.lua import prepared
+from simx_server.settings.settings import Settings
+from simx_server.sim_api.namespaces import Namespaces
+from simx_server.world.world import World
+
+
+def prepare(world: World, settings: Settings) -> None:
+    """Import the ways in that the settings open, and describe the API if a script or such a way in needs it."""
+    has_zmq = settings.zmq is not None or settings.zmq_viewers is not None
+    if has_zmq:
+        from simx_server.gateways.zmq.gateway import missing
+
+        missing()  # it imports cbor2
+    if settings.ros2 is not None:
+        importlib.import_module("simx_server.gateways.ros2.gateway")
+    if has_zmq or world.scripts.all():
+        names = Namespaces.names()
+        with contextlib.suppress(ScriptError):  # without lupa Lua scripts do not run, and say so
+            prepared.chunks()
+            prepared.names(names)
