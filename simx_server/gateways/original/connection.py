@@ -24,7 +24,7 @@ from simx_server.service.answers.answers import size_of
 from simx_server.service.answers.link import Link
 from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.work import CallsWork
-from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.clients.sessions import FROZEN
 from simx_server.service.server_loop import ServerLoop
 

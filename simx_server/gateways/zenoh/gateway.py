@@ -32,7 +32,7 @@ from simx_server.limits import LimitReached
 from simx_server.parts.status_bar import as_log_line
 from simx_server.service.answers.link import PackingLink
 from simx_server.service.calls.work import BatchWork
-from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.monitoring import report
 from simx_server.service.monitoring.load import LoadMeter
 from simx_server.service.server_loop import ServerLoop

@@ -18,7 +18,7 @@ from simx_server.limits import LimitReached
 from simx_server.scripting.interpreter import TIMEOUT
 from simx_server.scripting.script import Script, ScriptKind
 from simx_server.service.answers.link import Link
-from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.part import Part

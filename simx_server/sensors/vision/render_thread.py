@@ -24,7 +24,7 @@ import mujoco
 from simx_server.limits import Limits
 from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
-from simx_server.service.monitoring.metrics import ImageTimes
+from simx_server.service.monitoring.durations import ImageTimes
 
 from .image_queue import ImageQueue
 from .newest import NewestImages

@@ -29,7 +29,7 @@ from .waiting import Interrupted, Waiting
 from .work import TableWork, Work
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from .serving import Serving
 
 logger = logging.getLogger(__name__)
 
@@ -59,7 +59,7 @@ class _Run:
 class Batches:
     """Executes the batches of all clients. Physics thread only."""
 
-    def __init__(self, loop: ServerLoop, executor: Executor, publisher: Publisher, outbox: Outbox) -> None:
+    def __init__(self, loop: Serving, executor: Executor, publisher: Publisher, outbox: Outbox) -> None:
         self._loop, self._executor = loop, executor
         self._publisher, self._outbox = publisher, outbox
         self._messages = outbox.messages

@@ -14,7 +14,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -24,13 +23,13 @@ from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.replies import Messages
 
 from .background import Unfinished, after_all, wait_for_step
+from .interrupted import Interrupted
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
     from simx_server.service.clients.sessions import ClientSession
-    from simx_server.service.server_loop import ServerLoop
 
     from .executor import Executor
+    from .serving import Serving
 
 MOST_ROUNDS = 2
 """Rounds of the server loop, mostly simulation steps, that a paced call waits for images: at least one whole step."""
@@ -39,46 +38,12 @@ LONGEST_TOGETHER = 0.25
 """Seconds for which a batch in slices holds up simulation steps. A longer one is spread over several steps."""
 
 
-@dataclass(eq=False)
-class Interrupted:
-    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and later ones."""
-
-    replies: list[Reply]
-    """Replies to the calls before."""
-
-    rest: list[Call]
-    waits_for_trigger: bool = True
-    """If False, it waits for any simulation step: the first call of the rest is paced."""
-
-    is_slice: bool = False
-    """It does not wait for a simulation step, but until others were served."""
-
-    noted: Called | None = None
-    """That call, where a history notes it."""
-
-    problem: str = ""
-    """Why the first call of the rest waits in vain for a simulation step."""
-
-    call: Unfinished | None = None
-    """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
-
-    rounds_left: int = 0
-    """If not 0, it does not wait for a simulation step, but for first images, and at most for this number of
-    rounds of the server loop."""
-
-    @property
-    def has_waited_for_step(self) -> bool:
-        """Return whether its first call was paced and may be executed now."""
-        is_paced = not (self.waits_for_trigger or self.is_slice or self.call or self.rounds_left)
-        return is_paced and not self.problem
-
-
 class Waiting:
     """The batches that wait, at most one of each client. Physics thread only, except where a method says otherwise."""
 
     def __init__(
         self,
-        loop: ServerLoop,
+        loop: Serving,
         executor: Executor,
         messages: Messages,
         execute_rest: Callable[[ClientSession], object],

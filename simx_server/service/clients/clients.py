@@ -13,7 +13,8 @@ from simx_server.service.answers.link import Link
 from simx_server.service.queue.inbox import Inbox
 from simx_server.simulation.simulation import Simulation, SimulationState
 
-from .admission.places import Entrance, Places
+from .admission.entrance import Entrance
+from .admission.places import Places
 from .sessions import MAX_DEPARTED, ClientSession, Departed
 
 if TYPE_CHECKING:

@@ -19,10 +19,10 @@ from simx_server.service.answers.streams import Streams
 from simx_server.service.calls.background import after_all
 from simx_server.service.calls.pacing import PacedCalls
 
-from .admission.places import Entrance
+from .admission.entrance import Entrance
 
 if TYPE_CHECKING:
-    from simx_server.service.calls.waiting import Interrupted
+    from simx_server.service.calls.interrupted import Interrupted
 
 logger = logging.getLogger(__name__)
 

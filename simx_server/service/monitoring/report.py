@@ -30,7 +30,8 @@ from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.clients.sessions import ClientSession, Departed
 from simx_server.service.server_loop import ServerLoop
 
-from .metrics import Failures, Histogram, Sample, percentiles
+from .durations import Histogram, percentiles
+from .metrics import Failures, Sample
 
 
 def health(loop: ServerLoop, realm: str) -> Health:

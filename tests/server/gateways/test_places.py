@@ -19,7 +19,8 @@ from simx_server.gateways.lane.gateway import LaneGateway
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zmq import clients, gateway
 from simx_server.limits import LimitReached, Limits
-from simx_server.service.clients.admission.places import Entrance, Places
+from simx_server.service.clients.admission.entrance import Entrance
+from simx_server.service.clients.admission.places import Places
 from simx_server.service.clients.sessions import ClientSession
 
 TIMEOUT = 20.0

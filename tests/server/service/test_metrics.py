@@ -27,16 +27,15 @@ from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clock import Pacer
 from simx_server.service.monitoring import report
-from simx_server.service.monitoring.metrics import (
+from simx_server.service.monitoring.durations import (
     BOUNDS,
     MAX_CAMERAS,
     OTHERS,
-    UNKNOWN,
     Histogram,
     ImageTimes,
-    Metrics,
     percentiles,
 )
+from simx_server.service.monitoring.metrics import UNKNOWN, Metrics
 
 BLOCKING = v.simx_opmode_blocking
 

@@ -16,7 +16,7 @@ from simx_server.gateways.gateway import Entry, Opening
 from simx_server.gateways.listening import Listening, part
 from simx_server.service.answers.link import Link
 from simx_server.service.calls.work import CallsWork
-from simx_server.service.clients.admission.places import Entrance
+from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.clients.admission.unfinished import Unfinished
 from simx_server.service.server_loop import ServerLoop
 

@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from simx_server.limits import Limits
+
+from .entrance import Entrance
 
 if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession
 
 SHARE = 16
 """Each open door keeps one place of this number for its own clients."""
-
-
-class Entrance(NamedTuple):
-    """Where a client has come in."""
-
-    door: str = ""
-    """A name of the gateway; empty for clients within this process."""
-
-    address: str = ""
-    """Of the other machine; empty if it is not known."""
 
 
 class Places:
