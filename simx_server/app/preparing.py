@@ -17,7 +17,7 @@ from simx_server.world.world import World
 
 
 def prepare(world: World, settings: Settings) -> None:
-    """Import the ways in that the settings open, and describe the API if a script or such a way in needs it."""
+    """Import the gateways that the settings open, and describe the API if a script or such a gateway needs it."""
     has_zmq = settings.zmq is not None or settings.zmq_viewers is not None
     if has_zmq:
         from simx_server.gateways.zmq.gateway import missing

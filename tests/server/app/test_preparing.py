@@ -1,4 +1,4 @@
-"""What all servers of a process need is made before they are forked."""
+"""A process makes the common parts of all its servers before it forks them."""
 
 from __future__ import annotations
 
