@@ -179,5 +179,8 @@ def _add(scene: mujoco.MjvScene, kind: mujoco.mjtGeom, place: np.ndarray, number
     geom = scene.geoms[scene.ngeom]
     mujoco.mjv_initGeom(geom, kind, np.ones(3), place, _NO_ROTATION, np.ones(4, np.float32))
     geom.dataid = number
+    # MuJoCo leaves these as they were in memory; by the kind of object it decides how far away a geom is.
+    geom.objtype, geom.objid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1
+    geom.category, geom.segid = mujoco.mjtCatBit.mjCAT_DECOR, -1
     scene.ngeom += 1
     return geom

@@ -227,7 +227,7 @@ def test_the_past_is_shown_while_the_run_goes_on(open_lab: Open) -> None:
     assert ask(lab.client, SURVEY, -1, -1)["past"]["now"] == ["running", pytest.approx(0.4), 8]
     assert (past["step"]["call_before"], past["step"]["call_after"]) == (1, -1)
     look = past["look"]
-    assert (look["passes"], look["time"], look["model"], look["binary"]) == (4, 0.2, now["model"], None)
+    assert (look["steps"], look["time"], look["model"], look["binary"]) == (4, 0.2, now["model"], None)
     assert past["step"]["joints"]["elbow"] == then[1]
     first = ask(lab.client, STEP, 1)
     assert first["calls"][-1]["call"].startswith("simxSetJointTargetPosition(")

@@ -238,20 +238,38 @@ def test_a_see_through_geom_tints_by_its_opacity_and_has_depth(make_renderer) ->
     assert np.abs(alone.depth - opaque.depth).max() < 1e-5
 
 
+PANES = """
+<mujoco>
+  <visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
+  <worldbody>
+    <geom type="box" size="9 0.01 9" pos="0 2 0" rgba="0 1 0 0.5"/>
+    <geom type="box" size="9 0.01 9" pos="0 4 0" rgba="0 0 1 0.2"/>
+    <camera name="eye" xyaxes="1 0 0 0 0 1"/>
+  </worldbody>
+</mujoco>
+"""
+THROUGH_PANES = [0.4 * 255, 0.5 * 255, 0.1 * 255]
+"""Their colours over red."""
+
+
 def test_what_is_see_through_lies_over_the_background_and_over_what_is_farther(make_renderer) -> None:
-    panes = """
-    <mujoco>
-      <visual><headlight ambient="1 1 1" diffuse="0 0 0" specular="0 0 0"/></visual>
-      <worldbody>
-        <geom type="box" size="9 0.01 9" pos="0 2 0" rgba="0 1 0 0.5"/>
-        <geom type="box" size="9 0.01 9" pos="0 4 0" rgba="0 0 1 0.2"/>
-        <camera name="eye" xyaxes="1 0 0 0 0 1"/>
-      </worldbody>
-    </mujoco>
-    """
     view = dataclasses.replace(FRONT, background=(1.0, 0.0, 0.0))
-    picture = image_of(make_renderer, panes, view)
-    assert picture.rgb[60, 80] == pytest.approx([0.4 * 255, 0.5 * 255, 0.1 * 255], abs=1)
+    picture = image_of(make_renderer, PANES, view)
+    assert picture.rgb[60, 80] == pytest.approx(THROUGH_PANES, abs=1)
+
+
+@pytest.mark.gl
+def test_what_memory_held_before_a_scene_changes_no_image(opengl_name: str) -> None:
+    model, data = load(PANES)
+    renderer = OpenGLRenderer(model, opengl_name)
+    for geom in renderer._scene.geoms:
+        geom.objtype, geom.objid, geom.segid, geom.category = mujoco.mjtObj.mjOBJ_GEOM, 0, 9, 9
+    image = renderer.render(
+        data, dataclasses.replace(FRONT, background=(1.0, 0.0, 0.0)), rgb=True, depth=False
+    )
+    renderer.close()
+    assert image.rgb is not None
+    assert image.rgb[60, 80] == pytest.approx(THROUGH_PANES, abs=1)
 
 
 @pytest.mark.parametrize("size", [None, 2.0], ids=["perspective", "orthographic"])
