@@ -215,3 +215,19 @@ def test_texts_of_clients_are_escaped() -> None:
     assert "<b>" not in text
     assert "<i>" not in text
     assert "3 further calls" in text
+
+
+def test_what_the_page_shows_meanwhile_takes_no_drag_away(slider: Slider) -> None:
+    slider.set(slider.slider, 12)
+    slider.follow()
+    for before in (12, None):
+        # The browser's message is here, and the call-back that reads it comes a moment later.
+        slider.slider._impl.value = 3
+        if before is not None:
+            slider.time.show(before, slider.past(before))
+        slider.show()
+        slider.set(slider.slider, slider.slider.value)
+        slider.follow()
+        assert slider.time.step == 3
+        assert "The past: step 3, 0.15 s." in slider.text()
+        slider.press("now")

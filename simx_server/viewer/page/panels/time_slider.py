@@ -46,6 +46,9 @@ class TimeSlider:
         self._now: tuple[str, float, int] = ("stopped", 0.0, 0)
         self._past: PastStep | None = None
         self._step: int | None = None
+        self._placed = 0
+        """Where the page has put the slider; it is elsewhere if a user has just dragged it."""
+
         self._seeks_call = False
         """Turn to the last call before the step that is shown next, if it has none."""
 
@@ -102,7 +105,7 @@ class TimeSlider:
             return
         self._past = past
         self._step = past["step"]  # of a step that is not kept any more, the nearest one
-        put(self._slider, value=self._step)
+        self._place(self._step)
         self._show_past(past)
         if self._seeks_call:
             self._seeks_call = False
@@ -114,7 +117,7 @@ class TimeSlider:
         self._step = self._past = None
         for element in (self._text, self._go_on, self._reads, self._calls):
             put(element, visible=False)
-        put(self._slider, value=max(self._last, 0))
+        self._place(max(self._last, 0))
 
     def update(self, survey: Survey, look: Look) -> None:
         """Update the range of the slider. A stop shows the present, which it has brought back."""
@@ -127,15 +130,18 @@ class TimeSlider:
             if self._step is not None:
                 self.leave()
             put(self._slider, min=0, max=1, value=0, disabled=True)
+            self._placed = 0
             return
         first, last = self._first, max(self._last, self._first + 1)
-        is_present = self._step is None
+        is_present, is_dragged = self._step is None, self._slider.value != self._placed
         if last > self._slider.max:  # the ends never cross, and the value stays between them
             put(self._slider, max=last)
         put(self._slider, min=first)
         put(self._slider, max=last, disabled=False)
+        if not is_dragged:
+            self._placed = self._slider.value  # between the ends
         if is_present and self._step is None:
-            put(self._slider, value=self._last)
+            self._place(self._last)
         elif self._past is not None:
             self._show_past(self._past)
 
@@ -146,7 +152,14 @@ class TimeSlider:
 
     def _dragged(self, event: viser.GuiEvent[viser.GuiSliderHandle[int]]) -> None:
         if event.client is not None:  # otherwise `update` has moved it
-            self._turn_to(int(event.target.value))
+            self._placed = int(event.target.value)
+            self._turn_to(self._placed)
+
+    def _place(self, step: int) -> None:
+        """Move the slider, unless a user has just dragged it: the event that says so is on its way and reads it."""
+        if self._slider.value == self._placed:
+            put(self._slider, value=step)
+            self._placed = step
 
     def _turn_to(self, step: int) -> None:
         if self._last < 0:
@@ -155,7 +168,7 @@ class TimeSlider:
             self.leave()
         else:
             self._step = max(step, self._first)
-            put(self._slider, value=self._step)
+            self._place(self._step)
 
     def _jump(self, button: str) -> None:
         present = self._last if self._step is None else self._step
