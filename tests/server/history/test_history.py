@@ -231,7 +231,7 @@ def test_the_past_is_shown_while_the_run_goes_on(open_lab: Open) -> None:
     assert past["step"]["joints"]["elbow"] == then[1]
     first = ask(lab.client, STEP, 1)
     assert first["calls"][-1]["call"].startswith("simxSetJointTargetPosition(")
-    assert ask(lab.client, PAST, 99, -1, -1)["look"]["passes"] == 8, "the last that is kept"
+    assert ask(lab.client, PAST, 99, -1, -1)["look"]["steps"] == 8, "the last that is kept"
 
 
 def test_the_model_of_a_past_step_is_shown_after_an_edit(open_lab: Open) -> None:

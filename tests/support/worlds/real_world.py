@@ -86,6 +86,7 @@ class RealWorld:
     def close(self) -> None:
         v.simxFinish(-1)
         self._stack.close()
+        self.loop.close_sockets()
 
 
 def render_with(world: Any, thread: Any) -> None:
