@@ -17,7 +17,6 @@ from types import FrameType
 
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
 from simx_client.protocol.roster import noted
-from simx_server.app.building import build_world
 from simx_server.errors import CommandError, StartError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import raise_limit
@@ -43,6 +42,7 @@ from simx_server.viewer.launching import listen, missing, page
 from simx_server.world.warm_up import WarmUp, wait_until_warm
 from simx_server.world.world import World
 
+from .building import build_world
 from .serving import Gateways, add_viewers, make_loop, open_gateways
 
 logger = logging.getLogger(__name__)

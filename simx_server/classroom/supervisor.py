@@ -22,6 +22,7 @@ from pathlib import Path
 from simx_client.protocol.cli.exit_codes import FAILURE, INTERRUPTED
 from simx_client.protocol.zenoh import link
 from simx_server.app.fleet import may_be_copied, tell_parent
+from simx_server.app.preparing import prepare
 from simx_server.app.server import open_world, run_server
 from simx_server.errors import CommandError
 from simx_server.history.succession import Succession
@@ -81,6 +82,7 @@ def run_class(plan: ClassPlan, base: Settings, listener: socket.socket, most_mem
         loaded = world if may_be_copied(world) else None
         if loaded is None:
             world.simulation.close()
+        prepare(world, base)
         link.import_zenoh(link.CONFIGURED_SERVER_RUNTIME)
         gc.collect()
         gc.freeze()  # otherwise the first collection of each child writes to every object, and no memory stays shared

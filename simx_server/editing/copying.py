@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 
 from simx_server.scene import properties
+from simx_server.scene.editing.copies.kept import Kept
 from simx_server.scene.editing.extracting import extract
-from simx_server.scene.editing.kept import Kept
 from simx_server.scene.editing.transplant import move_body, move_leaf
 from simx_server.scene.editing.welding import body_name, start_pose
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_server.scene.editing.element_copies import Copier, agree
+from simx_server.scene.editing.copies.element_copies import Copier, agree
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import PREFIX, Annotation
 from simx_server.scene.geometry.highlights import SPECULAR

@@ -19,7 +19,7 @@ from simx_server.scene.formats.texts.values import decode_bytes
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.simulation.simulation import Simulation
 

@@ -21,7 +21,7 @@ from simx_server.scene.properties import FIRST_LAYER, SHOWN_LAYERS
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.simulation.simulation import Simulation
 
 _LAYERS = 0xFFFF

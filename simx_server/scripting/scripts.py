@@ -27,7 +27,7 @@ from .targets import find_target, split_target
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.sensors.force import ForceSensors

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.sources import Sources
     from simx_server.scene.formats.vrep.report import Report

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.scene.editing.element_copies import Copier
+from simx_server.scene.editing.copies.element_copies import Copier
 from simx_server.scene.poses.poses import Pose, compose, inverse
 from simx_server.scene.tree import INTERNAL
 

@@ -29,7 +29,7 @@ from .showing import Shown, show
 from .voxels import Voxels
 
 if TYPE_CHECKING:
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.simulation.simulation import Simulation

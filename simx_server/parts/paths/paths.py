@@ -22,7 +22,7 @@ from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.formats.annotations import Annotation
     from simx_server.simulation.simulation import Simulation
 

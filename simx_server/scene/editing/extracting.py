@@ -12,7 +12,7 @@ from typing import Any
 
 import mujoco
 
-from .element_copies import LEAVES, Copier
+from .copies.element_copies import LEAVES, Copier
 from .transplant import OBJECT_TYPES, TRANSMISSIONS, equality_kind
 
 _AS_IT_IS = Copier(lambda name: name)

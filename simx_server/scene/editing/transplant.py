@@ -16,7 +16,7 @@ import numpy as np
 from simx_server.scene.poses.poses import Pose
 from simx_server.scene.tree import INTERNAL
 
-from .element_copies import LEAVES, Copier
+from .copies.element_copies import LEAVES, Copier
 from .least_mass import keep_movable
 
 _OLD = INTERNAL + "old:"

@@ -20,7 +20,7 @@ from typing import Any
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.scene.editing.element_copies import LEAVES, Copier
+from simx_server.scene.editing.copies.element_copies import LEAVES, Copier
 from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.names import copy_names
 from simx_server.scene.registered import concerned, renamed, renamed_registered

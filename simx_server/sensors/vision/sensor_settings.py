@@ -19,7 +19,7 @@ from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
-    from simx_server.scene.editing.kept import Kept
+    from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.objects import Scene
     from simx_server.simulation.simulation import Simulation
 

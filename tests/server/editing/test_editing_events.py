@@ -13,7 +13,7 @@ from scenes_for_tests import ARM
 from simx_server import editing
 from simx_server.editing.copying import copy_objects
 from simx_server.editing.scaling_objects import scale_object, scale_objects
-from simx_server.scene.editing.kept import Kept
+from simx_server.scene.editing.copies.kept import Kept
 from simx_server.simulation.part import Part
 
 
