@@ -119,6 +119,8 @@ def _drive(keys: Keyboard, watcher: int, folder: Path) -> None:
         return value
 
     assert position("UR5_joint1") == pytest.approx(0.0, abs=1e-3)
+    # The window is there before the program reads its first event; keys that come before that may be lost.
+    assert wait_until((folder / "imgTemp" / "frame.jpg").exists, 20.0), "the first frame"
     keys.press("q", 10)
     assert wait_until(lambda: _is_at_whole_degrees(position("UR5_joint1"), 10), 20.0)
     assert position("UR5_joint2") == pytest.approx(0.0, abs=math.radians(0.1))
