@@ -112,7 +112,7 @@ class EmbeddedServer:
             return
         self._turns.begin()
         try:
-            self.loop.end_now()
+            self.loop.ending.now()
             if self._recorder is not None:
                 self._recorder.ending()
             self.world.simulation.stop()

@@ -374,7 +374,7 @@ class _QuitAfterStop(Part):
 
     def run_stopped(self) -> None:
         if not self._loop.is_going_back:
-            self._loop.end()
+            self._loop.ending.request()
 
 
 @contextmanager
@@ -387,7 +387,7 @@ def _ending_by_signal(loop: ServerLoop) -> Generator[None]:
         if has_come:
             os._exit(INTERRUPTED)
         has_come = True
-        loop.end()
+        loop.ending.request()
 
     previous = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -47,7 +47,7 @@ def make_loop(world: World, settings: Settings) -> ServerLoop:
     loop.watches.append(world.rendering.watch)
     parameters.pace = pacer
     parameters.is_waiting_for_trigger = lambda: loop.is_waiting_for_trigger
-    parameters.end = loop.end_when_left
+    parameters.end = loop.ending.when_left
     loop.history = History(loop, settings.history)
     return loop
 

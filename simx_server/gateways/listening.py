@@ -81,7 +81,7 @@ class Listening(Gateway, Generic[P]):
         self._is_accepting = False
         self._next_look = 0.0
         if door:
-            loop.places.open(door)
+            loop.clients.places.open(door)
         for listener in listeners:
             listener.setblocking(False)
         self._go_on_accepting()
@@ -182,7 +182,7 @@ class Listening(Gateway, Generic[P]):
         for listener in self._listeners:
             listener.close()
         if self._door:
-            self._loop.places.close(self._door)
+            self._loop.clients.places.close(self._door)
 
     @abstractmethod
     def _end(self, peer: P) -> None:

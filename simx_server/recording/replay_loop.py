@@ -101,13 +101,13 @@ class ReplayLoop(ServerLoop):
         match record:
             case [Kind.JOINED, _, number, client, name, port]:
                 self._clients[number] = client
-                self._handle(lambda: self.join(client, name, port, Link(), entrance=None))
+                self._handle(lambda: self.clients.join(client, name, port, Link(), entrance=None))
             case [Kind.JOINED_ZMQ | Kind.CONTINUED, *_]:
                 self._do_of_zmq(record)
             case [Kind.LEFT | Kind.STEPPING_LOST as kind, _, number]:
                 client = self._client(number)
-                end = partial(self.end_stepping, client, "it was silent")
-                self._handle(partial(self.leave, client) if kind == Kind.LEFT else end)
+                end = partial(self.clients.end_stepping, client, "it was silent")
+                self._handle(partial(self.clients.leave, client) if kind == Kind.LEFT else end)
             case [Kind.BATCH, _, number, payload]:
                 client = self._client(number)
                 self._handle(Arrival(client, self._zmq.recorded(client, payload) or BatchWork(payload)))
@@ -144,7 +144,7 @@ class ReplayLoop(ServerLoop):
     def resume(self, what: str, blocks: list[list[Any]]) -> None:
         """Start as the successor of a crashed server did: with the scene of the start, without clients."""
         for client in list(self.sessions):
-            self._handle(partial(self.leave, client))
+            self._handle(partial(self.clients.leave, client))
         self._clients.clear()
         self._zmq.begin_again()
         self._due.clear()

@@ -115,15 +115,8 @@ class ServerLoop(Part):
         self.clients = clients = Clients(
             simulation, self._inbox, self.metrics, starting_port, lambda: self._is_serving
         )
-        self.sessions, self.departed, self.places = clients.sessions, clients.departed, clients.places
-        self.join, self.depart, self.leave = clients.join, clients.depart, clients.leave
-        self.end_stepping = clients.end_stepping
+        self.sessions = clients.sessions
         self.ending = Ending(simulation, self._inbox, self.sessions, lambda: executor.client)
-        self.end, self.end_now, self.end_when_left = (
-            self.ending.request,
-            self.ending.now,
-            self.ending.when_left,
-        )
         self._memory = Memory(self._inbox)
         for watcher in (self.metrics, self._memory, self.ending):
             clients.watch(watcher)
@@ -344,7 +337,7 @@ class ServerLoop(Part):
         """Do what is due now and then."""
         self.metrics.tick()
         self._memory.look()
-        for look in self.watches:
+        for look in tuple(self.watches):  # a look may close a gateway, which takes its own from the list
             look()
 
     def close(self) -> None:

@@ -52,16 +52,17 @@ class _Victim:
 
     def token(self, client: str) -> bytes:
         """Let a client join, as the Zenoh gateway does; return its token."""
-        loop, came = self.world.loop, threading.Event()
+        loop, offers, came = self.world.loop, list[str](), threading.Event()
 
         def join() -> None:
             if client not in loop.sessions:
-                loop.join(client, client, 0, self.gateway.invite(client, _Zenoh()))
+                loop.clients.join(client, client, 0, self.gateway.invite(client, _Zenoh()))
+            offers.append(self.gateway.offer_to(client))  # here, as it may be about to leave
             came.set()
 
         loop.post(join)
         assert came.wait(WAIT)
-        offer = read_offer(self.gateway.offer_to(client))
+        offer = read_offer(offers[0])
         assert offer is not None
         return offer.token.encode()
 
@@ -72,7 +73,7 @@ class _Victim:
         return connected
 
     def close(self) -> None:
-        self.world.loop.end()
+        self.world.loop.ending.request()
         self._thread.join(WAIT)
         self.gateway.close()
         self.world.loop.close_sockets()

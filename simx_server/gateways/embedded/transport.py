@@ -82,7 +82,7 @@ class EmbeddedTransport(PackingLink):
         if not self._turns.begin(time.monotonic() + timeout):
             raise ConnectionFailed("the embedded simulation does not answer: another thread keeps it busy")
         try:
-            self._session = self._loop.join(self.client, self._name, self._port, self)
+            self._session = self._loop.clients.join(self.client, self._name, self._port, self)
             self.is_direct = self._loop.recorder is None
             self._turns.note_change()
         except LimitReached as problem:
@@ -143,7 +143,7 @@ class EmbeddedTransport(PackingLink):
         if self._session is None:
             return
         self._session, self.is_direct = None, False
-        self._loop.depart(self.client)
+        self._loop.clients.depart(self.client)
         if self._turns.begin():
             try:
                 self._loop.turn()

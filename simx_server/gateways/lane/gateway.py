@@ -95,19 +95,24 @@ class LaneGateway(Listening["_Peer"], Offers):
     def invite(self, client: str, link: PackingLink) -> Link:
         """Make an offer for a client that joins; return its link, which goes over to the lane with its first batch."""
         token = new_token()
-        guest = EitherLink(client, link, partial(self._guests.pop, token, None))
+        guest = EitherLink(client, token, link, partial(self._guests.pop, token, None))
         self._guests[token] = guest
         return guest
 
     def offer_to(self, client: str) -> str:
         """Return the offer in a client's welcome; empty for a client that has not joined."""
-        found = (token for token, guest in self._guests.items() if guest.client == client)
-        token = next(found, None)
-        return "" if token is None else str(Offer(token, self._name))
+        guest = self._guest(client)
+        return "" if guest is None else str(Offer(guest.token, self._name))
 
     def serves(self, client: str) -> bool:
         """Return whether a client uses its offer."""
-        return any(guest.client == client and guest.lane is not None for guest in self._guests.values())
+        guest = self._guest(client)
+        return guest is not None and guest.lane is not None
+
+    def _guest(self, client: str) -> EitherLink | None:
+        """Return the link of a client with an offer."""
+        session = self._loop.sessions.get(client)
+        return session.link if session is not None and isinstance(session.link, EitherLink) else None
 
     # --- connections -----------------------------------------------------------------------------
 
@@ -243,7 +248,7 @@ class LaneGateway(Listening["_Peer"], Offers):
             peer.socket.close()
             return
         if peer.is_used:
-            self._loop.depart(peer.client)
+            self._loop.clients.depart(peer.client)
         link.close()
 
     def _forget(self, peer: _Peer) -> None:

@@ -45,13 +45,14 @@ class EitherLink(Link):
     The function of a link that a call uses is the chosen link's own: a choice at each message would cost more.
     """
 
-    def __init__(self, client: str, first: PackingLink, closed: Callable[[], object]) -> None:
+    def __init__(self, client: str, token: str, first: PackingLink, closed: Callable[[], object]) -> None:
         """Use the first one.
 
         Args:
+            token: the one of its offer.
             closed: called when the client has left.
         """
-        self.client, self.first, self._closed = client, first, closed
+        self.client, self.token, self.first, self._closed = client, token, first, closed
         self.lane: LaneLink | None = None
         self._is_closed = False
         self.deliver, self.publish, self.publish_image = first.deliver, first.publish, first.publish_image

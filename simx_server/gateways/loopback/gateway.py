@@ -59,7 +59,7 @@ class LoopbackTransport(PackingLink):
 
         def join() -> None:
             try:
-                self._loop.join(self.client, self._name, self._port, self)
+                self._loop.clients.join(self.client, self._name, self._port, self)
             except LimitReached as problem:
                 refusals.append(problem)
             joined.set()
@@ -107,7 +107,7 @@ class LoopbackTransport(PackingLink):
     def lose(self) -> None:
         """Cut the link, as when the client's process dies or the server goes away."""
         self._connected, self._lost = False, True
-        self._loop.depart(self.client)
+        self._loop.clients.depart(self.client)
         self._deliveries.put(None)
         if self._turns:
             self._loop.turn()
@@ -127,6 +127,6 @@ class LoopbackTransport(PackingLink):
         """Close the link, for either side: the client leaves the server."""
         if self._connected:
             self._connected = False
-            self._loop.depart(self.client)
+            self._loop.clients.depart(self.client)
             if self._turns:
                 self._loop.turn()

@@ -160,7 +160,7 @@ class Connection(Link):
                 self._unfinished.end()
                 self._pieces.end()
                 if self.has_joined:
-                    self._loop.depart(self.client)
+                    self._loop.clients.depart(self.client)
 
     def _exchange(self) -> bool:
         """Read a message and answer it; return False after the last one."""
@@ -219,7 +219,7 @@ class Connection(Link):
             return self._socket.recv(READ)
         except TimeoutError:
             why = f"nothing was heard of it for {FROZEN:g} s"
-            self._loop.post(partial(self._loop.end_stepping, self.client, why))
+            self._loop.post(partial(self._loop.clients.end_stepping, self.client, why))
         self._set_timeout(max(LEAST_CYCLE, SILENCE - FROZEN))
         return self._socket.recv(READ)
 
@@ -242,7 +242,7 @@ class Connection(Link):
         def join() -> None:
             try:
                 if not self._is_closed:
-                    self._loop.join(self.client, self.name, self._port, self, entrance=self._entrance)
+                    self._loop.clients.join(self.client, self.name, self._port, self, entrance=self._entrance)
             except LimitReached as problem:
                 refusals.append(problem)
             finally:

@@ -50,7 +50,7 @@ class Ros2Client(Link):
         """Id of this call, 0 for none. Replies to others come at any time: a long batch is executed in slices."""
 
         self._batches, self._next_call = 0, 1
-        self.session = loop.join(self.key, name, port, self, is_onlooker=True)
+        self.session = loop.clients.join(self.key, name, port, self, is_onlooker=True)
 
     def execute(self, calls: Iterable[Call]) -> None:
         """Execute calls together for a message, which has no answer; failures are in the log, each once."""
@@ -104,7 +104,7 @@ class Ros2Client(Link):
 
     def leave(self) -> None:
         """Leave the server loop. No thread runs it meanwhile."""
-        self._loop.leave(self.key)
+        self._loop.clients.leave(self.key)
 
     # --- the link --------------------------------------------------------------------------------
 

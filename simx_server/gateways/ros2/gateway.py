@@ -197,7 +197,9 @@ class Ros2Gateway(Gateway, Part):
             pulse.forget()
             pulse.is_wanted = session.is_stepping
         if session.is_waiting and pulse.problem:
-            self._loop.end_stepping(self._client.key, f"{pulse.problem}; {SET_STEPPING} sets it again")
+            self._loop.clients.end_stepping(
+                self._client.key, f"{pulse.problem}; {SET_STEPPING} sets it again"
+            )
             pulse.forget()
 
     def _moment(self) -> Moment:

@@ -150,7 +150,7 @@ class ZenohGateway(Gateway, Part):
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
-        loop.places.open(self._entrance.door)
+        loop.clients.places.open(self._entrance.door)
         super().__init__(loop)
         self._declare()
 
@@ -256,7 +256,7 @@ class ZenohGateway(Gateway, Part):
                 if len(self._present) > max(MOST_PRESENT, 2 * len(self._loop.sessions)):
                     del self._present[next(name for name in self._present if name not in self._loop.sessions)]
         if has_joined:
-            self._loop.depart(client)
+            self._loop.clients.depart(client)
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -306,7 +306,7 @@ class ZenohGateway(Gateway, Part):
             if not self._is_from(client, query):
                 return version, f"another client is called {client}", client
             if self._offers.serves(client):
-                self._loop.depart(client)  # it has lost that connection, and so its session
+                self._loop.clients.depart(client)  # it has lost that connection, and so its session
                 return None
         else:
             self._secrets[client] = (
@@ -317,7 +317,9 @@ class ZenohGateway(Gateway, Part):
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
             its_link = self._offers.invite(client, zenoh_link)
             try:
-                self._loop.join(client, greeting.name, greeting.port, its_link, entrance=self._entrance)
+                self._loop.clients.join(
+                    client, greeting.name, greeting.port, its_link, entrance=self._entrance
+                )
             except LimitReached as problem:
                 its_link.close()
                 return version, str(problem), client
@@ -391,7 +393,7 @@ class ZenohGateway(Gateway, Part):
     def _end(self, clients: Sequence[str] = ()) -> None:
         """Have a thread close the session, after which clients leave."""
         super().close()
-        self._loop.places.close(self._entrance.door)
+        self._loop.clients.places.close(self._entrance.door)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True
         )
@@ -403,7 +405,7 @@ class ZenohGateway(Gateway, Part):
         except self._zenoh.ZError as error:
             logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
         for client in clients:
-            self._loop.depart(client)
+            self._loop.clients.depart(client)
 
 
 class ZenohLink(PackingLink):

@@ -177,7 +177,7 @@ class ZmqClients(Part):
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
         try:
-            client.session = self.loop.join(key, name, port, link, calls_sim=True, entrance=entrance)
+            client.session = self.loop.clients.join(key, name, port, link, calls_sim=True, entrance=entrance)
         except LimitReached:
             del self._clients[key]
             self._next_handle -= 1
@@ -197,7 +197,7 @@ class ZmqClients(Part):
         client = self._clients.get(key)
         if client is not None:
             client.is_leaving = True
-            self.loop.depart(key)
+            self.loop.clients.depart(key)
 
     def _forget(self, client: Client) -> None:
         for connection in client.connections.values():

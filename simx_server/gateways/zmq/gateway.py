@@ -230,7 +230,7 @@ class ZmqGateway(Listening[SocketPeer]):
         for peer in peers:
             peer.silent_looks += 1
         if all(peer.answers_pings and peer.silent_looks > FROZEN / RETRY for peer in peers):
-            self._loop.end_stepping(key, f"nothing was heard of it for {FROZEN:g} s")
+            self._loop.clients.end_stepping(key, f"nothing was heard of it for {FROZEN:g} s")
             return
         for peer in peers:
             if peer.answers_pings and peer.silent_looks > 1:

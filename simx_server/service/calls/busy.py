@@ -135,7 +135,7 @@ class BusyDesk:
         timeout = TIMEOUT if doing.client or len(self._sessions) > 1 else STEP_TIMEOUT
         busy = time.monotonic() - piece.since
         if busy >= _LOOK:
-            for read in self._readers:  # now, as calls wait from the moment at which they are read
+            for read in tuple(self._readers):  # now, as calls wait from the moment at which they are read
                 read()
         if busy < LONG:
             return

@@ -63,7 +63,7 @@ def metrics(loop: ServerLoop, realm: str, ports: Sequence[int]) -> Metrics:
         "calls": {**_calls(before, now, window), "dropped": counted.dropped},
         "commands": {name: _command(loop, name, before, window) for name in sorted(commands)},
         "clients": [_client(loop, session, before, window) for session in loop.sessions.values()],
-        "departed": [_departed(loop, each) for each in loop.departed],
+        "departed": [_departed(loop, each) for each in loop.clients.departed],
         "streams": sum(len(session.streams.by_id) for session in loop.sessions.values()),
         "pictures": _pictures(loop, before, window),
         "process": _process(before, now, window),

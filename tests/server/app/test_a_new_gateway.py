@@ -42,7 +42,7 @@ def opened(folder: Path, stack: ExitStack, *entries: Entry) -> tuple[ServerLoop,
     thread = threading.Thread(target=loop.run)
     thread.start()
     stack.callback(thread.join, TIMEOUT)
-    stack.callback(loop.end)
+    stack.callback(loop.ending.request)
     return loop, gateways
 
 

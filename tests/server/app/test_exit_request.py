@@ -18,7 +18,7 @@ def place(tmp_path: Path) -> Iterator[RealWorld]:
     scene = tmp_path / "scene.xml"
     scene.write_text("<mujoco/>")
     world = RealWorld(scene)
-    world.parts.parameters.end = world.loop.end_when_left
+    world.parts.parameters.end = world.loop.ending.when_left
     yield world
     world.close()
 

@@ -89,7 +89,9 @@ def test_a_door_full_of_clients_does_not_close_the_others(house: ZmqWorld, closi
 
     def fill() -> None:
         for number in range(30):
-            house.loop.join(f"zmq/{number}", "one of many", house.port, cast(Any, NoLink()), entrance=crowd)
+            house.loop.clients.join(
+                f"zmq/{number}", "one of many", house.port, cast(Any, NoLink()), entrance=crowd
+            )
 
     house.on_server(fill)
     assert "each other port keeps 2 places" in house.raw().ask("sim.getSimulationTime")["err"]

@@ -75,7 +75,8 @@ class House:
         transport.greet(TIMEOUT)
 
         def offered() -> Any:
-            self.local.invite(transport.client, self.loop.sessions[transport.client].link)
+            session = self.loop.sessions[transport.client]
+            session.link = self.local.invite(transport.client, transport)
             return read_offer(self.local.offer_to(transport.client))
 
         peer = self.stack.enter_context(socket.socket(socket.AF_UNIX))

@@ -125,13 +125,13 @@ def test_it_is_told_in_the_status_bar_and_to_the_clients_that_come_back(servers:
     servers.begin(second, back=0)
     told = "the server ended by signal 11 and was started again; the simulation goes on from step 4, 0.200 s"
     assert second.parts.status_bar.messages[-1] == told
-    session = second.loop.join(
+    session = second.loop.clients.join(
         former, "drv.py", 19997, second.loop.sessions[next(iter(second.loop.sessions))].link
     )
     assert list(session.errors) == [told]
     assert session.is_stepping
     assert session is second.loop.sessions[former]
-    newcomer = second.loop.join("newcomer", "other.py", 19997, session.link)
+    newcomer = second.loop.clients.join("newcomer", "other.py", 19997, session.link)
     assert not newcomer.errors
     assert not newcomer.is_stepping
 

@@ -145,7 +145,7 @@ def test_calls_of_original_clients_replay_to_the_same_states(scene: Path, record
             client.call(0x1007, ints(2))
             client.call(0x1002, hinge, floats(0.25))
     finally:
-        place.loop.end()
+        place.loop.ending.request()
         thread.join(20)
         gateway.close()
         place.close()

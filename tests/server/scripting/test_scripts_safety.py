@@ -66,7 +66,7 @@ class ThreadedWorld(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.loop.end()
+        self.loop.ending.request()
         self._thread.join(20)
         super().close()
 

@@ -63,7 +63,7 @@ class World(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.loop.end()
+        self.loop.ending.request()
         self._thread.join(TIMEOUT)
         super().close()
 

@@ -244,7 +244,7 @@ def world() -> Iterator[World]:
 
 def join(world: World, client: str) -> Listener:
     link = Listener()
-    world.loop.join(client, client, 0, link)
+    world.loop.clients.join(client, client, 0, link)
     return link
 
 
@@ -323,7 +323,7 @@ def test_what_is_dropped_is_counted_and_told(world: World) -> None:
 def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World) -> None:
     link = join(world, "one")
     world.loop.submit("one", BatchWork(reads(1, 2)))
-    world.loop.depart("one")
+    world.loop.clients.depart("one")
     assert world.loop.is_departing("one")
     world.loop.submit("one", BatchWork(reads(3)))
     world.settle()

@@ -140,7 +140,7 @@ def test_a_client_that_left_is_forgotten_and_its_calls_are_not(world: World) -> 
 
 
 def test_a_viewer_is_told_from_a_driver(world: World) -> None:
-    world.loop.join("viewer-1", "watcher", 7, SimpleNamespace(close=lambda: None))  # pyright: ignore
+    world.loop.clients.join("viewer-1", "watcher", 7, SimpleNamespace(close=lambda: None))  # pyright: ignore
     (client,) = told(world)["clients"]
     assert (client["name"], client["role"], client["port"]) == ("watcher", "viewer", 7)
 
@@ -213,7 +213,7 @@ def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
     world.loop.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
     for _ in range(7):
         clock.now += 1.0
-        world.loop.end()
+        world.loop.ending.request()
         world.loop.run()
         world.loop.ending.has_come = False
     assert metrics.recent().wall == clock.now - 5.0

@@ -45,7 +45,7 @@ def world():
 
 def _join(world: World, client: str) -> Listener:
     link = Listener()
-    world.loop.join(client, client, 0, link)
+    world.loop.clients.join(client, client, 0, link)
     return link
 
 
@@ -318,7 +318,7 @@ def test_answers_leave_before_the_streams_of_the_next_pass(world):
 def test_what_a_client_asked_before_it_left_is_answered(world):
     link, other = _join(world, "one"), _join(world, "other")
     _send(world, "one", 1, _set(1))
-    world.loop.post(lambda: world.loop.leave("one"))
+    world.loop.post(lambda: world.loop.clients.leave("one"))
     _send(world, "one", 2, _read(2))
     _send(world, "other", 1, _read(1))
     world.settle()
@@ -423,7 +423,7 @@ def test_what_was_done_is_answered_before_the_engine_ends(world):
 
     world.simulation.joints = _Hooked(come)
     world.simulation.start()
-    world.loop.end()
+    world.loop.ending.request()
     _send(world, "one", 1, _set(1))
     world.loop.run()
     assert link.heard == [(1, [1])]

@@ -307,7 +307,9 @@ def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
     publish = world.loop._publisher._publish_client
 
     def come(*arguments, **more):
-        world.loop.join("late", "late", 0, world.transports[cid])  # as while a streamed call runs a script
+        world.loop.clients.join(
+            "late", "late", 0, world.transports[cid]
+        )  # as while a streamed call runs a script
         publish(*arguments, **more)
 
     monkeypatch.setattr(world.loop._publisher, "_publish_client", come)
@@ -320,7 +322,7 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(wo
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
-    world.loop.join("other", "other", 0, link)
+    world.loop.clients.join("other", "other", 0, link)
     arming = [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]
 
     class ArmingAnother(dict):
@@ -345,7 +347,7 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
     clocks = {"perf_counter": time.perf_counter, "thread_time": time.thread_time}
     monkeypatch.setattr(publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], **clocks))
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
-    world.loop.join("reader", "reader", 0, link)
+    world.loop.clients.join("reader", "reader", 0, link)
     world.loop.submit(
         "reader", BatchWork(encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])])))
     )

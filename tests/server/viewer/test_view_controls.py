@@ -188,13 +188,13 @@ def test_only_the_last_clients_that_left_are_remembered_and_none_that_is_back(st
     loop = stage.world.loop
     link = cast(Any, type("Nowhere", (), {"close": lambda self: None})())
     for number in range(MAX_DEPARTED + 5):
-        loop.join(f"client-{number}", f"script {number}", 19997, link)
-        loop.leave(f"client-{number}")
+        loop.clients.join(f"client-{number}", f"script {number}", 19997, link)
+        loop.clients.leave(f"client-{number}")
     told = stage.survey()["metrics"].get("departed", [])
     assert [each["name"] for each in told] == [f"script {number}" for number in range(5, MAX_DEPARTED + 5)]
-    loop.join(f"client-{MAX_DEPARTED}", "back", 19997, link)
-    assert f"client-{MAX_DEPARTED}" not in [each.client for each in loop.departed]
-    loop.leave(f"client-{MAX_DEPARTED}")
+    loop.clients.join(f"client-{MAX_DEPARTED}", "back", 19997, link)
+    assert f"client-{MAX_DEPARTED}" not in [each.client for each in loop.clients.departed]
+    loop.clients.leave(f"client-{MAX_DEPARTED}")
 
 
 # --- plots ---------------------------------------------------------------------------------------

@@ -218,7 +218,7 @@ def served(scene: str | Path, workspace: Path | None = None, pace: Pace = Pace.F
     try:
         yield Served(world, gateway)
     finally:
-        world.loop.end()
+        world.loop.ending.request()
         thread.join(TIMEOUT)
         gateway.close()
         world.loop.close_sockets()

@@ -301,7 +301,7 @@ class Ros2World:
         self._peers.clear()
 
     def close(self) -> None:
-        self.loop.end()
+        self.loop.ending.request()
         self._thread.join(TIMEOUT)
         self.close_peers()
         self.gateway.close()

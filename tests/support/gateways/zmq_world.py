@@ -128,7 +128,7 @@ class ZmqWorld:
         self._clients.clear()
 
     def close(self) -> None:
-        self.loop.end()
+        self.loop.ending.request()
         self._thread.join(20)
         self.gateway.close()
         self.loop.close_sockets()

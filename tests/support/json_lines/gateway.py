@@ -74,7 +74,7 @@ class JsonLinesGateway(Listening[JsonClient]):
         if client.is_stranger:
             entrance = Entrance(self.endpoints[0])
             name = f"json {client.socket.getpeername()}"
-            self._loop.join(name, name, self.port, client, entrance=entrance)
+            self._loop.clients.join(name, name, self.port, client, entrance=entrance)
             client.name = name
         call = Call(0, Operation.EXECUTE, 0, function, list(arguments))
         self._loop.submit(client.name, CallsWork(Batch(0, 0, [call])))
@@ -88,7 +88,7 @@ class JsonLinesGateway(Listening[JsonClient]):
             self._loop.sockets.remove(peer.socket)
             peer.account.end()
             peer.socket.close()
-            self._loop.depart(peer.name)
+            self._loop.clients.depart(peer.name)
 
 
 def open_json_lines(opening: Opening) -> JsonLinesGateway:

@@ -128,13 +128,13 @@ class SoakServer:
 
         self.loop.submit_as = counting
         self.connections = 0
-        join = self.loop.join
+        join = self.loop.clients.join
 
         def joined(client: str, name: str, port: int, link: Link, *more: Any, **named: Any) -> ClientSession:
             self.connections += 1
             return join(client, name, port, link, *more, **named)
 
-        self.loop.join = joined
+        self.loop.clients.join = joined
         self.gateway = WatchedGateway(self.loop, ports=[0])
         stack.callback(self.gateway.close)
         self.port = self.gateway.ports[0]

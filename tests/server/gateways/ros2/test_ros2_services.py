@@ -234,7 +234,7 @@ def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None
     peer.trigger("start")
     peer.trigger("pause")
 
-    other: ClientSession = server.on_server(lambda: server.loop.join("other", "other", 1, Link()))
+    other: ClientSession = server.on_server(lambda: server.loop.clients.join("other", "other", 1, Link()))
     server.on_server(lambda: other.set_stepping(True))
     asking = threading.Thread(target=lambda: peer.trigger("step"))
     before = server.simulation.step_count
@@ -245,7 +245,7 @@ def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None
     asking.join(30)
     assert not asking.is_alive()
     assert server.simulation.step_count == before + 1
-    server.on_server(lambda: server.loop.leave("other"))
+    server.on_server(lambda: server.loop.clients.leave("other"))
 
 
 def test_humble_calls_the_same_services(server: Ros2World) -> None:

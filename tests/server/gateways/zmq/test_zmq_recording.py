@@ -63,7 +63,7 @@ def test_the_end_of_a_frozen_clients_stepping_is_repeated(tmp_path: Path) -> Non
         sim.startSimulation()
         sim.step()
         (key,) = server.loop.sessions
-        server.on_server(lambda: server.loop.end_stepping(key, "it was silent"))
+        server.on_server(lambda: server.loop.clients.end_stepping(key, "it was silent"))
         assert server.wait_until(lambda: server.simulation.step_count > 10)
         with pytest.raises(Exception, match="the server ended the stepped mode of this client"):
             sim.step()
