@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
+from fuzz.costs import measuring
 from fuzz.costs import messages as message_costs
 from fuzz.costs.messages import DOORS, Door, check, check_bound
 
@@ -52,12 +55,17 @@ def test_four_times_as_much_takes_no_longer_than_four_times_as_long() -> None:
     message_costs.run(10 * len(DOORS), 1)
 
 
-def test_what_grows_with_the_square_is_found() -> None:
-    def slow(data: bytes) -> None:
-        for start in range(0, len(data), 200):
-            sum(data[start:])
+@pytest.mark.parametrize(("exponent", "is_found"), [(1, False), (2, True)])
+def test_what_grows_with_the_square_is_found(
+    monkeypatch: pytest.MonkeyPatch, exponent: int, is_found: bool
+) -> None:
+    spent = [0.0]
+    monkeypatch.setattr(measuring, "time", SimpleNamespace(thread_time=lambda: spent[0]))
 
-    assert check(Door(slow, (b"",), (b"a",)), lambda size: b"b" * size)
+    def read(data: bytes) -> None:
+        spent[0] += (1e-5 * len(data)) ** exponent
+
+    assert bool(check(Door(read, (b"",), (b"a",)), lambda size: b"b" * size)) is is_found
 
 
 def test_commands_in_pieces_that_do_not_end_are_dropped_at_once() -> None:
