@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, RealWorld, handle_of, step
 
 import simx_client as v
 from simx_server.scene.objects import ObjectKind
