@@ -10,6 +10,7 @@ import hashlib
 import importlib.util
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -42,30 +43,44 @@ def compile_module(root: Path) -> str:
     """Compile the module; return why it cannot be, or an empty text."""
     module = root / MODULE
     module.unlink(missing_ok=True)
-    found = importlib.util.find_spec("mujoco")
-    if found is None or found.origin is None:
-        return "the package mujoco, whose headers are needed, is not installed"
     if sys.platform == "win32":
         return "it is compiled on Linux and macOS only"
-    source = root / SOURCE
+    if (headers := find_headers()) is None:
+        return "the package mujoco, whose headers are needed, is not installed"
+    if (compiler := find_compiler()) is None:
+        return "there is no C compiler"
+    source, new = root / SOURCE, module.with_suffix(".new")
     command = [
-        *shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"),
+        *compiler,
+        *shlex.split(os.environ.get("CFLAGS", "")),
         *("-O2", "-std=c11", "-fPIC", "-fvisibility=hidden"),
         "-ffp-contract=off",  # a fused multiplication rounds once, NumPy twice
         f'-DSOURCE_HASH="{hashlib.sha256(source.read_bytes()).hexdigest()[:16]}"',
-        *(f"-I{folder}" for folder in (sysconfig.get_path("include"), Path(found.origin).parent / "include")),
+        *(f"-I{folder}" for folder in (sysconfig.get_path("include"), headers)),
         *(["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]),
-        *(str(source), "-o", str(module), "-lm"),
-        *shlex.split(os.environ.get("CFLAGS", "")),
+        *(str(source), "-o", str(new), "-lm"),
     ]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True)
-    except OSError as error:
-        return f"no C compiler ({error})"
+    done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
-        module.unlink(missing_ok=True)
+        new.unlink(missing_ok=True)
         return f"the C compiler failed: {done.stderr.strip() or done.stdout.strip()}"
+    new.replace(module)
     return ""
+
+
+def find_headers() -> Path | None:
+    """Return the headers of the MuJoCo that the environment has, or that of an isolated build."""
+    folders = [Path(sysconfig.get_path(name)) / "mujoco" for name in ("platlib", "purelib")]
+    found = importlib.util.find_spec("mujoco")
+    if found is not None and found.origin is not None:
+        folders.append(Path(found.origin).parent)
+    return next((each / "include" for each in folders if (each / "include/mujoco/mujoco.h").exists()), None)
+
+
+def find_compiler() -> list[str] | None:
+    """Return the words of the compiler's command: of the environment variable CC, Python's own, or cc."""
+    known = (os.environ.get("CC"), sysconfig.get_config_var("CC"), "cc")
+    return next((words for each in known if each and shutil.which((words := shlex.split(each))[0])), None)
 
 
 def _platform_tag() -> str:

@@ -115,7 +115,7 @@ class Watch:
         """Return up to which physics step (from 0, of `count`) to go at once.
 
         Args:
-            stops: whoever makes the steps stops automatically when `GLANCE` has passed, or when physics diverges.
+            stops: the caller's steps stop automatically when `GLANCE` has passed, or when physics diverges.
         """
         left = self._count - self._done
         if left > 1:

@@ -1,7 +1,7 @@
 """Load the compiled module and connect it to the running MuJoCo, or find out why physics steps run in Python.
 
 The module has MuJoCo's structs as they were in the headers it was compiled with. So it is used only with the version
-of MuJoCo that these headers belong to. It links no MuJoCo of its own: the functions are those of the library that the
+of MuJoCo that these headers belong to. It links no MuJoCo: the functions are those of the library that the
 mujoco package has loaded.
 """
 

@@ -44,7 +44,7 @@ Within = Callable[[mujoco.MjModel, mujoco.MjData], object]
 """Called within each physics step, after MuJoCo's constraints are known and before it computes accelerations."""
 
 LIMIT_SEPARATION, KEEP_DOWN, LAST_FORCE, UPDATE = 1, 2, 4, 8
-"""What a step does besides, as a sum: corrections of contacts (`separation.py`, `sliding.py`), no averages, kinematics
+"""Parts of a step, as a sum: corrections of contacts (`separation.py`, `sliding.py`), no averages, kinematics
 at the end. The compiled module has the same numbers.
 """
 
