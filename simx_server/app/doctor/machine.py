@@ -96,6 +96,20 @@ def check_memory(free: int | None = None) -> Finding:
     return Finding(OK, "memory", text)
 
 
+def check_physics_steps() -> Finding:
+    """Check in which form physics steps run; it is the same physics in both."""
+    topic = "physics steps"
+    try:
+        from simx_server.joints.native.loading import form
+    except ImportError as error:
+        return Finding(WARNING, topic, f"not known: {error}")
+    module, reason = form()
+    if module is not None:
+        return Finding(OK, topic, reason)
+    advice = "with a C compiler, install the package again; physics is the same without, and up to five times slower"
+    return Finding(WARNING, topic, f"in Python: {reason}", advice)
+
+
 def _available_memory() -> int | None:
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()

@@ -20,6 +20,7 @@ from simx_server.app import cli
 from simx_server.app.doctor import child, graphics, machine, network, page
 from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
+from simx_server.joints.native import loading
 from simx_server.settings.settings import Settings
 
 pytestmark = pytest.mark.gl
@@ -72,7 +73,7 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         assert each["level"] in LEVELS
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
-        "python", "packages", "extras", "cores", "memory", "workspace", "port", "zenoh",
+        "python", "packages", "extras", "cores", "memory", "physics steps", "workspace", "port", "zenoh",
         "graphics", "picture",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
@@ -230,6 +231,15 @@ def test_old_python_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_little_memory_is_a_warning() -> None:
     assert machine.check_memory(100 << 20).level == WARNING
     assert machine.check_memory(4 << 30).level == OK
+
+
+def test_physics_steps_in_python_are_a_warning_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    finding = machine.check_physics_steps()
+    assert (finding.level == OK) == (loading.form().module is not None)
+    monkeypatch.setenv(loading.VARIABLE, "python")
+    finding = machine.check_physics_steps()
+    assert (finding.level, finding.text) == (WARNING, "in Python: SIMX_PHYSICS_STEP is python")
+    assert "compiler" in finding.advice
 
 
 def test_workspace_that_cannot_be_written_is_a_warning(tmp_path: Path) -> None:
