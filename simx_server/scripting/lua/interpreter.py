@@ -353,9 +353,14 @@ class LuaInterpreter:
             return value
         kind = self._lua_type(value)
         if kind == "table":
-            items = dict(self._breathing(value.items()))
+            pairs = iter(value.items())
+            items = dict(itertools.islice(pairs, _MANY))
+            numbers: Iterable[int] = range(1, len(items) + 1)
+            if len(items) == _MANY:
+                items.update(self._with_turns_of_others(pairs))
+                numbers = self._with_turns_of_others(range(1, len(items) + 1))
             try:
-                found = [items[i] for i in self._breathing(range(1, len(items) + 1))]
+                found = [items[i] for i in numbers]
                 if len(found) < _MANY_SIMPLE and _SIMPLE.issuperset(map(type, found)):
                     return found
                 return [self._from_lua(item) for item in self._breathing(found)]

@@ -152,7 +152,7 @@ def test_loops_are_counted_where_a_coroutine_may_run_them(source: str) -> None:
     "source",
     [
         "function sysCall_actuation() for i = 1, 9 do x = x + i end end",
-        "sim = require'sim'\nsimIK = require('simIK')\nlocal simUI = require \"simUI-1\"\nfunction sysCall_sensing() end",
+        "sim = require'sim'\nsimIK = require('simIK')\nlocal simUI = require \"simUI-1\"",
         "local reload, preloaded, debugging = 1, 2, 3",
     ],
 )
