@@ -190,8 +190,8 @@ class LuaInterpreter:
             self._deadline = time.thread_time() + self._time_limit
             self._api.switching.spent = self._api.switching.edited = 0.0
             self._api.switching.calls = 0
-            self._serve_next = time.monotonic() + TIMEOUT
-            self._end_by = time.monotonic() + ENDING_LIMIT
+            now = time.monotonic()
+            self._serve_next, self._end_by = now + TIMEOUT, now + ENDING_LIMIT
         self._depth += 1
         try:
             answer: tuple[Any, ...] | bool = self._face[action](*arguments)

@@ -365,6 +365,10 @@ end
 watching.spare(enter, guarded, told, report, watching.arm, watching.disarm)
 
 local function find_action(name)
+    if not find(name, ".", 1, true) then
+        local action = rawget(world, name)
+        return hooked(name, type(action) == "function" and action or nil)
+    end
     local value = world
     for part in gmatch(name, "[^.]+") do
         if type(value) ~= "table" then return nil end
