@@ -41,6 +41,7 @@ MEASUREMENTS = {
     "original": "bench.calls.original",
     "scenes": "bench.world.scenes",
     "sensors": "bench.world.sensors",
+    "rays": "bench.world.rays",
     "view": "bench.load.view",
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",

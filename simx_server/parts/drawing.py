@@ -10,6 +10,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
@@ -54,6 +55,7 @@ class Layout:
         return 3 * self.points + 3 * self.has_normal + 4 * self.has_quaternion + self.extras
 
     @classmethod
+    @lru_cache(maxsize=64)
     def of(cls, flags: int) -> Layout:
         """Return the layout for kind and flags. Raises CommandError for an unknown kind."""
         kind = flags & _KIND_BITS

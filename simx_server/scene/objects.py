@@ -143,6 +143,8 @@ class Scene:
         self._leaves_first: dict[int, int] = {}
         self._of_kind: dict[int, list[int]] = {}
         self._overridden: dict[int, int] = {}
+        self.properties_version = 0
+        """Increases whenever the answers of `overridden`, or the objects, may have changed."""
         self._by_element: dict[tuple[str, int], int] | None = None
         self._by_name: dict[str, int] | None = None
 
@@ -156,7 +158,7 @@ class Scene:
         self._children = None
         self._leaves_first = {}
         self._of_kind.clear()
-        self._overridden.clear()
+        self._forget_overridden()
         self._by_element = None
         self._by_name = None
 
@@ -171,7 +173,7 @@ class Scene:
             self.objects[handle].parent = parent
         self._children = None
         self._leaves_first = {}
-        self._overridden.clear()
+        self._forget_overridden()
 
     def get(self, handle: int) -> SceneObject:
         """Return the object with this handle. Raises UnknownHandle."""
@@ -234,7 +236,7 @@ class Scene:
     def set_model_property(self, handle: int, bits: int) -> None:
         """Store `sim_modelproperty_*` bits, or NOT_A_MODEL; `properties.py` applies them."""
         self.model_properties[handle] = bits
-        self._overridden.clear()
+        self._forget_overridden()
 
     def own_model_bits(self, handle: int) -> int:
         """Return the `sim_modelproperty_*` bits of a model base; 0 for any other object. Raises UnknownHandle."""
@@ -244,6 +246,10 @@ class Scene:
     def is_model_base(self, handle: int) -> bool:
         """Return whether the object is the base of a model. Raises UnknownHandle."""
         return not self.model_property(handle) & NOT_A_MODEL
+
+    def _forget_overridden(self) -> None:
+        self._overridden.clear()
+        self.properties_version += 1
 
     def overridden(self, handle: int) -> int:
         """Return the `sim_modelproperty_*` bits that an object gets from its models. Cached until they change."""

@@ -14,18 +14,22 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_client.protocol import constants as c
-from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.geometry.triangles import GeomTriangles
 from simx_server.scene.poses.pose_copies import PoseCopies, Poses
 
 from ..scene.geometry.stand_ins import stand_ins
-from ..scene.objects import ObjectKind, Scene
+from ..scene.objects import Scene
 from .distance.box_tree import BoxTree
 from .proximity.bundles import Bundles
+from .proximity.edge_lines import EdgeLines
+from .sights import Sights
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
+
+
+_MOST_SETS = 1000
+"""Sets of objects whose geoms are kept: a program asks for few different ones, again and again."""
 
 
 class Surroundings:
@@ -40,14 +44,44 @@ class Surroundings:
         """(ngeom,) geoms that collide in place of others; a shape's form is without them."""
         self.shapes = tuple(set(self.owners.tolist()) - {-1})
         """Handles of those shapes."""
+        self.kinds: list[int] = model.geom_type.tolist()
+        self.boxes: list[list[float]] = model.geom_aabb.tolist()
+        """The geoms' types, and the boxes around them: middle and half sides in the geom's frame."""
+        self.radii = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)
+        """(ngeom,) radii in metres of balls around the geoms; planes have none: infinity."""
+        self.radii_squared = (self.radii * (1.0 + 1e-9) + 1e-9) ** 2
+        """(ngeom,) their squares, and more than rounding."""
         self.triangles = GeomTriangles(model)
         self.bundles = Bundles(self.triangles, model.ngeom)
+        self.lines = EdgeLines(self.triangles)
         self.trees: dict[int, BoxTree] = {}
         """Triangles under boxes, by geom, made on first use."""
+        self.sights = Sights(self)
         self.nearest_triangles: dict[tuple[int, int], tuple[int, int]] = {}
         """The nearest triangles of pairs of geoms when they were last measured: they are near still."""
+        self._owned: dict[tuple[int, ...], NDArray[np.bool_]] = {}
+        self._not_of: dict[int, NDArray[np.bool_]] = {}
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
+
+    def owned_by(self, handles: Collection[int]) -> NDArray[np.bool_]:
+        """Return (ngeom,) which geoms belong to some objects. The array is kept: do not write into it."""
+        key = tuple(handles)
+        known = self._owned.get(key)
+        if known is None:
+            while len(self._owned) >= _MOST_SETS:
+                del self._owned[next(iter(self._owned))]
+            known = self._owned[key] = np.isin(self.owners, key)
+            known.flags.writeable = False
+        return known
+
+    def not_of(self, handle: int) -> NDArray[np.bool_]:
+        """Return (ngeom,) which geoms do not belong to an object. The array is kept: do not write into it."""
+        known = self._not_of.get(handle)
+        if known is None:
+            known = self._not_of[handle] = self.owners != handle
+            known.flags.writeable = False
+        return known
 
     def data_at(self, instant: Instant) -> mujoco.MjData:
         """Return a state with the geoms of that instant; everything else in it is meaningless."""
@@ -103,7 +137,7 @@ class Instant:
     def geoms_of(self, handles: Collection[int]) -> NDArray[np.intp]:
         """Return the ids of the geoms of some objects, without those that only collide in place of others."""
         around = self.surroundings
-        return np.flatnonzero(np.isin(around.owners, list(handles)) & ~around.stand_ins)
+        return np.flatnonzero(around.owned_by(handles) & ~around.stand_ins)
 
     def detectable(self, kind: str | None = None) -> NDArray[np.bool_]:
         """Return (ngeom,) what proximity sensors detect.
@@ -116,54 +150,8 @@ class Instant:
         """
         known = self._detectable.get(kind)
         if known is None:
-            known = self._detectable[kind] = self._find_detectable(kind)
+            known = self._detectable[kind] = self.surroundings.sights.detectable(kind)
         return known
-
-    def _find_detectable(self, kind: str | None) -> NDArray[np.bool_]:
-        kinds = {handle: self._detectable_to(handle) for handle in self.surroundings.shapes}
-        hidden = [handle for handle, to in kinds.items() if to is not None and not _is_met(to, kind)]
-        declared = [handle for handle, to in kinds.items() if to is not None and _is_met(to, kind)]
-        owners, found = self.surroundings.owners, self._drawn & self._is_opaque()
-        if declared:
-            of_declared = np.isin(owners, declared)
-            with_looks = np.isin(owners, owners[of_declared & self._drawn])
-            found |= of_declared & (self._drawn | ~with_looks)
-        return found & ~np.isin(owners, hidden) if hidden else found
-
-    @cached_property
-    def _drawn(self) -> NDArray[np.bool_]:
-        """Return (ngeom,) which geoms the file makes visible to cameras."""
-        groups = self.model.geom_group.copy()
-        for (name, array), group in self.scene.withheld.items():
-            if array == "geom_group":  # geoms invisible to cameras may still be detected
-                groups[self.model.geom(name).id] = group
-        return np.isin(groups, VISIBLE_GROUPS)
-
-    def _is_opaque(self) -> NDArray[np.bool_]:
-        """Return (ngeom,) which geoms are not wholly transparent."""
-        model = self.model
-        material = model.geom_matid
-        alpha: NDArray[np.float32] = model.geom_rgba[:, 3].copy()
-        if model.nmat:
-            # As MuJoCo's rays: a geom with a material hides only when both are transparent.
-            alpha = np.where(material >= 0, np.maximum(alpha, model.mat_rgba[material, 3]), alpha)
-        return alpha > 0.0
-
-    def _detectable_to(self, handle: int) -> Collection[str] | None:
-        """Return the kinds of sensors that detect a shape; None: all, where they see it."""
-        item = self.scene.objects.get(handle)
-        if item is None or self.scene.overridden(handle) & c.sim_modelproperty_not_detectable:
-            return ()
-        if item.kind == ObjectKind.PATH:  # its visible form is for cameras only
-            return ()
-        declared = item.annotations.get("shape", {}).get("detectable", True)
-        if isinstance(declared, str):
-            return declared.split(",")
-        return None if declared else ()
-
-
-def _is_met(kinds: Collection[str], kind: str | None) -> bool:
-    return kind in kinds if kind is not None else bool(kinds)
 
 
 class Instants:

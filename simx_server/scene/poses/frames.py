@@ -140,15 +140,16 @@ def pose_from_matrix12(values: Sequence[float]) -> Pose:
     Raises CommandError: not 12 finite numbers, or the columns are far from perpendicular unit vectors.
     """
     numbers = _checked(values, 12, "a matrix")
-    rows = [numbers[start : start + 3] for start in (0, 4, 8)]
-    for i in range(3):
-        for j in range(3):
-            product = sum(rows[k][i] * rows[k][j] for k in range(3))
-            if abs(product - (i == j)) > _OFF_ROTATION:
-                raise CommandError(
-                    f"the matrix {numbers} holds no rotation: its columns must be perpendicular and of length 1"
-                )
-    return (numbers[3], numbers[7], numbers[11]), poses.from_rows(rows)
+    a, b, c, x, d, e, f, y, g, h, i, z = numbers
+    products = (
+        *(a * a + d * d + g * g - 1.0, b * b + e * e + h * h - 1.0, c * c + f * f + i * i - 1.0),
+        *(a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i),
+    )
+    if max(map(abs, products)) > _OFF_ROTATION:
+        raise CommandError(
+            f"the matrix {numbers} holds no rotation: its columns must be perpendicular and of length 1"
+        )
+    return (x, y, z), poses.from_rows(((a, b, c), (d, e, f), (g, h, i)))
 
 
 def wxyz_from_xyzw(quat_xyzw: Sequence[float]) -> Quaternion:

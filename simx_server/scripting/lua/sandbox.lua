@@ -9,7 +9,7 @@
 --   `debug.lua`;
 -- * finalizers run with hooks off, so `__gc` is refused;
 -- * binary chunks can crash the virtual machine, so `load` accepts text only, of limited length;
--- * tables are copied raw before Python reads them: reading must not run a script's metamethods;
+-- * Python reads tables raw, with lupa's `items`: reading must not run a script's metamethods;
 -- * the functions of Python never raise (`interpreter.py`): lupa would pass the exception to the script as an
 --   object;
 -- * no hook runs within one call of a C function: `library.lua`, which gets the script's world before any
@@ -42,28 +42,25 @@ local function part(name) return load(parts[name], "=sandbox", "b") end
 local watching = part("watch")(late)
 local where, look = watching.where, watching.look
 
--- A table as the interface accepts it: keys are text or whole numbers.
-local function plain(value, nesting)
+-- Refuses what cannot leave the script: keys of tables are text or whole numbers.
+local function check(value, nesting)
     local kind = type(value)
     if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
-    if kind ~= "table" then return value end
+    if kind ~= "table" then return end
     if nesting > max_depth then error(where() .. "has a table nested too deeply, or within itself", 0) end
-    local copy = {}
     for key, item in next, value do
-        if type(key) ~= "string" and mathtype(key) ~= "integer" then
+        if mathtype(key) ~= "integer" and type(key) ~= "string" then
             local what = mathtype(key) and "number with a fraction" or type(key)
             error(where() .. "a table with a " .. what .. " as a key cannot leave the script; keys are text or whole "
                 .. "numbers", 0)
         end
-        copy[key] = plain(item, nesting + 1)
+        if mathtype(item) == nil then check(item, nesting + 1) end
     end
-    return copy
 end
 
 local function plain_all(...)
-    local values = pack(...)
-    for i = 1, values.n do values[i] = plain(values[i], 1) end
-    return unpack(values, 1, values.n)
+    for i = 1, select("#", ...) do check((select(i, ...)), 1) end
+    return ...
 end
 
 local function finish(status, ...)
@@ -368,6 +365,10 @@ end
 watching.spare(enter, guarded, told, report, watching.arm, watching.disarm)
 
 local function find_action(name)
+    if not find(name, ".", 1, true) then
+        local action = rawget(world, name)
+        return hooked(name, type(action) == "function" and action or nil)
+    end
     local value = world
     for part in gmatch(name, "[^.]+") do
         if type(value) ~= "table" then return nil end

@@ -4,6 +4,8 @@ V-REP interrupted a script's thread by the clock, at any point. A hook of Lua ca
 yield, and with a clock no two runs are alike. So a script's text is compiled with a counter in each loop, before each
 ``goto`` and before each tail call: no other code can run for ever without growing the stack. The counter is two
 upvalues of the chunk, line numbers stay, and error messages stay the same. `sandbox.lua` defines the action at zero.
+
+A counter makes a short loop three times as slow, so a script that can make no coroutine has none.
 """
 
 from __future__ import annotations
@@ -17,6 +19,14 @@ _COUNT = b" %b=%b-1 if %b<0 then %b()end " % (COUNTER, COUNTER, COUNTER, ACTION)
 
 _BEGINNING, _END = b"local %b,%b return function(...) " % (COUNTER, ACTION), b"\nend"
 
+_COROUTINES = re.compile(
+    rb"hread|coroutine|_G\b|_ENV\b|\b(?:debug|dofile|getfenv|include|load|loadfile|loadstring|package|setfenv)\b"
+)
+"""Words without which a text can make no coroutine; the API's functions that wait need one too."""
+
+_REQUIRE = re.compile(rb"""\brequire\b(?!\s*\(?\s*(['"])sim\w*(?:-\d)?\1\s*+(?!\.\.))""")
+"""Loads a module other than a namespace of the simulator: its functions may make coroutines of the text's own."""
+
 _TOKEN = re.compile(
     rb"""--\[(=*)\[.*?\]\1\]|--[^\r\n]*+|\[(=*)\[.*?\]\2\]"""
     rb"""|"(?:[^"\\]++|\\\r\n|\\.)*+"|'(?:[^'\\]++|\\\r\n|\\.)*+'"""
@@ -26,6 +36,11 @@ _TOKEN = re.compile(
 
 _CALL = re.compile(rb"""\s*+(?:--|\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+(?:--|[(\[{"']|[.:]\s*+--))""")
 """Text after ``return`` where it may be a tail call; a comment may hide one."""
+
+
+def may_make_coroutines(source: bytes) -> bool:
+    """Return False for a text that surely makes no coroutine, so that its loops need no counters."""
+    return bool(_COROUTINES.search(source) or _REQUIRE.search(source))
 
 
 def with_turns(source: bytes) -> bytes | None:

@@ -27,8 +27,9 @@ local function where()
 end
 
 -- Instructions between two runs of the hook: as many as take about 1 ms; 2000 cheap ones take 0.02 ms. After a
--- large piece of work, and when the heap has grown, the minimum.
-local FIRST, LEAST, LARGE = 200, 2, 100000
+-- large piece of work, and when the heap has grown, the minimum, from which it grows slowly: what is compared or
+-- joined next may be large too.
+local FIRST, LEAST, SMALL, LARGE = 200, 2, 32, 100000
 local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
 
 -- Checks Python's clock and serves other clients, at most once per millisecond. True: the time is over.
@@ -36,7 +37,8 @@ local function must_stop()
     if clock() - last_look < 0.001 then return struck end
     struck = late() or struck
     local kilobytes = heap("count")
-    greatest = kilobytes < 2000 and 2000 or kilobytes < 8000 and 400 or kilobytes < 16000 and 150 or 20
+    greatest = kilobytes < 800 and 2000 or kilobytes < 2000 and 500 or kilobytes < 8000 and 100
+        or kilobytes < 16000 and 40 or 6
     last_look = clock()
     return struck
 end
@@ -69,7 +71,8 @@ function watch()
     if not struck then
         local now = clock()
         local took = now - last_strike
-        local wanted = took > 0.002 and interval // 8 or took < 0.0005 and interval * 2 or interval
+        local wanted = took > 0.01 and LEAST or took > 0.002 and interval // 8
+            or took < 0.0005 and (interval < SMALL and interval + LEAST or interval * 2) or interval
         if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
         if wanted ~= interval then
             interval = wanted

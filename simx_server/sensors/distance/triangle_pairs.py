@@ -25,6 +25,9 @@ _ROUNDING = 1e-9
 _SMALLEST = 1e-12
 """The same in metres."""
 
+_MUCH = 1.0 - 1e-6
+"""A distance that is less shorter than by this factor lies along the same line, on which the bounds look already."""
+
 _NEXT = [1, 2, 0]
 
 Pair = tuple[int, int]
@@ -132,7 +135,7 @@ class _Search:
             found.distance == best.gap.distance and best.pair is not None and pair < best.pair
         ):
             self.best = Found(found, pair)
-            if 0.0 < found.distance < best.gap.distance:
+            if 0.0 < found.distance < _MUCH * best.gap.distance:
                 self._bounds.look_along(found.second - found.first)
 
 

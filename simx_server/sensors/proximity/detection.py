@@ -16,6 +16,7 @@ from simx_server.scene.geometry.triangles import CURVED, plane_triangles, true_s
 from simx_server.scene.poses.poses import Vector
 from simx_server.sensors.instant import Instant
 
+from .first_hit import first_hit
 from .nearest import nearest_points
 from .optics import Optics
 from .reach import pairs_in_reach
@@ -27,6 +28,8 @@ _CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _MET_BY_RAYS = np.isin(np.arange(int(mujoco.mjtGeom.mjNGEOMTYPES)), (*CURVED, _PLANE))
 """(types,) geoms whose surfaces MuJoCo's rays meet as sensors do; rays do not meet the back of a box."""
+FEW_RAYS = 8
+"""Rays up to which `detect` for each is quicker than `detect_all`; the results are the same."""
 _SNAP = 0.05
 """Maximum distance of the true surface from its triangles along a line of sight, as a share of the distance."""
 
@@ -55,6 +58,8 @@ def detect(
         rotation: (3, 3) in the world; the columns are the sensor's axes.
         wanted: (ngeom,) the geoms to detect.
     """
+    if looks.kind == "ray":
+        return _unblinded(looks, _on_ray(instant, looks, origin, rotation, wanted))
     return detect_all(instant, looks, origin[np.newaxis], rotation[np.newaxis], wanted[np.newaxis])[0]
 
 
@@ -64,10 +69,23 @@ def detect_all(
     """Return the same for sensors (s,) with equal optics; `wanted`: (s, ngeom)."""
     look = _Look(instant, looks, origins, rotations, wanted)
     found = look.along_rays() if looks.kind == "ray" else look.in_volumes()
-    return [
-        None if one is None or math.dist(one.point, (0.0, 0.0, 0.0)) < looks.least_distance else one
-        for one in found
-    ]
+    return [_unblinded(looks, one) for one in found]
+
+
+def _unblinded(looks: Optics, found: Detection | None) -> Detection | None:
+    """Return a detection, None if it is so near that it blinds the sensor."""
+    if found is None or math.dist(found.point, (0.0, 0.0, 0.0)) < looks.least_distance:
+        return None
+    return found
+
+
+def _on_ray(
+    instant: Instant, looks: Optics, origin: Array, rotation: Array, wanted: NDArray[np.bool_]
+) -> Detection | None:
+    hit = first_hit(instant, looks, origin, rotation, wanted)
+    if hit is None:
+        return None
+    return Detection((0.0, 0.0, hit.distance), hit.normal, int(instant.surroundings.owners[hit.geom]))
 
 
 class _Look:

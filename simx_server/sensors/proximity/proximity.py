@@ -25,7 +25,7 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
 from simx_server.simulation.part import Part
 
-from .detection import Detection, detect_all
+from .detection import FEW_RAYS, Detection, detect, detect_all
 from .given import detect_given
 from .optics import Optics, optics
 from .random_rays import detect_randomly
@@ -188,10 +188,10 @@ class ProximitySensors(Part):
         if entity == ALL:
             wanted = instant.detectable(looks_now.detects)
         else:
-            wanted = np.isin(instant.surroundings.owners, members)
+            wanted = instant.surroundings.owned_by(members)
             if entity in self._collections and not self._collections.overrides(entity):
-                wanted &= instant.detectable(looks_now.detects)
-        return _within(farthest, self._look_at(instant, [item], looks_now, wanted[np.newaxis].copy())[0])
+                wanted = wanted & instant.detectable(looks_now.detects)
+        return _within(farthest, self._look_at(instant, [item], looks_now, [wanted])[0])
 
     def check_given(
         self,
@@ -215,8 +215,8 @@ class ProximitySensors(Part):
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         instant = self._instants.now()
         looks_now = replace(self._look(item), throw=None, **looks)  # type: ignore[arg-type]
-        turn = instant.site_xmat[item.id].reshape(3, 3)
-        return _within(farthest, detect_given(looks_now, (items - instant.site_xpos[item.id]) @ turn))
+        places = (items - instant.site_xpos[item.id]) @ _turn(instant, item)
+        return _within(farthest, detect_given(looks_now, places))
 
     def is_explicit(self, handle: int) -> bool:
         """Return whether simulation steps skip a sensor, for a script to handle it.
@@ -322,28 +322,36 @@ class ProximitySensors(Part):
         """Return the results of sensors with equal optics."""
         items = [instant.scene.objects[handle] for handle in handles]
         looks = self._look(items[0])
-        wanted = np.repeat(instant.detectable(looks.detects)[np.newaxis], len(items), axis=0)
-        for row, item in enumerate(items):
-            entity = self._entity(item)
-            if entity != ALL:
-                members = np.isin(instant.surroundings.owners, self._collections.entity(entity))
-                wanted[row] = members if self._collections.overrides(entity) else wanted[row] & members
-        return self._look_at(instant, items, looks, wanted)
+        seen = instant.detectable(looks.detects)
+        return self._look_at(instant, items, looks, [self._wanted(instant, item, seen) for item in items])
+
+    def _wanted(self, instant: Instant, item: SceneObject, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return (ngeom,) what a sensor is to detect, of what sensors can detect."""
+        entity = self._entity(item)
+        if entity == ALL:
+            return seen
+        members = instant.surroundings.owned_by(self._collections.entity(entity))
+        return members if self._collections.overrides(entity) else seen & members
 
     def _look_at(
-        self, instant: Instant, items: list[SceneObject], looks: Optics, wanted: NDArray[np.bool_]
+        self, instant: Instant, items: list[SceneObject], looks: Optics, wanted: list[NDArray[np.bool_]]
     ) -> list[Detection | None]:
-        """Return the results of sensors; `wanted`: (s, ngeom). The carrier is left out, unless annotated."""
+        """Return the results of sensors; `wanted`: (ngeom,) each. The carrier is left out, unless annotated."""
         if looks.faces == "none":
             return [None] * len(items)
         for row, item in enumerate(items):
             carrier = instant.scene.owner_of_body(item.body, instant.model)
             if carrier != -1 and not _note(item).get("carrier", False):
-                wanted[row] &= instant.surroundings.owners != carrier
+                wanted[row] = wanted[row] & instant.surroundings.not_of(carrier)
+        if looks.kind == "ray" and len(items) <= FEW_RAYS:
+            return [
+                detect(instant, looks, instant.site_xpos[item.id], _turn(instant, item), some)
+                for item, some in zip(items, wanted, strict=True)
+            ]
         sites = [item.id for item in items]
         origins, rotations = instant.site_xpos[sites], instant.site_xmat[sites].reshape(-1, 3, 3)
         if looks.throw is None:
-            return detect_all(instant, looks, origins, rotations, wanted)
+            return detect_all(instant, looks, origins, rotations, np.array(wanted))
         return [
             detect_randomly(
                 instant, looks, origins[row], rotations[row], wanted[row], self._dice(item.handle)
@@ -392,6 +400,11 @@ class ProximitySensors(Part):
 
 def _note(item: SceneObject) -> Annotation:
     return item.annotations.get("proximity", {})
+
+
+def _turn(instant: Instant, item: SceneObject) -> NDArray[np.float64]:
+    """Return (3, 3) the rotation of a sensor: the columns are its axes."""
+    return instant.site_xmat[item.id].reshape(3, 3)
 
 
 def _within(farthest: float, found: Detection | None) -> Detection | None:

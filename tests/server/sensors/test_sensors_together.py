@@ -24,6 +24,7 @@ LOOKS = (
     "type=pyramid size_x=0.1 size_y=0.2 size_x_far=0.5 size_y_far=0.4 range=1",
     "type=disc angle_deg=120 range=1 height=0.1 radius=0.2 offset=0.05",
     "range=2 faces=back",
+    "range=3 max_normal_deg=60 offset=0.1",
 )
 SHAPES = ("sphere", "box", "capsule", "cylinder", "ellipsoid", "tetra")
 COUNT = 6

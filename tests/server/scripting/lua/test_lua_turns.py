@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from simx_server.scripting.lua.turns import with_turns
+from simx_server.scripting.lua.turns import may_make_coroutines, with_turns
 
 lupa = pytest.importorskip("lupa.lua54")
 
@@ -129,3 +129,32 @@ def test_lines_of_errors_stay() -> None:
 @pytest.mark.parametrize("name", ["simx_left", "simx_turn"])
 def test_a_script_cannot_reach_the_counters(name: str) -> None:
     assert with_turns(f"for i = 1, 2 do {name} = 5 end".encode()) is None
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "local co = coroutine.wrap(f)",
+        "function sysCall_threadmain() end",
+        "simSetThreadSwitchTiming(2)",
+        "local t = _G['corou' .. 'tine']",
+        "local f = load('return ' .. word)",
+        "local m = require 'mine'",
+        "local m = require('sim' .. word)",
+        "local r = require",
+    ],
+)
+def test_loops_are_counted_where_a_coroutine_may_run_them(source: str) -> None:
+    assert may_make_coroutines(source.encode())
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "function sysCall_actuation() for i = 1, 9 do x = x + i end end",
+        "sim = require'sim'\nsimIK = require('simIK')\nlocal simUI = require \"simUI-1\"",
+        "local reload, preloaded, debugging = 1, 2, 3",
+    ],
+)
+def test_loops_of_other_scripts_have_no_counters(source: str) -> None:
+    assert not may_make_coroutines(source.encode())
