@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import pytest
+from loopback import LoopbackTransport
 from observing import observe
 from real_world import RealWorld
 
@@ -17,7 +18,6 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.editing import recompile
 from simx_server.service.calls import busy
 from simx_server.service.calls.work import BatchWork
