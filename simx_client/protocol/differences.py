@@ -44,7 +44,7 @@ _SENSORS = "tests/conformance/test_sensor_functions.py::"
 _SIGNALS = "tests/conformance/test_signal_functions.py::"
 _SCRIPTS = "tests/conformance/test_script_and_file_functions.py::"
 _MODES = "tests/client/test_modes.py::"
-_ZENOH = "tests/server/gateways/test_zenoh.py::"
+_ZENOH = "tests/server/gateways/zenoh/test_zenoh.py::"
 
 DIFFERENCES: tuple[Difference, ...] = (
     Difference(
@@ -251,7 +251,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A negative port is the port of its absolute value.",
         "It meant shared memory in V-REP; connections within one machine are as fast without.",
-        "tests/server/gateways/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
+        "tests/server/gateways/zenoh/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
         "simxStart",
         when="a negative port",
     ),

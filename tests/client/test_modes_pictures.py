@@ -3,12 +3,12 @@
 from concurrent.futures import Future
 from typing import cast
 
+from loopback import LoopbackTransport
 from mode_world import GET, cid, world
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_delivery
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 __all__ = ["cid", "world"]
 

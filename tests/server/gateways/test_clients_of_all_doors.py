@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from loopback import LoopbackTransport
 from original_peer import ints, peer
 from zmq_world import zmq_world
 
@@ -11,7 +12,6 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.reports import Client
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.service.monitoring.report import metrics
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from loopback import LoopbackTransport
 from original_peer import PACKET
 from processes import wait_until
 from raw_peer import connect
@@ -22,7 +23,6 @@ from simx_client.protocol.lane.frames import MESSAGE, frame
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.zenoh import keys, link
 from simx_server.gateways.lane.gateway import LaneGateway
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.zmtp import GREETING, READY

@@ -11,7 +11,7 @@ from simx_server.service.answers import outbox
 from simx_server.service.answers.link import Link, PackingLink
 from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.work import BatchWork
-from simx_server.service.queue import inbox
+from simx_server.service.queue import fairness
 
 
 class Listener(Link):
@@ -237,7 +237,7 @@ def test_so_are_those_that_come_while_it_waits_for_the_first(world):
 
 
 def test_answers_do_not_wait_for_another_clients_batches(world, monkeypatch):
-    monkeypatch.setattr(inbox, "CREDIT", 60.0)  # the order is that of arrival, also on a busy machine
+    monkeypatch.setattr(fairness, "CREDIT", 60.0)  # the order is that of arrival, also on a busy machine
     one, other = _join(world, "one"), _join(world, "other")
     for message_id in (1, 2):
         for client in ("one", "other"):

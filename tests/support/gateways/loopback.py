@@ -1,4 +1,4 @@
-"""Connect a client and the server loop in one process and one thread: the second implementation of the link.
+"""Connect a client and the server loop in one process and one thread, with messages and without a network.
 
 While the client waits, it turns the server loop; so a test needs no sockets, threads or sleeps.
 """
