@@ -150,7 +150,7 @@ class ZenohGateway(Gateway, Part):
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
-        loop.clients.places.open(self._entrance.door)
+        loop.clients.places.open(self._entrance.gateway)
         super().__init__(loop)
         self._declare()
 
@@ -393,7 +393,7 @@ class ZenohGateway(Gateway, Part):
     def _end(self, clients: Sequence[str] = ()) -> None:
         """Have a thread close the session, after which clients leave."""
         super().close()
-        self._loop.clients.places.close(self._entrance.door)
+        self._loop.clients.places.close(self._entrance.gateway)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True
         )
