@@ -465,7 +465,7 @@ class ZenohLink(PackingLink):
         self._put(self._stream.put, payload)
 
     def put_image(self, stream_id: int, payload: bytes) -> None:
-        key = keys.picture(self._realm, self._client, stream_id)
+        key = keys.image(self._realm, self._client, stream_id)
         self._put(self._session.put, key, payload, congestion_control=self._drop)
 
     def _put(self, put: Callable[..., None], *arguments: Any, **options: Any) -> None:
