@@ -198,14 +198,14 @@ class Metrics(Health, MetricsAdditions):
 
     scene: str
     window: float
-    passes: Steps
+    steps: Steps
     calls: Calls
     commands: dict[str, Command]
     """Commands that were executed or failed, by name."""
 
     clients: list[Client]
     streams: int
-    pictures: Images
+    images: Images
     process: Process
     log: Log
 

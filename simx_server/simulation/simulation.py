@@ -176,7 +176,9 @@ class Simulation:
         timestep = self._time_step / count
         if abs(timestep - self.model.opt.timestep) > 1e-12:
             logger.info(
-                "physics step is %.6g s, a whole fraction of the pass of %.6g s", timestep, self._time_step
+                "physics step is %.6g s, a whole fraction of the simulation step of %.6g s",
+                timestep,
+                self._time_step,
             )
         self.model.opt.timestep = timestep
         self.joints.forget_run()

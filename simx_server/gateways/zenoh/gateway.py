@@ -155,7 +155,7 @@ class ZenohGateway(Gateway, Part):
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
-        loop.clients.places.open(self._entrance.door)
+        loop.clients.places.open(self._entrance.gateway)
         super().__init__(loop)
         # An operator with own access rules decides who may read the admin space.
         self._held = HeldBytes(self._session, self.realm, loop.unfinished) if self._has_admin_space else None
@@ -410,7 +410,7 @@ class ZenohGateway(Gateway, Part):
         super().close()
         if self._held is not None:
             self._held.stop()
-        self._loop.clients.places.close(self._entrance.door)
+        self._loop.clients.places.close(self._entrance.gateway)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True
         )
@@ -482,7 +482,7 @@ class ZenohLink(PackingLink):
         self._put(self._stream.put, payload)
 
     def put_image(self, stream_id: int, payload: bytes) -> None:
-        key = keys.picture(self._realm, self._client, stream_id)
+        key = keys.image(self._realm, self._client, stream_id)
         self._put(self._session.put, key, payload, congestion_control=self._drop)
 
     def _put(self, put: Callable[..., None], *arguments: Any, **options: Any) -> None:

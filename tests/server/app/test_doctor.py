@@ -74,13 +74,13 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
         "python", "packages", "extras", "cores", "memory", "physics steps", "workspace", "port", "zenoh",
-        "graphics", "picture",
+        "graphics", "image",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
-    [picture] = found["picture"]
-    assert picture["level"] == OK
+    [image] = found["image"]
+    assert image["level"] == OK
     assert (
-        "eye of ball, 32x24 with raycast" in picture["text"]
+        "eye of ball, 32x24 with raycast" in image["text"]
     )  # turned to the ball, which its own pose does not see
     [taken] = found["port"]
     assert taken["level"] == WARNING
@@ -150,7 +150,7 @@ def test_a_back_end_that_is_asked_for_must_work(monkeypatch: pytest.MonkeyPatch)
     assert "vulkan" in finding.text
 
 
-def test_a_blank_picture_is_a_warning_and_none_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_blank_image_is_a_warning_and_none_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: dict[str, Any] = {
         "scene": "s", "sensor": "eye", "backend": "egl", "width": 4, "height": 3, "colours": 1, "darkest": 0,
         "brightest": 0, "covered": 0.0, "milliseconds": 1.0,

@@ -55,7 +55,7 @@ def own_client(server: ZmqWorld) -> int:
     return number
 
 
-def test_calls_of_all_doors_that_wait_for_a_step_fail(tmp_path: Path) -> None:
+def test_calls_of_all_gateways_that_wait_for_a_step_fail(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
         gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
         holder, driver = own_client(server), own_client(server)

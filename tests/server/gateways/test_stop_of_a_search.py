@@ -1,4 +1,4 @@
-"""A stop from a client of any door ends a search that holds the physics thread; others are served meanwhile."""
+"""A stop from a client of any gateway ends a search that holds the physics thread; others are served meanwhile."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
     assert replay(recording) == DONE
 
 
-def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_pass(plain: Path, recording: Path) -> None:
+def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_step(plain: Path, recording: Path) -> None:
     with recorded(plain, recording) as place:
         client = place.client()
         hinge = handle_of(client, "hinge")

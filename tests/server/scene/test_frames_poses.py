@@ -231,7 +231,7 @@ def test_wrong_numbers_are_refused_and_change_nothing(value: list[float]) -> Non
     assert at(sim, "cube") == before
 
 
-def test_measured_velocity_is_the_difference_of_the_last_two_passes() -> None:
+def test_measured_velocity_is_the_difference_of_the_last_two_steps() -> None:
     world = arm()
     sim = world.simulation
     sim.start()

@@ -254,7 +254,7 @@ def test_answers_do_not_wait_for_another_clients_batches(world, monkeypatch):
         ("simxSynchronousTrigger", []),
     ],
 )
-def test_answers_do_not_wait_for_scripts_pictures_and_passes(world, name, arguments, monkeypatch):
+def test_answers_do_not_wait_for_scripts_images_and_steps(world, name, arguments, monkeypatch):
     link = _join(world, "one")
     heard_before: list[list[tuple[int, list[int]]]] = []
     handler = world.loop._dispatch.handler
@@ -293,7 +293,7 @@ def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeyp
     assert link.heard == [(4, list(range(2, 10))), (8, list(range(10, 18))), (10, list(range(18, 22)))]
 
 
-def test_answers_leave_before_the_streams_of_the_next_pass(world):
+def test_answers_leave_before_the_streams_of_the_next_step(world):
     link = _join(world, "one")
     world.loop.submit(
         "one", BatchWork(encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])])))
