@@ -9,7 +9,7 @@ import re
 import socket
 import struct
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Generator
 from typing import NamedTuple
 
 if sys.platform == "linux":
@@ -78,7 +78,7 @@ def close(connection: Connection) -> None:
 
 
 @contextlib.contextmanager
-def _copy(descriptor: int) -> Iterator[socket.socket]:
+def _copy(descriptor: int) -> Generator[socket.socket]:
     """Give a TCP socket within the block, whose descriptor stays open. Raises OSError: it is none."""
     copy = os.dup(descriptor)
     try:
