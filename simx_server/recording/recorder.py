@@ -125,6 +125,10 @@ class Recorder(Part, Watcher):
         points = self._world.simulation.interruptions
         points.script_point = points.physics_point = self._count_point
 
+    def write_out(self) -> None:
+        """Write now what has been recorded, so that a crash loses none of it."""
+        self._log.write_out()
+
     def close(self) -> None:
         """End the recording."""
         self._log.put(Kind.END)
