@@ -301,6 +301,13 @@ def test_a_report_is_plain_json_and_may_have_more_in_a_later_version(world: Worl
     assert decode_health(encode_report(report.health(world.loop, "lab")))["state"] == "stopped"
 
 
+def test_a_report_of_version_0_4_is_read_by_its_own_names(world: World) -> None:
+    said: Any = json.loads(encode_report(report.metrics(world.loop, "lab", [1])))
+    now = decode_metrics(json.dumps(said).encode())
+    said["passes"], said["pictures"] = said.pop("steps"), said.pop("images")
+    assert decode_metrics(json.dumps(said).encode()) == now
+
+
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
