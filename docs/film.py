@@ -25,7 +25,8 @@ from simx_server.app.server import open_world
 from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.settings.settings import Settings
 from simx_server.simulation.simulation import Simulation
 
@@ -64,7 +65,7 @@ def frames() -> Iterator[Image]:
     """Run the scenario by legacy calls, in stepped mode."""
     with ExitStack() as stack:
         simulation = open_world(Settings(scene="ur5_rg2_kinect_ball"), stack)
-        loop = ServerLoop(simulation, HANDLERS, Pacer(math.inf))
+        loop = ServerLoop(build_service(simulation, HANDLERS, Pacer(math.inf)))
         connection = Connection(lambda: LoopbackTransport(loop), where="film")
         client = CLIENTS.add(connection)
         connection.connect(1.0)

@@ -35,7 +35,7 @@ from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.monitoring import report
 from simx_server.service.monitoring.load import LoadMeter
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.service import Service
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
@@ -69,7 +69,7 @@ def open_zenoh(opening: Opening) -> ZenohGateway:
     settings = opening.settings
     offers = (each for each in opening.opened if isinstance(each, Offers))
     gateway = ZenohGateway(
-        opening.loop,
+        opening.service,
         ports=settings.ports,
         listen=settings.listen,
         connect=settings.connect,
@@ -78,7 +78,6 @@ def open_zenoh(opening: Opening) -> ZenohGateway:
         multicast_scouting=settings.multicast_scouting,
         offers=next(offers, None),
     )
-    opening.loop.simulation.attach(gateway)  # its status tells the load
     return gateway
 
 
@@ -87,7 +86,7 @@ class ZenohGateway(Gateway, Part):
 
     def __init__(
         self,
-        loop: ServerLoop,
+        service: Service,
         *,
         ports: Sequence[int],
         listen: Sequence[str] = (),
@@ -150,8 +149,8 @@ class ZenohGateway(Gateway, Part):
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
-        loop.clients.places.open(self._entrance.door)
-        super().__init__(loop)
+        service.clients.places.open(self._entrance.door)
+        super().__init__(service)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -188,7 +187,7 @@ class ZenohGateway(Gateway, Part):
             )
         )
         asks = hello, status, self._at_once_if_busy(health), metrics
-        self._answers = {key: Postman(self._care, partial(self._loop.suspend, key)) for key in asked}
+        self._answers = {key: Postman(self._care, partial(self._service.queue.suspend, key)) for key in asked}
         # complete=True: a client's query may stop at this server.
         self._queryables = [
             session.declare_queryable(key, direct(ask, indirect=False), complete=True)
@@ -204,7 +203,7 @@ class ZenohGateway(Gateway, Part):
 
     def _take_in(self) -> Callable[[Any], None]:
         """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
-        is_from, submit, slow_down = self._is_from, self._loop.submit_as, self._throttle.slow_down
+        is_from, submit, slow_down = self._is_from, self._service.queue.put, self._throttle.slow_down
         begin, to_bytes = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
         def read(payload: Any) -> BatchWork:
@@ -222,7 +221,7 @@ class ZenohGateway(Gateway, Part):
         """Return the callback for a query that the physics thread answers, unless too many wait already."""
 
         def ask(query: Any) -> None:
-            waiting = self._loop.ask(kind, partial(answer, query))
+            waiting = self._service.queue.ask(kind, partial(answer, query))
             if not waiting:
                 query.drop()
             if not waiting or waiting > FEW_QUESTIONS:
@@ -234,7 +233,7 @@ class ZenohGateway(Gateway, Part):
         """Return a callback that answers at once while the server is busy, as health matters most then."""
 
         def health(query: Any) -> None:
-            if self._loop.busy_with():
+            if self._service.busy.describe():
                 self._tell_health(query)
             else:
                 ask(query)
@@ -253,10 +252,12 @@ class ZenohGateway(Gateway, Part):
             else:
                 has_joined = False
                 self._present[client] = None
-                if len(self._present) > max(MOST_PRESENT, 2 * len(self._loop.sessions)):
-                    del self._present[next(name for name in self._present if name not in self._loop.sessions)]
+                if len(self._present) > max(MOST_PRESENT, 2 * len(self._service.clients.sessions)):
+                    del self._present[
+                        next(name for name in self._present if name not in self._service.clients.sessions)
+                    ]
         if has_joined:
-            self._loop.clients.depart(client)
+            self._service.clients.depart(client)
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -278,7 +279,7 @@ class ZenohGateway(Gateway, Part):
                 return
             version, refusal, client = joined
         offer = "" if refusal else self._offers.offer_to(client)
-        scene = self._loop.simulation.scene.name
+        scene = self._service.simulation.scene.name
         welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
         self._answer(query, keys.hello(self.realm), encode(welcome))
 
@@ -300,24 +301,24 @@ class ZenohGateway(Gateway, Part):
             refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
             return PROTOCOL_VERSION, refusal, client
-        if client not in self._present or self._loop.is_departing(client):
+        if client not in self._present or self._service.queue.is_leaving(client):
             return None
-        if client in self._loop.sessions:
+        if client in self._service.clients.sessions:
             if not self._is_from(client, query):
                 return version, f"another client is called {client}", client
             if self._offers.serves(client):
-                self._loop.clients.depart(client)  # it has lost that connection, and so its session
+                self._service.clients.depart(client)  # it has lost that connection, and so its session
                 return None
         else:
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
-            postman = Postman(self._care, partial(self._loop.suspend, client))
+            postman = Postman(self._care, partial(self._service.queue.suspend, client))
             ended = partial(self._secrets.pop, client, None)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
             its_link = self._offers.invite(client, zenoh_link)
             try:
-                self._loop.clients.join(
+                self._service.clients.join(
                     client, greeting.name, greeting.port, its_link, entrance=self._entrance
                 )
             except LimitReached as problem:
@@ -326,14 +327,14 @@ class ZenohGateway(Gateway, Part):
         return version, "", client
 
     def _tell_status(self, query: Any) -> None:
-        simulation, load = self._loop.simulation, self.load.load()
+        simulation, load = self._service.simulation, self.load.load()
         is_running = simulation.state is SimulationState.RUNNING
         status = Status(
             PROTOCOL_VERSION,
             self.realm,
             simulation.scene.name,
             simulation.state.value,
-            len(self._loop.sessions),
+            len(self._service.clients.sessions),
             list(self.ports),
             socket.gethostname(),
             os.getpid(),
@@ -345,10 +346,10 @@ class ZenohGateway(Gateway, Part):
         self._answer(query, keys.status(self.realm), encode(status))
 
     def _tell_health(self, query: Any) -> None:
-        self._report(query, keys.health(self.realm), report.health(self._loop, self.realm))
+        self._report(query, keys.health(self.realm), report.health(self._service, self.realm))
 
     def _tell_metrics(self, query: Any) -> None:
-        self._report(query, keys.metrics(self.realm), report.metrics(self._loop, self.realm, self.ports))
+        self._report(query, keys.metrics(self.realm), report.metrics(self._service, self.realm, self.ports))
 
     def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
         self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
@@ -366,7 +367,7 @@ class ZenohGateway(Gateway, Part):
         self._answers[key].send(reply, len(payload))
 
     def step_finished(self) -> None:
-        self.load.passed(self._loop.simulation.time_step)
+        self.load.passed(self._service.simulation.time_step)
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.
@@ -393,7 +394,7 @@ class ZenohGateway(Gateway, Part):
     def _end(self, clients: Sequence[str] = ()) -> None:
         """Have a thread close the session, after which clients leave."""
         super().close()
-        self._loop.clients.places.close(self._entrance.door)
+        self._service.clients.places.close(self._entrance.door)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True
         )
@@ -405,7 +406,7 @@ class ZenohGateway(Gateway, Part):
         except self._zenoh.ZError as error:
             logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
         for client in clients:
-            self._loop.clients.depart(client)
+            self._service.clients.depart(client)
 
 
 class ZenohLink(PackingLink):
