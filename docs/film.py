@@ -26,7 +26,8 @@ from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
 from simx_server.handlers import HANDLERS
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.settings.settings import Settings
 from simx_server.simulation.simulation import Simulation
 
@@ -65,7 +66,7 @@ def frames() -> Iterator[Image]:
     """Run the scenario by legacy calls, in stepped mode."""
     with ExitStack() as stack:
         simulation = open_world(Settings(scene="ur5_rg2_kinect_ball"), stack)
-        loop = ServerLoop(simulation, HANDLERS, Pacer(math.inf))
+        loop = ServerLoop(build_service(simulation, HANDLERS, Pacer(math.inf)))
         turns = Turns(loop)
         connection = Connection(lambda: EmbeddedTransport(loop, turns, "film", "film", 0), where="film")
         client = CLIENTS.add(connection)

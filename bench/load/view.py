@@ -18,7 +18,7 @@ from bench.measuring.report import Findings, Grid, Ratio, Row
 from simx_server.app.server import open_world
 from simx_server.handlers import HANDLERS
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.settings.settings import Settings
 from simx_server.viewer import messages
 from simx_server.viewer.feed import Feed
@@ -107,8 +107,7 @@ def _in_process(effort: Effort) -> dict[str, Rounds]:
     """The feed's two questions, as they are asked again and again."""
     with ExitStack() as stack:
         simulation = open_world(Settings(), stack)
-        simulation.parameters.pace = pacer = Pacer(math.inf)
-        feed = Feed(ServerLoop(simulation, HANDLERS, pacer), "bench", [0])
+        feed = Feed(build_service(simulation, HANDLERS, Pacer(math.inf)), "bench", [0])
         simulation.simulation.start()
         stack.callback(simulation.simulation.stop)
         simulation.step()

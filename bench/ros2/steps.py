@@ -13,7 +13,7 @@ from bench.measuring import processes
 from bench.measuring.measure import Effort, Rounds, difference, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from simx_server.app.server import open_world
-from simx_server.app.serving import make_loop
+from simx_server.app.serving import make_service
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
 from simx_server.gateways.ros2.wire.session import Router
 from simx_server.settings.settings import Settings
@@ -75,7 +75,7 @@ def _world(scene: Path, stack: ExitStack) -> World:
 
 
 def _node(world: World, router: Router, stack: ExitStack) -> Ros2Gateway:
-    gateway = Ros2Gateway(make_loop(world, Settings()), Ros2Options(router=router))
+    gateway = Ros2Gateway(make_service(world, Settings()), Ros2Options(router=router))
     stack.callback(gateway.close)
     return gateway
 

@@ -20,6 +20,7 @@ from simx_server.gateways.embedded.turns import Turns
 from simx_server.gateways.errors import GatewayError
 from simx_server.recording import Recorder
 from simx_server.sensors.opengl.backend import requested_backend
+from simx_server.service.loop import ServerLoop
 from simx_server.settings.settings import SETTINGS, SettingError, Settings
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
@@ -29,7 +30,7 @@ from simx_server.viewer.messages import ADD_ON
 from .cli import make_parser
 from .extensions import OPENING_SETTINGS
 from .server import attach_outputs, open_world
-from .serving import add_viewers, make_loop, open_gateways
+from .serving import add_viewers, add_watchers, make_service, open_gateways
 
 logger = logging.getLogger(__name__)
 
@@ -59,22 +60,25 @@ class EmbeddedServer:
             attach_outputs(
                 self.world, settings, stack, self._recorder.began if self._recorder else time.time_ns()
             )
-            self.loop = make_loop(self.world, settings)
-            self.world.rendering.warms_on_demand = self._recorder is None
+            self._service = make_service(self.world, settings)
+            self._history = add_watchers(self._service, settings, warms_up=False)
+            self.loop = ServerLoop(self._service)
+            if self._recorder is None:
+                self.world.rendering.warm_on_demand()
             has_gateways = any(getattr(settings, name) for name in OPENING_SETTINGS)
             if has_gateways:
                 self._open_gateways(settings, stack)
             else:
-                self.world.scripts.add_ons[ADD_ON] = Feed(self.loop, "embedded", ())
+                self.world.scripts.add_ons[ADD_ON] = Feed(self._service, "embedded", (), self._history)
             self._turns = Turns(self.loop, has_gateways=has_gateways)
             self._stack = stack.pop_all()
         if self._recorder is not None:
-            self._recorder.begin(self.loop)
+            self._recorder.begin(self._service)
         self._turns.begin()
         try:
             if settings.start and self.world.simulation.state is SimulationState.STOPPED:
-                if self._recorder is not None:
-                    self._recorder.started()
+                for react in self._service.watchers.started:
+                    react()
                 self.world.simulation.start()
             self._turns.note_change()
         finally:
@@ -88,10 +92,10 @@ class EmbeddedServer:
                 raise GatewayError(problem)
             listener = stack.enter_context(listen(settings.view, "--view"))
             self.view_address = browser_address(listener)
-        gateways = stack.enter_context(open_gateways(self.world, settings, self.loop))
-        stack.enter_context(self.loop.answering_while_busy())
+        gateways = stack.enter_context(open_gateways(self.world, settings, self._service))
+        stack.enter_context(self._service.busy.open())
         self.ports = tuple(gateways.zenoh.ports)
-        add_viewers(self.world, self.loop, gateways, has_viewer=listener is not None)
+        add_viewers(self.world, self._service, self._history, gateways, has_viewer=listener is not None)
         logger.info("other processes can connect: %s", " ".join(gateways.endpoints))
         if listener is not None:
             pages.enter_context(page(listener, self.ports, settings.temporary_port))
@@ -108,20 +112,20 @@ class EmbeddedServer:
 
     def close(self) -> None:
         """End the simulation and all that belongs to it. Idempotent; does nothing in a fork of its process."""
-        if self._process != os.getpid() or self.loop.is_ending:
+        if self._process != os.getpid() or self._service.ending.has_come:
             return
         self._turns.begin()
         try:
-            self.loop.ending.now()
-            if self._recorder is not None:
-                self._recorder.ending()
+            self._service.ending.now()
+            for react in self._service.watchers.ending:
+                react()
             self.world.simulation.stop()
-            if self._recorder is not None:
-                self._recorder.ended()
+            for react in self._service.watchers.ended:
+                react()
         finally:
             self._turns.end()
         self._turns.close()
-        self.loop.close()
+        self._service.clients.abandon_calls()
         self._stack.close()
 
 

@@ -34,16 +34,17 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.ending import Ending
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import Service
 from simx_server.settings.settings import Settings
-from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.launching import listen, missing, page
-from simx_server.world.warm_up import WarmUp, wait_until_warm
+from simx_server.world.warm_up import wait_until_warm
 from simx_server.world.world import World
 
 from .building import build_world
-from .serving import Gateways, add_viewers, make_loop, open_gateways
+from .serving import Gateways, add_viewers, add_watchers, make_service, open_gateways
 
 logger = logging.getLogger(__name__)
 
@@ -244,7 +245,7 @@ def _image(path: Path, settings: Settings, rendering: RenderThread) -> int:
 
 def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int:
     # slow, and often not needed
-    from simx_server.recording.replay_loop import Divergence
+    from simx_server.recording.replayed import Divergence
     from simx_server.recording.replaying import replay
 
     with ExitStack() as stack:
@@ -282,7 +283,7 @@ def run_server(
     recorder: Recorder | None = None,
     page_listener: socket.socket | None = None,
     is_one_of_many: bool = False,
-    attach: Callable[[World, ServerLoop], object] = lambda _world, _loop: None,
+    attach: Callable[[World, Service], object] = lambda _world, _service: None,
     is_listed: bool = True,
     inheritance: Inheritance | None = None,
 ) -> int:
@@ -298,62 +299,57 @@ def run_server(
         inheritance: where its moments are kept, and from what it continues; None: it keeps none.
     """
     simulation = world.simulation
-    loop = make_loop(world, settings)
+    service = make_service(world, settings)
     raise_limit()
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    _attach_parts(world, loop, settings, is_one_of_many=is_one_of_many)
+    history = add_watchers(service, settings, warms_up=not is_one_of_many)
+    if is_one_of_many and settings.record is None:
+        world.rendering.warm_on_demand()
     with ExitStack() as beside:
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
         try:
-            gateways = beside.enter_context(open_gateways(world, settings, loop))
+            gateways = beside.enter_context(open_gateways(world, settings, service))
         except StartError as error:
             logger.error("%s", error)
             return FAILURE
-        add_viewers(world, loop, gateways, has_viewer=page_listener is not None)
-        attach(world, loop)
+        add_viewers(world, service, history, gateways, has_viewer=page_listener is not None)
+        attach(world, service)
         with (
             noted(gateways.zenoh.endpoints if is_listed else ()),
-            _ending_by_signal(loop),
-            loop.metrics.log.attached(),
+            _ending_by_signal(service.ending),
+            service.metrics.log.attached(),
         ):
             recovered = None
             if inheritance is not None:
-                recovered = take_over(loop, inheritance, recorder)
+                recovered = take_over(service, inheritance, recorder)
             elif recorder is not None:
-                recorder.begin(loop)
+                recorder.begin(service)
             # Loaded objects stay: without this, a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
             if settings.start and recovered is None and simulation.state is SimulationState.STOPPED:
-                if recorder is not None:
-                    recorder.started()
+                for react in service.watchers.started:
+                    react()
                 simulation.start()
-            wait_until_warm(world.rendering, lambda: loop.is_ending)
+            wait_until_warm(world.rendering, lambda: service.ending.has_come)
             if recorder is not None:
                 recorder.write_out()  # a crash right after the start leaves a recording
-            if not loop.is_ending:
+            if not service.ending.has_come:
                 say_ready(gateways, world)
             heap.give_back()  # loading a large scene leaves half of its memory unused
             if page_listener is not None:
                 pages.enter_context(page(page_listener, gateways.zenoh.ports, settings.temporary_port))
-            loop.run(None if settings.duration is None else time.monotonic() + settings.duration)
-            if recorder is not None:
-                recorder.ending()
+            ServerLoop(service).run(
+                None if settings.duration is None else time.monotonic() + settings.duration
+            )
+            for react in service.watchers.ending:
+                react()
             simulation.stop()
-            if recorder is not None:
-                recorder.ended()
+            for react in service.watchers.ended:
+                react()
     return DONE
-
-
-def _attach_parts(world: World, loop: ServerLoop, settings: Settings, *, is_one_of_many: bool) -> None:
-    if is_one_of_many:
-        world.rendering.warms_on_demand = settings.record is None
-    else:
-        world.simulation.attach(WarmUp(world))
-    if settings.quit_after_stop:
-        world.simulation.attach(_QuitAfterStop(loop))
 
 
 def say_ready(gateways: Gateways, world: World) -> None:
@@ -368,20 +364,9 @@ def ready_line(gateways: Gateways, world: World) -> str:
     return f"ready {endpoints} realm={gateways.zenoh.realm} scene={world.simulation.scene.name}\n"
 
 
-class _QuitAfterStop(Part):
-    """``--quit-after-stop``: the server ends with its first run, unless a new one goes on from a step of it."""
-
-    def __init__(self, loop: ServerLoop) -> None:
-        self._loop = loop
-
-    def run_stopped(self) -> None:
-        if not self._loop.is_going_back:
-            self._loop.ending.request()
-
-
 @contextmanager
-def _ending_by_signal(loop: ServerLoop) -> Generator[None]:
-    """End the loop cleanly on SIGINT and SIGTERM; a second one ends the process at once."""
+def _ending_by_signal(ending: Ending) -> Generator[None]:
+    """End the server cleanly on SIGINT and SIGTERM; a second one ends the process at once."""
     has_come = False
 
     def on_signal(number: int, frame: FrameType | None) -> None:
@@ -389,7 +374,7 @@ def _ending_by_signal(loop: ServerLoop) -> Generator[None]:
         if has_come:
             os._exit(INTERRUPTED)
         has_come = True
-        loop.ending.request()
+        ending.request()
 
     previous = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

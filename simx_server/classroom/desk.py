@@ -23,7 +23,7 @@ from .channel import MOST_BYTES, packed, unpacked
 
 if TYPE_CHECKING:
     from simx_server.outputs.filming.shot import Pixels
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
@@ -49,18 +49,18 @@ _REQUEST = 4096
 class Desk:
     """Answers at the channel of one seat. Physics thread; images leave from the render thread."""
 
-    def __init__(self, channel: socket.socket, camera: str | None, world: World, loop: ServerLoop) -> None:
+    def __init__(self, channel: socket.socket, camera: str | None, world: World, service: Service) -> None:
         """Start to answer when the loop runs.
 
         Args:
             channel: this seat's end.
             camera: the camera or vision sensor to show; None for the overview.
         """
-        self._channel, self._camera, self._world, self._loop = channel, camera, world, loop
+        self._channel, self._camera, self._world, self._service = channel, camera, world, service
         self._shots: dict[str, tuple[int, Shot]] = {}
         """By size: the scene's id and the shot that was made for it."""
 
-        loop.sockets.add(channel, self._read)
+        service.queue.open_sockets().add(channel, self._read)
 
     def _read(self) -> None:
         try:
@@ -68,9 +68,9 @@ class Desk:
         except (BlockingIOError, InterruptedError):
             return
         if not request:  # the class ends
-            self._loop.sockets.remove(self._channel)
+            self._service.queue.open_sockets().remove(self._channel)
             return
-        self._loop.post(partial(self._answer, request))
+        self._service.queue.post(partial(self._answer, request))
 
     def _answer(self, request: bytes) -> None:
         asked = unpacked(request).fields
@@ -118,8 +118,8 @@ class Desk:
             self._channel.send(packed(fields, image))
 
     def _report(self) -> dict[str, Any]:
-        loop, simulation = self._loop, self._world.simulation
-        sessions = list(loop.sessions.values())
+        service, simulation = self._service, self._world.simulation
+        sessions = list(service.clients.sessions.values())
         error, at = self._last_error()
         return {
             "state": simulation.state.value,
@@ -136,7 +136,7 @@ class Desk:
 
     def _last_error(self) -> tuple[str, float]:
         """Return the newest of the last failed call and the last logged error, with its time."""
-        counted = self._loop.metrics
+        counted = self._service.metrics
         failed, logged = counted.last_failure, (counted.log.last_error, counted.log.error_at)
         text, at = max(failed, logged, key=lambda each: each[1])
         return text[:MOST_TEXT], at

@@ -8,6 +8,8 @@ import logging
 import os
 import time
 
+from simx_server.service.watcher import Watcher
+
 try:
     import resource
 except ImportError:  # Windows, where sockets need no descriptors
@@ -29,7 +31,7 @@ def raise_limit() -> None:
             resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
 
 
-class DescriptorWatch:
+class DescriptorWatch(Watcher):
     """Logs when no descriptors are left, and when there are some again.
 
     Zenoh recovers automatically.

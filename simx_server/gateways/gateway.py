@@ -9,13 +9,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from simx_server.service.watcher import Watcher
+
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
     from simx_server.settings.settings import Settings
 
 
-class Gateway:
-    """Serves the clients of one server loop by one protocol. Physics thread, or before and after it runs."""
+class Gateway(Watcher):
+    """Serves the clients of one server by one protocol. Physics thread, or before and after it runs."""
 
     ports: Sequence[int] = ()
     """Ports of this host at which clients of the remote API find the server."""
@@ -23,28 +25,17 @@ class Gateway:
     endpoints: Sequence[str] = ()
     """Where clients reach it, ``PROTOCOL/ADDRESS`` each, for the line that says that the server is ready."""
 
-    def __init__(self, loop: ServerLoop) -> None:
-        """Have the server loop call `look` and `read_while_busy` until the gateway is closed."""
-        self._loop = loop
+    def __init__(self, service: Service) -> None:
+        """Watch until the gateway is closed: `look` and `read_while_busy` are the events that a gateway may need."""
+        self._service = service
         self._is_open = True
-        loop.watches.append(self.look)
-        loop.readers_while_busy.append(self.read_while_busy)
-
-    def look(self) -> None:
-        """Do what is due now and then; called after turns of the loop."""
-
-    def read_while_busy(self) -> None:
-        """Queue what has arrived while the physics thread is busy, so that calls are refused in time. Another thread.
-
-        A gateway whose threads read anyway does nothing.
-        """
+        service.watchers.add(self)
 
     def close(self) -> None:
         """Close for good, as the server ends; wait for what is on its way. Idempotent."""
         if self._is_open:
             self._is_open = False
-            self._loop.watches.remove(self.look)
-            self._loop.readers_while_busy.remove(self.read_while_busy)
+            self._service.watchers.remove(self)
 
     @property
     def is_closing(self) -> bool:
@@ -60,7 +51,7 @@ class Gateway:
 class Opening:
     """The server that a gateway is opened for."""
 
-    loop: ServerLoop
+    service: Service
     settings: Settings
     opened: list[Gateway] = field(default_factory=list[Gateway])
     """The gateways before it in the list."""

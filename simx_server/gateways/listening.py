@@ -21,7 +21,7 @@ from .gateway import Gateway
 from .outsider_log import OutsiderLog
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 RETRY = 1.0
 """Seconds between two looks at the connections, and until more are accepted when no file descriptor was free."""
@@ -63,7 +63,7 @@ class Listening(Gateway, Generic[P]):
     """Why a connection has to make room for another one, for the log."""
 
     def __init__(
-        self, loop: ServerLoop, listeners: Sequence[socket.socket], log: logging.Logger, gateway: str = ""
+        self, service: Service, listeners: Sequence[socket.socket], log: logging.Logger, gateway: str = ""
     ) -> None:
         """Accept connections from now on.
 
@@ -72,7 +72,7 @@ class Listening(Gateway, Generic[P]):
             log: takes what outsiders do wrong, in bounds.
             gateway: name by which it keeps places for its clients, see `Places`; empty for none.
         """
-        super().__init__(loop)
+        super().__init__(service)
         self._listeners, self._gateway = listeners, gateway
         self._log = OutsiderLog(log)
         self._peers: dict[P, None] = {}
@@ -81,7 +81,7 @@ class Listening(Gateway, Generic[P]):
         self._is_accepting = False
         self._next_look = 0.0
         if gateway:
-            loop.clients.places.open(gateway)
+            service.clients.places.open(gateway)
         for listener in listeners:
             listener.setblocking(False)
         self._go_on_accepting()
@@ -163,13 +163,13 @@ class Listening(Gateway, Generic[P]):
         if not self._is_accepting:
             self._is_accepting = True
             for listener in self._listeners:
-                self._loop.sockets.add(listener, partial(self._accept, listener))
+                self._service.queue.open_sockets().add(listener, partial(self._accept, listener))
 
     def _stop_accepting(self) -> None:
         if self._is_accepting:
             self._is_accepting = False
             for listener in self._listeners:
-                self._loop.sockets.remove(listener)
+                self._service.queue.open_sockets().remove(listener)
 
     def close(self) -> None:
         """Close the connections that are left, and listen no more."""
@@ -182,7 +182,7 @@ class Listening(Gateway, Generic[P]):
         for listener in self._listeners:
             listener.close()
         if self._gateway:
-            self._loop.clients.places.close(self._gateway)
+            self._service.clients.places.close(self._gateway)
 
     @abstractmethod
     def _end(self, peer: P) -> None:

@@ -21,7 +21,7 @@ from .original.gateway import OriginalGateway
 from .zenoh.gateway import ZenohGateway
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 GRACE = 1.0
 """Seconds from the request to close a port until its clients are dropped: their last answers arrive before."""
@@ -29,11 +29,11 @@ GRACE = 1.0
 
 def open_script_ports(opening: Opening) -> ScriptPortsGateway | None:
     """Serve the requests of the scene's scripts, if they may open ports. Comes behind all gateways with ports."""
-    settings, ports = opening.settings, opening.loop.world.script_ports
+    settings, ports = opening.settings, opening.service.world.script_ports
     if not settings.script_ports:
         return None
     pace = Pace[settings.legacy_pace.upper()] if settings.legacy_ports else None
-    gateway = ScriptPortsGateway(opening.loop, opening.ports, settings.config, legacy_pace=pace)
+    gateway = ScriptPortsGateway(opening.service, opening.ports, settings.config, legacy_pace=pace)
     ports.serve(gateway)
     return gateway
 
@@ -49,7 +49,7 @@ class ScriptPortsGateway(Gateway):
 
     def __init__(
         self,
-        loop: ServerLoop,
+        service: Service,
         own: Collection[int],
         config: Path | None,
         clock: Callable[[], float] = time.monotonic,
@@ -64,7 +64,7 @@ class ScriptPortsGateway(Gateway):
             clock: seconds.
             legacy_pace: the ports are for clients of the original, with this pace of blocking calls.
         """
-        super().__init__(loop)
+        super().__init__(service)
         self.own = own
         self._config, self._clock = config, clock
         self._legacy_pace = legacy_pace
@@ -85,8 +85,8 @@ class ScriptPortsGateway(Gateway):
 
     def _gateway(self, port: int) -> Gateway:
         if self._legacy_pace is not None:
-            return OriginalGateway(self._loop, [f"127.0.0.1:{port}"], self._legacy_pace)
-        return ZenohGateway(self._loop, ports=[port], config=self._config)
+            return OriginalGateway(self._service, [f"127.0.0.1:{port}"], self._legacy_pace)
+        return ZenohGateway(self._service, ports=[port], config=self._config)
 
     def stop(self, port: int) -> None:
         """Close a port after `GRACE`, with its clients."""

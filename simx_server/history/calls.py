@@ -69,6 +69,10 @@ class Called:
     is_stream: bool = False
     """The client asks for the results after each simulation step."""
 
+    def mark_stream(self) -> None:
+        """Note that the client asks for the results after each simulation step."""
+        self.is_stream = True
+
     def finish(self, status: int, values: Sequence[Any]) -> None:
         """Note the answer. Any thread."""
         self.has_failed = status != STATUS_OK
@@ -128,10 +132,17 @@ class LogOfCalls:
         """Kept separately, with numbers: a client that reads without a pause displaces no other call."""
 
         self._count = 0
-        self.is_left_out: Callable[[str, str, Sequence[Any]], bool] = lambda _name, _function, _arguments: (
+        self._is_left_out: Callable[[str, str, Sequence[Any]], bool] = lambda _name, _function, _arguments: (
             False
         )
-        """Decides by the client's name, function and arguments which calls are not noted: the web viewer's own."""
+
+    def leave_out(self, is_left_out: Callable[[str, str, Sequence[Any]], bool]) -> None:
+        """Note no more the calls, such as the web viewer's own, of which a function returns True.
+
+        Args:
+            is_left_out: takes the client's name, the function and the arguments.
+        """
+        self._is_left_out = is_left_out
 
     def note(
         self,
@@ -150,7 +161,7 @@ class LogOfCalls:
             answer: status and values; a future of both, of an image or a trigger; None: `Called.finish` gets it later.
             only_reads: the function changes nothing. A trigger counts as such a call: it comes with every step.
         """
-        if self.is_left_out(client, function, arguments):
+        if self._is_left_out(client, function, arguments):
             return None
         only_reads = only_reads or function == TRIGGER
         called = Called(client, function, tuple(map(short, arguments)), only_reads=only_reads)

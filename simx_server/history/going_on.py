@@ -18,7 +18,7 @@ from simx_server.scripting.script import ScriptKind
 from .moments import Moment, restore
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
     from simx_server.world.world import World
 
     from .history import History
@@ -36,7 +36,7 @@ class GoneOn:
     """Scripts that have started again, and lack the values that their variables had."""
 
 
-def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
+def go_on(service: Service, history: History, step: int) -> GoneOn:
     """Set the simulation to the end of a step, as a new run, and pause it. Steps after it are forgotten.
 
     Clients stay connected; those that step the simulation go on stepping it.
@@ -44,14 +44,14 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
     Raises:
         CommandError: the step is not kept, or a script is being executed, which the stop would end.
     """
-    world, sim = loop.world, loop.simulation
+    world, sim = service.world, service.simulation
     moment, before = history.moment(step), history.before(step)
-    if world.scripts.is_active or loop.is_serving:
+    if world.scripts.is_active or service.serving.is_active:
         raise CommandError("no new run can start while a script is being executed; call this from a client")
     if not sim.is_settled:
         raise CommandError("the simulation is about to start or to stop; try again")
-    stepping = [session for session in loop.sessions.values() if session.is_stepping]
-    start_from(loop, moment, before, history.handle_at_start)
+    stepping = [session for session in service.clients.sessions.values() if session.is_stepping]
+    start_from(service, moment, before, history.handle_at_start)
     sim.pause()
     history.cut(step)
     for session in stepping:
@@ -66,7 +66,7 @@ def go_on(loop: ServerLoop, history: History, step: int) -> GoneOn:
     return GoneOn(step, sim.time, restarted)
 
 
-def start_from(loop: ServerLoop, moment: Moment, before: Moment | None, next_handle: int) -> None:
+def start_from(service: Service, moment: Moment, before: Moment | None, next_handle: int) -> None:
     """Start a new run, and set it to a moment.
 
     Args:
@@ -77,22 +77,20 @@ def start_from(loop: ServerLoop, moment: Moment, before: Moment | None, next_han
     Raises:
         CommandError: a script has stopped the new run.
     """
-    world, sim = loop.world, loop.simulation
-    loop.is_going_back = True
-    try:
-        sim.stop()
-        sim.scene.next_handle = next_handle
-        sim.start()
-        if not sim.is_running:
-            raise CommandError("a script has stopped the new run at its start")
-        restore(world, moment, before)
-    except CommandError:
-        raise
-    except Exception:
-        sim.stop()  # a state that is restored in part must not be simulated
-        raise
-    finally:
-        loop.is_going_back = False
+    world, sim = service.world, service.simulation
+    with sim.going_back():
+        try:
+            sim.stop()
+            sim.scene.next_handle = next_handle
+            sim.start()
+            if not sim.is_running:
+                raise CommandError("a script has stopped the new run at its start")
+            restore(world, moment, before)
+        except CommandError:
+            raise
+        except Exception:
+            sim.stop()  # a state that is restored in part must not be simulated
+            raise
 
 
 def restarted_scripts(world: World) -> list[str]:

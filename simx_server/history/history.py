@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping
 from operator import attrgetter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.simulation.part import Part
+from simx_server.service.watcher import Watcher
 
 from .calls import CallsOfStep, LogOfCalls
 from .moments import Moment, take
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-    from simx_server.service.calls.executor import Executor
-    from simx_server.simulation.simulation import Simulation
-    from simx_server.world.world import World
+    from simx_server.service.service import Service
 
 SECONDS = 120.0
 """Simulated seconds that are kept while a web viewer is open."""
@@ -26,35 +23,20 @@ _NONE = CallsOfStep((), 0, 0, False)
 _STEP = attrgetter("step")
 
 
-class WatchedLoop(Protocol):
-    """The part of the server loop that a history needs; the loop has the calls noted."""
-
-    world: World
-    simulation: Simulation
-
-    is_going_back: bool
-
-    @property
-    def executor(self) -> Executor: ...
-
-    @property
-    def sessions(self) -> Mapping[str, object]: ...
-
-
-class History(Part):
+class History(Watcher):
     """The moments of the present run, or of the last one, in order; and the calls of clients before each.
 
     It is kept while a client wants it, or always.
     """
 
-    def __init__(self, loop: WatchedLoop, seconds: float | None = None) -> None:
+    def __init__(self, service: Service, seconds: float | None = None) -> None:
         """Make an empty history.
 
         Args:
             seconds: simulated seconds to keep also while no client wants a history; None: nothing then; 0: never any.
         """
-        self._loop = loop
-        self._world, self._sim = loop.world, loop.simulation
+        self._service = service
+        self._world, self._sim = service.world, service.simulation
         self._always = seconds
         self.seconds = SECONDS if seconds is None else seconds
         self._wanted_by: set[str] = set()
@@ -68,7 +50,6 @@ class History(Part):
         self.version = 0
         """Changes when moments that were kept are gone, other than the oldest ones."""
 
-        self._sim.attach(self)
         self._watch()
 
     # --- who wants it ----------------------------------------------------------------------------
@@ -92,11 +73,11 @@ class History(Part):
 
     def _watch(self) -> None:
         """Have the server loop note calls, or not."""
-        self._loop.executor.log_of_calls = self._log if self.is_kept else None
+        self._service.executor.note_in(self._log if self.is_kept else None)
 
     def _forget_those_who_left(self) -> None:
-        if self._wanted_by and not self._wanted_by <= self._loop.sessions.keys():
-            self._wanted_by &= self._loop.sessions.keys()
+        if self._wanted_by and not self._wanted_by <= self._service.clients.sessions.keys():
+            self._wanted_by &= self._service.clients.sessions.keys()
             self._watch()
 
     # --- what is kept ----------------------------------------------------------------------------
@@ -181,18 +162,18 @@ class History(Part):
     # --- events ----------------------------------------------------------------------------------
 
     def run_starting(self) -> None:
-        if not self._loop.is_going_back:
+        if not self._sim.is_going_back:
             self.clear()
             self._handle_at_start = self._sim.scene.next_handle
 
     def run_started(self) -> None:
-        if not self._loop.is_going_back and self.is_kept:
+        if not self._sim.is_going_back and self.is_kept:
             self._keep(_NONE)
 
     def step_finished(self) -> None:
         if self._wanted_by:
             self._forget_those_who_left()
-        if self._loop.executor.log_of_calls is not None:
+        if self._service.executor.log_of_calls is not None:
             self._keep(self._log.take())
 
     def scene_changed(self) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_server.simulation.part import Part
+from simx_server.service.watcher import Watcher
 
 from .journal import Block, Journal
 from .moments import Moment, take
@@ -20,7 +20,7 @@ from .packing import NotPackable
 from .writing import First, Kind, Run, Writer
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -43,13 +43,13 @@ written yet.
 """
 
 
-class Keeper(Part):
+class Keeper(Watcher):
     """Writes moments of a server's world into a journal. Physics thread only."""
 
-    def __init__(self, loop: ServerLoop, journal: Journal) -> None:
+    def __init__(self, service: Service, journal: Journal) -> None:
         """Note the scene, which has just been loaded; `start` writes."""
-        self._loop, self._journal = loop, journal
-        self._world, self._sim = loop.world, loop.simulation
+        self._service, self._journal = service, journal
+        self._world, self._sim = service.world, service.simulation
         self.first = First.of(self._sim.scene, self._sim.model)
         names = tuple(type(part).__name__ for part in self._sim.remembering)
         self._writer = Writer(self.first, names)
@@ -77,14 +77,13 @@ class Keeper(Part):
             self._turn()
         except (NotPackable, OSError) as problem:
             self._complain(str(problem))
-        self._sim.attach(self)
-        self._loop.watches.append(self.look)
+        self._service.watchers.add(self)
 
     # --- when to write ---------------------------------------------------------------------------
 
     def look(self) -> None:
         """Write a moment if the world has changed while no step is due."""
-        if not self._loop.is_running_freely:
+        if not self._service.due.is_running_freely:
             self._keep_in_time(SLOW)
 
     def run_starting(self) -> None:
@@ -95,7 +94,7 @@ class Keeper(Part):
 
     def step_finished(self) -> None:
         # A client that steps the simulation counts its steps.
-        self._keep_in_time(0.0 if self._loop.is_running_freely else SLOW)
+        self._keep_in_time(0.0 if self._service.due.is_running_freely else SLOW)
 
     def run_stopped(self) -> None:
         self._keep()
@@ -117,7 +116,7 @@ class Keeper(Part):
 
     def _keep(self) -> None:
         """Write the present world, unless it is the one that was written last."""
-        if self._loop.is_going_back or not self._may_write(self._sim.model):
+        if self._sim.is_going_back or not self._may_write(self._sim.model):
             return
         moment = take(self._world, self._last)
         try:
@@ -142,9 +141,9 @@ class Keeper(Part):
                 self._writer.seconds = 0.0
 
     def _run(self) -> Run:
-        sim, returning = self._sim, self._loop.returning
-        clients = {} if returning is None else returning.awaited()
-        clients |= {client: (each.name, each.is_stepping) for client, each in self._loop.sessions.items()}
+        sim, sessions = self._sim, self._service.clients.sessions
+        clients = self._service.returning.awaited()
+        clients |= {client: (each.name, each.is_stepping) for client, each in sessions.items()}
         return sim.state.value, sim.time_step, sim.physics_step, sim.scene_is_of_client, clients
 
     def _note(self, moment: Moment, block: Block, used: set[int]) -> None:

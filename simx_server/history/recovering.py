@@ -29,7 +29,7 @@ from .packing import NotPackable, unpack
 from .writing import FIELDS, FIELDS_OF_JOINTS, First, Kind, Run
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
     from simx_server.simulation.part import Part
 
 logger = logging.getLogger(__name__)
@@ -81,7 +81,7 @@ def _without_unused(blocks: Sequence[Block]) -> list[Block]:
     return [block for block in blocks if block.kind != Kind.SECTION or block.number in used]
 
 
-def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovered:
+def recover(service: Service, first: First, blocks: Sequence[Block]) -> Recovered:
     """Set a world that has just been loaded, and is stopped, to the last moment of these blocks.
 
     Args:
@@ -91,9 +91,9 @@ def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovere
     Raises:
         CommandError: this is not possible; the world is stopped.
     """
-    sim = loop.simulation
+    sim = service.simulation
     try:
-        reader = _Reader(loop, first, blocks)
+        reader = _Reader(service, first, blocks)
         *_, base = (block for block in blocks if block.kind == Kind.STOPPED)
         run = [block for block in blocks if block.kind == Kind.STEP]
         before, run_of_base = reader.moment(base)
@@ -101,13 +101,13 @@ def recover(loop: ServerLoop, first: First, blocks: Sequence[Block]) -> Recovere
             # Its scripts must not run if a client sent them.
             sim.use(before.structure.snapshot.scene, before.model, is_of_client=run_of_base[3])
         _set_steps(sim, run_of_base)
-        restore(loop.world, before, None)
+        restore(service.world, before, None)
         if not run:
             return Recovered(before, sim.state, 0, 0.0)
         moments = [reader.moment(block) for block in run]
         moment, of_run = moments[-1]
         earlier = moments[-2][0] if len(moments) > 1 and moments[-2][0].step == moment.step - 1 else None
-        start_from(loop, moment, earlier, before.next_handle)
+        start_from(service, moment, earlier, before.next_handle)
         if of_run[0] == SimulationState.PAUSED.value:
             sim.pause()
         return Recovered(before, sim.state, moment.step, sim.time)
@@ -133,8 +133,8 @@ def _set_steps(sim: Simulation, run: Run) -> None:
 class _Reader:
     """Makes moments of blocks."""
 
-    def __init__(self, loop: ServerLoop, first: First, blocks: Sequence[Block]) -> None:
-        self._sim = loop.simulation
+    def __init__(self, service: Service, first: First, blocks: Sequence[Block]) -> None:
+        self._sim = service.simulation
         self._first = first
         self._contents = {block.number: block.content for block in blocks if block.kind == Kind.SECTION}
         self._made: dict[int, Any] = {}

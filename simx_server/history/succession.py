@@ -20,12 +20,11 @@ from .going_on import restarted_scripts
 from .journal import Block, Journal
 from .keeping import Keeper
 from .recovering import Recovered, chosen_blocks, clients_of, recover
-from .returning import Returning
 from .writing import First, Kind
 
 if TYPE_CHECKING:
     from simx_server.recording import Recorder
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -114,41 +113,41 @@ class Succession:
         return is_quick and newest[0] == self._began_at[0] and newest[1] <= self._began_at[1] + 1
 
 
-def take_over(loop: ServerLoop, inheritance: Inheritance, recorder: Recorder | None) -> Recovered | None:
+def take_over(service: Service, inheritance: Inheritance, recorder: Recorder | None) -> Recovered | None:
     """Continue what the server before this one did, if there was one, and keep moments from now on.
 
     Args:
-        loop: with the scene as it was loaded; clients may wait, none was served.
-        recorder: starts to record the loop.
+        service: with the scene as it was loaded; clients may wait, none was served.
+        recorder: starts to record the service.
 
     Returns:
         The moment of the world; None: it is the world that was loaded.
     """
-    keeper = Keeper(loop, inheritance.journal)
+    keeper = Keeper(service, inheritance.journal)
     recovered = None
     if inheritance.ended:
-        recovered = _continue(loop, keeper, inheritance, recorder)
+        recovered = _continue(service, keeper, inheritance, recorder)
     elif recorder is not None:
-        recorder.begin(loop)
+        recorder.begin(service)
     keeper.start(recovered.base if recovered is not None else None)
     return recovered
 
 
 def _continue(
-    loop: ServerLoop, keeper: Keeper, inheritance: Inheritance, recorder: Recorder | None
+    service: Service, keeper: Keeper, inheritance: Inheritance, recorder: Recorder | None
 ) -> Recovered | None:
     blocks = chosen_blocks(inheritance.journal.read(), inheritance.back)
     what = f"the server ended {inheritance.ended} and was started again"
     if recorder is not None:
         recorder.resumed(what, blocks)
-        recorder.begin(loop)
-    recovered, told = resume(loop, keeper.first, what, blocks)
-    loop.world.status_bar.add(told, logging.ERROR)
+        recorder.begin(service)
+    recovered, told = resume(service, keeper.first, what, blocks)
+    service.world.status_bar.add(told, logging.ERROR)
     return recovered
 
 
 def resume(
-    loop: ServerLoop, first: First, what: str, blocks: Sequence[Block]
+    service: Service, first: First, what: str, blocks: Sequence[Block]
 ) -> tuple[Recovered | None, str]:
     """Set a world that has just been loaded to the last moment of a journal, and expect the clients of that time.
 
@@ -163,18 +162,18 @@ def resume(
     if not blocks:
         return None, f"{what}; nothing was kept, so the scene is as it was loaded"
     try:
-        recovered = recover(loop, first, blocks)
-        told = f"{what}; {_described(loop, recovered)}"
+        recovered = recover(service, first, blocks)
+        told = f"{what}; {_described(service, recovered)}"
     except CommandError as problem:
         recovered, told = None, f"{what}; {problem}; the scene is as it was loaded"
-    loop.expect(Returning(clients_of(blocks), told))
+    service.returning.expect(clients_of(blocks), told)
     return recovered, told
 
 
-def _described(loop: ServerLoop, recovered: Recovered) -> str:
+def _described(service: Service, recovered: Recovered) -> str:
     if recovered.state is SimulationState.STOPPED:
         return "the simulation is stopped, as it was"
-    scripts = restarted_scripts(loop.world)
+    scripts = restarted_scripts(service.world)
     again = f"; these scripts have started again: {', '.join(scripts)}" if scripts else ""
     state = ", paused" if recovered.state is SimulationState.PAUSED else ""
     return f"the simulation goes on from step {recovered.step}, {recovered.time:.3f} s{state}{again}"

@@ -55,14 +55,28 @@ class Parameters(Part):
         """Integer parameter 0, bits: errors go to simxGetLastErrors (1), to the status bar (2); always to the log."""
         self.arguments = arguments
         """Arguments from the server's command line, for programs that read them."""
-        self.end: Callable[[], None] | None = None
-        """Function that ends the server; set by the composition."""
+        self._end: Callable[[], None] | None = None
         self.stop_requests = 0
         """Number of runs that clients or scripts requested to stop, since the server started."""
         self.pace: Pace | None = None
-        """Pace of the simulation, set by the composition; without it the caller paces the simulation."""
-        self.is_waiting_for_trigger: Callable[[], bool] = lambda: False
-        """Function set by the composition: whether a stepped simulation waits (boolean 45)."""
+        """Pace of the simulation; without it the caller paces the simulation."""
+        self._is_waiting: Callable[[], bool] = lambda: False
+
+    def served_by(
+        self, pace: Pace, is_waiting_for_trigger: Callable[[], bool], end: Callable[[], None] | None = None
+    ) -> None:
+        """Note the server of the simulation.
+
+        Args:
+            pace: of its simulation steps.
+            is_waiting_for_trigger: returns whether a stepped simulation waits (boolean 45).
+            end: ends it; None: it cannot be ended.
+        """
+        self.pace, self._is_waiting, self._end = pace, is_waiting_for_trigger, end
+
+    def is_waiting_for_trigger(self) -> bool:
+        """Return whether a stepped simulation waits (boolean 45)."""
+        return self._is_waiting()
 
     def run_stopping(self) -> None:
         self.stop_requests += 1
@@ -99,10 +113,10 @@ class Parameters(Part):
             return
         if self._sim.is_running:
             raise Unsupported("the server ends only while the simulation is stopped; stop it first")
-        if self.end is None:
+        if self._end is None:
             raise Unsupported("this simulation has no server that could be ended")
         logger.info("a client asked the server to end")
-        self.end()
+        self._end()
 
     def argument(self, index: int) -> str:
         """Return an argument of the command line; '' for a missing one, as in V-REP."""

@@ -92,12 +92,11 @@ class Opened:
 
     def attach(self, simulation: Simulation) -> None:
         """Make file names refer to the recorded files."""
-        simulation.files.sources = self._sources(simulation.files.sources)
+        sources = self._sources(simulation.files.sources)
         # A refused file may still be present, as a part of the scene that the server started with.
         is_old = self.header.get("sources") is None
-        folder = self._folder if is_old else simulation.files.sources.shipped
-        simulation.files.more_folders = [*simulation.files.more_folders, folder]
-        simulation.files.find = self._find
+        simulation.files.read_from(sources, self._folder if is_old else sources.shipped)
+        simulation.files.find_by(self._find)
 
     def events(self) -> Iterator[tuple[Record, list[Record], Record | None]]:
         """Yield (an event, the records behind it that belong to it or to the following step, the next event)."""

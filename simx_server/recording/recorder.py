@@ -1,6 +1,6 @@
 """Write the events of the server loop as records.
 
-**Points.** While a long-running script runs, the server serves calls of other clients (`ServerLoop.serve_others`)
+**Points.** While a long-running script runs, the server serves calls of other clients (`Meanwhile.serve_others`)
 whenever the clock requires it. A script notices their changes only in its next call into the API, so it is enough to
 know between which two of these calls they came. Points are counted at each call into the API and at the end of each
 call into a script; events within a script's run are recorded with the number of the last point. A simulation step
@@ -14,13 +14,12 @@ import platform
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from simx_server.service.clients.watcher import Watcher
+from simx_server.service.watcher import Watcher
 from simx_server.settings.conflicts import DECISIVE
-from simx_server.simulation.part import Part
 
 from .. import __version__
 from . import state
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from simx_server.history.journal import Block
     from simx_server.scene.formats.sources import Sources
     from simx_server.service.clients.sessions import ClientSession
+    from simx_server.service.service import Service
     from simx_server.settings.settings import Settings
     from simx_server.world.world import World
 
@@ -47,19 +47,10 @@ OUTSIDE = -1
 _IDLE = bytes((0x91, Kind.IDLE))
 
 
-class RecordedLoop(Protocol):
-    """The part of the server loop that a recorder needs; the loop calls the recorder."""
+class Recorder(Watcher):
+    """Listens to a simulation and its service. Physics thread only."""
 
-    sessions: dict[str, ClientSession]
-
-    @property
-    def is_serving(self) -> bool: ...
-
-    def record(self, recorder: Recorder) -> None: ...
-
-
-class Recorder(Part, Watcher):
-    """Listens to a simulation and its server loop. Physics thread only."""
+    needs_whole_batches = True
 
     def __init__(self, path: Path, settings: Settings, *, goes_on: bool = False) -> None:
         """Start a recording, or go on with that of a server that has crashed. Raises OutputError."""
@@ -73,7 +64,7 @@ class Recorder(Part, Watcher):
         self._copied = 0
         self._steps = 0
         self._points = 0
-        self._loop: RecordedLoop | None = None
+        self._service: Service | None = None
         self._world: World
 
     def watch(self, world: World, scene: Path) -> None:
@@ -107,23 +98,23 @@ class Recorder(Part, Watcher):
         self._world = world
         simulation = world.simulation
         simulation.attach(self)
-        find = simulation.files.find
 
         def find_and_note(text: str, is_model: bool) -> Path:
-            found = find(text, is_model)
+            found = before(text, is_model)
             self._log.put(Kind.FOUND, text, is_model, str(found))
             return found
 
-        simulation.files.find = find_and_note
+        before = simulation.files.find_by(find_and_note)
 
-    def begin(self, loop: RecordedLoop) -> None:
-        """Record this server loop from now on."""
-        self._loop = loop
-        loop.record(self)
-        for session in loop.sessions.values():  # a gateway's own client is there before clients can come
+    def begin(self, service: Service) -> None:
+        """Record this service from now on."""
+        self._service = service
+        service.watchers.add(self)
+        for (
+            session
+        ) in service.clients.sessions.values():  # a gateway's own client is there before clients can come
             self.joined(session)
-        points = self._world.simulation.interruptions
-        points.script_point = points.physics_point = self._count_point
+        service.simulation.interruptions.count(self._count_point, self._count_point)
 
     def write_out(self) -> None:
         """Write now what has been recorded, so that a crash loses none of it."""
@@ -147,19 +138,19 @@ class Recorder(Part, Watcher):
     def stepping_lost(self, client: str) -> None:
         self._log.put(Kind.STEPPING_LOST, self._point(), self._numbers[client])
 
-    def batch(self, client: str, payload: bytes) -> None:
+    def batch_comes(self, client: str, payload: bytes) -> None:
         """Record a batch before it is executed."""
         self._log.put(Kind.BATCH, self._point(), self._numbers[client], payload)
 
-    def went_on(self, client: str) -> None:
+    def batch_goes_on(self, client: str) -> None:
         """Record that the calls behind a trigger in a batch are going to be executed."""
         self._log.put(Kind.WENT_ON, self._numbers[client])
 
-    def continued(self, client: str, connection: int) -> None:
+    def call_goes_on(self, client: str, connection: int) -> None:
         """Record that a call of the ZeroMQ remote API that waited is going to be continued."""
         self._log.put(Kind.CONTINUED, self._numbers[client], connection)
 
-    def within(self, client: str, message: bytes | str) -> None:
+    def function_answered(self, client: str, message: bytes | str) -> None:
         """Record a message from within a function of a client of that API, or why none is waited for any longer."""
         self._log.put(Kind.WITHIN, self._numbers[client], message)
 
@@ -171,7 +162,7 @@ class Recorder(Part, Watcher):
         """Record from what the server is going to continue the work of one that has crashed; see `Kind.RESUMED`."""
         self._log.put(Kind.RESUMED, what, [list(block) for block in blocks])
 
-    def passed(self, *, is_advancing: bool) -> None:
+    def round_made(self, *, is_advancing: bool) -> None:
         """Record a simulation step; `is_advancing`: False for an idle one, which executes only streams and scripts."""
         if not is_advancing:
             self._log.put_packed(_IDLE)
@@ -192,13 +183,13 @@ class Recorder(Part, Watcher):
     # --- the simulation --------------------------------------------------------------------------
 
     def _point(self) -> int:
-        return self._points if self._loop is not None and self._loop.is_serving else OUTSIDE
+        return self._points if self._service is not None and self._service.serving.is_active else OUTSIDE
 
     def _count_point(self) -> None:
         self._points += 1
 
     def run_stopping(self) -> None:
-        if self._loop is not None:
+        if self._service is not None:
             self._log.put(Kind.STATE, True, state.digests(self._world))
 
     def file_read(self, path: Path, sources: Sources) -> None:

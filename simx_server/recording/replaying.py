@@ -15,7 +15,7 @@ from ..viewer.windows import Windows
 from . import state
 from .opened import Opened
 from .records import Kind, Record
-from .replay_loop import Divergence, ReplayLoop
+from .replayed import Divergence, Replayed
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -65,10 +65,13 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
         LogError: the recording cannot be used.
     """
     simulation = world.simulation
-    loop = ReplayLoop(world, has_physics_points=bool(recording.header.get("physics_points")))
-    loop.history = History(loop, history)
+    replayed = Replayed(world, has_physics_points=bool(recording.header.get("physics_points")))
+    past = History(replayed.service, history)
+    replayed.service.watchers.add(past)
     world.scripts.add_ons[WINDOWS] = Windows()
-    world.scripts.add_ons[ADD_ON] = Feed(loop, "replay", ())  # repeats the single steps of a web viewer
+    world.scripts.add_ons[ADD_ON] = Feed(
+        replayed.service, "replay", (), past
+    )  # repeats the single steps of a web viewer
     states = _States(world)
     steps = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
@@ -82,18 +85,18 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
             if record[0] == Kind.STATE:
                 states.expect(record)
             elif record[0] == Kind.WITHIN:
-                loop.await_answer(record)
+                replayed.await_answer(record)
             else:
-                loop.await_point(number, record)
-        loop.await_room()
+                replayed.await_point(number, record)
+        replayed.await_room()
         try:
             simulation.settle()
             if kind == Kind.RESUMED:
-                loop.resume(*event[1:])
+                replayed.resume(*event[1:])
                 states.forget()
             else:
-                loop.do(event)
-            loop.do_what_is_due(number if is_before_step else None)
+                replayed.do(event)
+            replayed.do_what_is_due(number if is_before_step else None)
             if kind not in (Kind.PASS, Kind.IDLE):
                 simulation.settle()
             states.compare(event, is_before_step=is_before_step, is_last=following is None)

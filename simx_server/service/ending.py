@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from simx_server.simulation.simulation import Simulation
 
-from .clients.watcher import Watcher
 from .queue.inbox import Inbox
+from .watcher import Watcher
 
 if TYPE_CHECKING:
+    from .calls.executor import Executor
     from .clients.sessions import ClientSession
 
 logger = logging.getLogger(__name__)
+
+
+class QuitAfterStop(Watcher):
+    """``--quit-after-stop``: the server ends with its first run, unless a new one goes on from a step of it."""
+
+    def __init__(self, ending: Ending, simulation: Simulation) -> None:
+        self._ending, self._simulation = ending, simulation
+
+    def run_stopped(self) -> None:
+        if not self._simulation.is_going_back:
+            self._ending.request()
 
 
 class Ending(Watcher):
@@ -25,15 +37,15 @@ class Ending(Watcher):
         simulation: Simulation,
         inbox: Inbox,
         sessions: Mapping[str, ClientSession],
-        executing: Callable[[], str],
+        executor: Executor,
     ) -> None:
         """Start without an end.
 
         Args:
-            executing: returns the client whose call is being executed; empty if there is none.
+            executor: knows whose call is being executed.
         """
         self._simulation, self._inbox, self._sessions = simulation, inbox, sessions
-        self._executing = executing
+        self._executor = executor
         self._asked_by: str | None = None
         self.has_come = False
 
@@ -49,7 +61,7 @@ class Ending(Watcher):
 
     def when_left(self) -> None:
         """End on request of the client that is being served, after the others have left."""
-        self._asked_by = self._executing() or None
+        self._asked_by = self._executor.client or None
         if self._asked_by is None:  # a script of the operator
             self.request()
         elif others := self._end_if_left():

@@ -6,8 +6,8 @@ import time
 
 from simx_server.processes.heap import Unused, give_back
 
-from .clients.watcher import Watcher
 from .queue.inbox import Inbox
+from .watcher import Watcher
 
 GIVING_PAUSE = 5.0
 """Seconds between two times that memory is returned to the system."""

@@ -17,7 +17,7 @@ def never() -> bool:
 
 @dataclass(slots=True)
 class Interruptions:
-    """The server loop, a recording or a replay replace these functions; alone, a simulation interrupts nothing."""
+    """The server, a recording or a replay replace these functions; alone, a simulation interrupts nothing."""
 
     serve_others: Callable[[], object] = nothing
     """Serves other clients during long computations."""
@@ -38,6 +38,14 @@ class Interruptions:
 
     physics_point: Callable[[], object] | None = None
     """As `script_point`, between pieces of a simulation step's physics, which then have a fixed length."""
+
+    def serve(self, serve_others: Callable[[], object], is_end_wanted: Callable[[], bool] = never) -> None:
+        """Have other clients served during long computations, which give up when that is wanted."""
+        self.serve_others, self.is_end_wanted = serve_others, is_end_wanted
+
+    def count(self, script_point: Callable[[], object], physics_point: Callable[[], object] | None) -> None:
+        """Have the points counted at which something may be done for other clients."""
+        self.script_point, self.physics_point = script_point, physics_point
 
     def may_go_on(self) -> bool:
         """Serve others; return whether a long computation may continue."""

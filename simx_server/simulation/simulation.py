@@ -8,7 +8,8 @@ length, so it does not drift.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Generator
+from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -96,6 +97,7 @@ class Simulation:
         """The server has been told to end: from now on scripts get little time."""
         self.scene_is_of_client = False
         """A client sent the scene's file, or a file that it includes."""
+        self._is_going_back = False
         self._parts: list[Part] = []
         self._told_of_steps: list[Part] = []
         self._holding: list[Part] = []
@@ -120,8 +122,8 @@ class Simulation:
         self._adopt(scene, model, self._first_state(scene, model))
 
     def attach(self, *parts: Part) -> None:
-        """Notify these parts of the simulation's events from now on, after those attached before."""
-        self._parts.extend(parts)
+        """Notify these parts of the simulation's events from now on, after those attached before; each only once."""
+        self._parts.extend(part for part in parts if part not in self._parts)
         self._sort_parts()
 
     def detach(self, part: Part) -> None:
@@ -548,7 +550,7 @@ class Simulation:
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.scene, self.model, self.data = scene, model, data
-        self.files.open_scene = scene.path
+        self.files.scene_opened(scene.path)
         self.scene_id += 1
         self.dynamics_enabled = bool(scene.annotations.scene.get("dynamics", True))
         self.scene_is_of_client = False
@@ -560,6 +562,20 @@ class Simulation:
         self.refresh()
         self.model_edited()
         self.changed()
+
+    @contextmanager
+    def going_back(self) -> Generator[None]:
+        """Mark what happens within the block: a stop, then a start of a run that goes on from an earlier step."""
+        self._is_going_back = True
+        try:
+            yield
+        finally:
+            self._is_going_back = False
+
+    @property
+    def is_going_back(self) -> bool:
+        """Return whether a new run goes on from an earlier step: a stop is followed by a start at once."""
+        return self._is_going_back
 
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:

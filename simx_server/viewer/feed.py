@@ -74,7 +74,7 @@ from .sent_model import SentModel
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
     from simx_server.simulation.simulation import Simulation
 
 _MOST_TEXT = 200
@@ -103,13 +103,19 @@ _METRICS_EVERY = 1.0
 class Feed(Part):
     """The add-on. It sends `realm` and `ports` to the viewer, which shows how to connect."""
 
-    def __init__(self, loop: ServerLoop, realm: str, ports: Sequence[int]) -> None:
-        self._loop = loop
-        self._world = loop.world
-        self._sim = loop.simulation
+    def __init__(
+        self, service: Service, realm: str, ports: Sequence[int], history: History | None = None
+    ) -> None:
+        """Make it; without a history it makes one that is kept while a viewer wants it."""
+        self._service = service
+        self._world = service.world
+        self._sim = service.simulation
         self._realm, self._ports = realm, list(ports)
-        self._history = loop.history or History(loop)
-        self._history.log.is_left_out = _is_of_viewer
+        if history is None:
+            history = History(service)
+            service.watchers.add(history)
+        self._history = history
+        self._history.log.leave_out(_is_of_viewer)
         self._old: SentModel | None = None
         """The model of a past step, while it is not the present one."""
 
@@ -140,7 +146,8 @@ class Feed(Part):
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
         """Call a function of the add-on. Raises CommandError: unknown function, wrong count of numbers, or refused."""
-        self._loop.look_on()
+        if session := self._service.clients.sessions.get(self._service.executor.client):
+            session.look_on()
         answer = self._functions.find(function, ints, floats)(*ints, *floats)
         return [], [], [], b"" if answer is None else msgpack.packb(answer)
 
@@ -176,7 +183,7 @@ class Feed(Part):
     # --- the past --------------------------------------------------------------------------------
 
     def _keep_past(self, wanted: int) -> None:
-        self._history.want(self._loop.executing, bool(wanted))
+        self._history.want(self._service.executor.client, bool(wanted))
 
     def _past(self, step: int, known_model: int, known_arrays: int) -> Past:
         """Return the world after a kept step, or after the last kept one before it."""
@@ -230,7 +237,7 @@ class Feed(Part):
         return sent
 
     def _go_on(self, step: int) -> GoneOn:
-        gone = go_on(self._loop, self._history, step)
+        gone = go_on(self._service, self._history, step)
         return {"step": gone.step, "time": gone.time, "restarted": gone.restarted}
 
     def _kept(self) -> Kept:
@@ -250,7 +257,7 @@ class Feed(Part):
     # --- the panels ------------------------------------------------------------------------------
 
     def _survey(self, known_tree: int, known_drawings: int) -> Survey:
-        sim, loop = self._sim, self._loop
+        sim, service = self._sim, self._service
         tree = self._tree_version()
         drawings = (self._world.drawings.version + self._world.paths.version) & 0x7FFFFFFF
         is_carried = self._world.drawings.are_carried or bool(self._world.paths.handles())
@@ -267,8 +274,8 @@ class Feed(Part):
             "messages": self._world.status_bar.count,
             "speed": None if pace is None else pace.speed,
             "time_step": sim.time_step,
-            "steppers": [one.name for one in loop.sessions.values() if one.is_stepping],
-            "is_waiting": loop.is_waiting_for_trigger,
+            "steppers": [one.name for one in service.clients.sessions.values() if one.is_stepping],
+            "is_waiting": service.due.is_waiting_for_trigger,
             "metrics": self._recent_metrics(),
             "streams": self._streams(),
             "past": self._kept(),
@@ -279,7 +286,7 @@ class Feed(Part):
     def _recent_metrics(self) -> Metrics:
         now = time.monotonic()
         if self._metrics is None or now >= self._metrics_until:
-            self._metrics = report.metrics(self._loop, self._realm, self._ports)
+            self._metrics = report.metrics(self._service, self._realm, self._ports)
             self._metrics_until = now + _METRICS_EVERY
         return self._metrics
 
@@ -337,7 +344,7 @@ class Feed(Part):
                 "command": stream.command.name,
                 "arguments": ", ".join(map(_short, stream.arguments)),
             }
-            for session in self._loop.sessions.values()
+            for session in self._service.clients.sessions.values()
             for stream in session.streams.by_id.values()
         ]
 
@@ -372,7 +379,7 @@ class Feed(Part):
     def _one_step(self) -> None:
         sim = self._sim
         if sim.state is SimulationState.RUNNING:
-            if self._loop.is_waiting_for_trigger:
+            if self._service.due.is_waiting_for_trigger:
                 raise CommandError(
                     "a client steps the simulation, so passes come when it asks; end its stepped mode first"
                 )

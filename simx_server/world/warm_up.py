@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
 from simx_server.service.calls.background import Steps, Task, beside
-from simx_server.simulation.part import Part
+from simx_server.service.watcher import Watcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -95,7 +95,17 @@ def _when_warm(world: World, handle: int) -> Steps[int]:
     return handle
 
 
-class WarmUp(Part):
+class RenderWatch(Watcher):
+    """Watches the render thread, whose driver may hang."""
+
+    def __init__(self, rendering: RenderThread) -> None:
+        self._rendering = rendering
+
+    def look(self) -> None:
+        self._rendering.watch()
+
+
+class WarmUp(Watcher):
     """Warms up for the present scene, for every later one, and for a scene's first vision sensor."""
 
     def __init__(self, world: World) -> None:

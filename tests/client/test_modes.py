@@ -103,7 +103,7 @@ def test_an_answer_to_several_sets_is_none_to_what_lies_among_them(follow):
 
 def test_a_ping_ends_no_stream_whatever_its_number(world, cid):
     GET(cid, 1, v.simx_opmode_streaming)
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
     world.settle()
     assert list(session.streams.by_id) == [1]
     v.simxGetPingTime(cid)
@@ -152,7 +152,7 @@ def test_a_blocking_call_ends_the_stream_of_its_key(world, cid):
     v.simxStartSimulation(cid, v.simx_opmode_blocking)
     world.settle()
     assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
-    assert not next(iter(world.loop.sessions.values())).streams.by_id
+    assert not next(iter(world.loop.service.clients.sessions.values())).streams.by_id
 
 
 def test_a_oneshot_call_ends_the_stream_and_its_value_stays(world, cid):
@@ -174,7 +174,7 @@ def test_discontinue_gives_the_last_value_once_more_and_then_none(world, cid):
     assert GET(cid, 3, v.simx_opmode_discontinue) == (0, 2.5)
     world.settle()
     assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
-    assert not next(iter(world.loop.sessions.values())).streams.by_id
+    assert not next(iter(world.loop.service.clients.sessions.values())).streams.by_id
 
 
 def test_discontinue_of_what_is_not_streamed_is_harmless(world, cid):
@@ -195,7 +195,7 @@ def test_ending_a_stream_again_and_again_while_paused_is_sent_once_and_remembere
     v.simxPauseCommunication(cid, False)
     world.settle()
     assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
-    assert not next(iter(world.loop.sessions.values())).streams.by_id
+    assert not next(iter(world.loop.service.clients.sessions.values())).streams.by_id
 
 
 @pytest.mark.parametrize(
@@ -211,7 +211,7 @@ def test_a_stream_ended_while_paused_ends_whatever_is_called_next(world, mode):
     SET(cid, 3, 2.0, mode)
     v.simxPauseCommunication(cid, False)
     world.settle()
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
     assert [s.arguments for s in session.streams.by_id.values()] == [[3, 2.0]] * (
         mode == v.simx_opmode_streaming
     )
@@ -278,7 +278,7 @@ def test_get_and_clear_ends_its_stream_with_the_first_hit(world, cid):
     world.settle()
     assert v.simxGetAndClearStringSignal(cid, "s", v.simx_opmode_buffer) == (0, bytearray(b"hit"))
     assert v.simxGetAndClearStringSignal(cid, "s", v.simx_opmode_buffer) == (1, bytearray())
-    assert not next(iter(world.loop.sessions.values())).streams.by_id
+    assert not next(iter(world.loop.service.clients.sessions.values())).streams.by_id
 
 
 def test_read_string_stream_loses_nothing_and_gives_empty_data_between(world, cid):

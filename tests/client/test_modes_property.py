@@ -84,7 +84,7 @@ class BothSides(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.world = World()
-        self.world.loop._serving_time = lambda: (
+        self.world.loop.service.arrivals.serving_time = lambda: (
             math.inf
         )  # on a busy machine a turn would leave some for the next
         self.model = Model()
@@ -140,7 +140,7 @@ class BothSides(RuleBasedStateMachine):
         assert done == self.model.server.log
         assert self.world.simulation.joints == self.model.server.joints
         assert self.world.simulation.strings == self.model.server.strings
-        sessions = list(self.world.loop.sessions.values())
+        sessions = list(self.world.loop.service.clients.sessions.values())
         if sessions:
             assert len(sessions[0].streams.by_id) == len(self.model.server.streams)
 

@@ -145,7 +145,7 @@ def test_an_image_of_an_armed_stream_is_there_after_a_blocking_call(world: Gripp
     before = world.simulation.passes
     look = partial(v.simxGetVisionSensorImage, client, 1, 0)
     assert look(v.simx_opmode_streaming)[0] == 1
-    session = next(iter(world.loop.sessions.values()))
+    session = next(iter(world.loop.service.clients.sessions.values()))
     draw_when(world, lambda: session.interrupted is not None)
     assert v.simxGetJointPosition(client, GRIPPER, BLOCKING)[0] == 0
     assert look(v.simx_opmode_buffer)[0] == 0
@@ -235,8 +235,8 @@ def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
     world: Gripper, ending: Callable[..., int] | None
 ) -> None:
     client, other = started(world, Pace.EVERY), world.client()
-    session = next(iter(world.loop.sessions.values()))
-    world.loop.submit(
+    session = next(iter(world.loop.service.clients.sessions.values()))
+    world.loop.service.queue.submit(
         session.client,
         BatchWork(encode(Batch(0, 0, [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]))),
     )
@@ -256,9 +256,9 @@ def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
 
 def test_a_client_that_leaves_while_its_call_waits_hurts_nobody(world: Gripper) -> None:
     client, other = started(world, Pace.EVERY), world.client()
-    session = next(iter(world.loop.sessions.values()))
+    session = next(iter(world.loop.service.clients.sessions.values()))
     calls = [Call(900, 0, Pace.EVERY, "simxSetJointPosition", [7, 1.0])]
-    world.loop.submit(session.client, BatchWork(encode(Batch(0, 0, calls))))
+    world.loop.service.queue.submit(session.client, BatchWork(encode(Batch(0, 0, calls))))
     while session.interrupted is None:
         world.settle()
     world.transports[client].lose()
@@ -284,14 +284,14 @@ def test_a_wait_counts_for_the_time_out_and_the_next_call_keeps_its_order(world:
 
 def test_calls_of_a_message_keep_their_order_around_one_that_waits(world: Gripper) -> None:
     started(world, Pace.FREE)
-    session = next(iter(world.loop.sessions.values()))
+    session = next(iter(world.loop.service.clients.sessions.values()))
     calls = [
         Call(901, 0, 0, "simxSetJointPosition", [7, 1.0]),
         Call(902, 0, Pace.EVERY, "simxSetJointPosition", [7, 2.0]),
         Call(903, 0, Pace.EVERY, "simxSetJointPosition", [7, 3.0]),
         Call(904, 0, 0, "simxSetJointPosition", [7, 4.0]),
     ]
-    world.loop.submit(session.client, BatchWork(encode(Batch(0, 0, calls))))
+    world.loop.service.queue.submit(session.client, BatchWork(encode(Batch(0, 0, calls))))
     while len(world.set_in()) < 4:
         world.settle()
     first = world.set_in()[0]
@@ -313,9 +313,9 @@ def test_calls_of_a_message_keep_their_order_around_one_that_waits(world: Grippe
 def test_a_paced_call_of_any_form_is_answered_and_hurts_nobody(world: Gripper, call: Call) -> None:
     client = started(world, Pace.FREE)
     other = world.client()
-    session = next(iter(world.loop.sessions.values()))
+    session = next(iter(world.loop.service.clients.sessions.values()))
     for _ in range(2):
-        world.loop.submit(session.client, BatchWork(encode(Batch(0, 0, [call]))))
+        world.loop.service.queue.submit(session.client, BatchWork(encode(Batch(0, 0, [call]))))
     for _ in range(3 * READS_A_STEP):
         world.settle()
     assert session.interrupted is None

@@ -135,7 +135,7 @@ def lose_and_find(world: World, client: int, meanwhile: Callable[[], object] = l
 
 def streams_of(world: World) -> list[tuple[list[object], float]]:
     """Arguments and delay of what the server streams to its only client."""
-    [session] = world.loop.sessions.values()
+    [session] = world.loop.service.clients.sessions.values()
     return [(stream.arguments, stream.delay) for stream in session.streams.by_id.values()]
 
 
@@ -168,7 +168,7 @@ def test_who_does_not_reconnect_has_no_streams_left(plain: World) -> None:
     plain.transports[client].lose()
     plain.transports[client]._connected = True  # a server is there again, and not wanted
     assert v.simxGetConnectionId(client) == -1
-    assert plain.loop.sessions == {}
+    assert plain.loop.service.clients.sessions == {}
     assert v.simxGetJointPosition(client, 1, BUFFER) == (1, 0.0)
 
 
@@ -187,7 +187,7 @@ def test_stepped_mode_is_not_asked_for_again_as_it_is_the_servers(plain: World) 
     client = plain.client()
     v.simxSynchronous(client, True)
     lose_and_find(plain, client)
-    [session] = plain.loop.sessions.values()
+    [session] = plain.loop.service.clients.sessions.values()
     assert not session.is_stepping
 
 

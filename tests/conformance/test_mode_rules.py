@@ -34,7 +34,7 @@ def test_streaming_again_with_equal_arguments_leaves_the_stream_as_it_is(
     v.simxGetObjectPosition(cid, falling, -1, STREAMING)
     world.loop.turn()
     sent = []
-    monkeypatch.setattr(world.loop, "submit", lambda *arguments: sent.append(arguments))
+    monkeypatch.setattr(world.loop.service.queue, "submit", lambda *arguments: sent.append(arguments))
     values = []
     for _ in range(3):
         values.append(v.simxGetObjectPosition(cid, falling, -1, STREAMING)[1][2])

@@ -281,4 +281,4 @@ class Victim(logging.Handler):
             reply.call_id: reply for reply in self._replies(self._witness, {self.last_id - 1, self.last_id})
         }
         assert answers[self.last_id].values == [number], (answers, what)
-        assert self.world.loop.sessions[self._witness.client].is_stepping is False
+        assert self.world.loop.service.clients.sessions[self._witness.client].is_stepping is False

@@ -46,7 +46,7 @@ class _Victim:
         scene = folder / "victim.xml"
         scene.write_text(SCENE)
         self.world = RealWorld(scene, workspace=folder)
-        self.gateway = LaneGateway(self.world.loop)
+        self.gateway = LaneGateway(self.world.loop.service)
         self._thread = threading.Thread(target=self.world.loop.run, daemon=True)
         self._thread.start()
 
@@ -55,12 +55,12 @@ class _Victim:
         loop, offers, came = self.world.loop, list[str](), threading.Event()
 
         def join() -> None:
-            if client not in loop.sessions:
-                loop.clients.join(client, client, 0, self.gateway.invite(client, _Zenoh()))
+            if client not in loop.service.clients.sessions:
+                loop.service.clients.join(client, client, 0, self.gateway.invite(client, _Zenoh()))
             offers.append(self.gateway.offer_to(client))  # here, as it may be about to leave
             came.set()
 
-        loop.post(join)
+        loop.service.queue.post(join)
         assert came.wait(WAIT)
         offer = read_offer(offers[0])
         assert offer is not None
@@ -73,10 +73,10 @@ class _Victim:
         return connected
 
     def close(self) -> None:
-        self.world.loop.ending.request()
+        self.world.loop.service.ending.request()
         self._thread.join(WAIT)
         self.gateway.close()
-        self.world.loop.close_sockets()
+        self.world.loop.service.queue.close_sockets()
         self.world.close()
 
 

@@ -187,6 +187,6 @@ def _is_served(server: ZmqWorld, log: _Errors) -> None:
     bystander = RawClient(server.port)
     assert "ret" in bystander.ask("sim.getSimulationTime")
     bystander.close()
-    faults = {name: each.last for name, each in server.loop.metrics.failures.items() if each.internal}
+    faults = {name: each.last for name, each in server.loop.service.metrics.failures.items() if each.internal}
     assert not faults, faults
     assert not log.found, log.found[0]

@@ -150,7 +150,7 @@ def test_a_program_that_vanishes_while_stepping_leaves_a_simulator_for_the_next(
     start_stepped(first)
     vrep.simxGetObjectPosition(first, handle(first, "cube"), -1, vrep.simx_opmode_streaming)
     world.transports[-1].lose()  # sys.exit() without simxFinish, or a crash
-    assert world.loop.sessions == {}
+    assert world.loop.service.clients.sessions == {}
     clientID = connect()
     assert clientID == 0
     vrep.simxStopSimulation(clientID, vrep.simx_opmode_blocking)

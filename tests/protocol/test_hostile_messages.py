@@ -61,7 +61,7 @@ def test_lists_a_thousand_deep_are_a_wrong_argument_like_any_other(victim: Victi
         victim.attacker.send(head + b"\x91" * depth + b"\x90")
         victim.world.loop.turn()
         victim.check(depth)
-    [error, *_] = victim.world.loop.sessions[victim.attacker.client].errors
+    [error, *_] = victim.world.loop.service.clients.sessions[victim.attacker.client].errors
     assert "must be a text" in error
 
 
@@ -85,7 +85,10 @@ def test_an_error_is_as_long_as_a_page_at_most(victim: Victim) -> None:
     assert len(reply.values[0]) < 5000
     [reply] = victim.endure([(0, 0, name, [])])
     assert len(reply.values[0]) < 5000
-    assert all(len(error) < 5000 for error in victim.world.loop.sessions[victim.attacker.client].errors)
+    assert all(
+        len(error) < 5000
+        for error in victim.world.loop.service.clients.sessions[victim.attacker.client].errors
+    )
 
 
 def test_a_byte_for_each_value_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,8 @@ from simx_server.recording.records import Kind, Record
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.settings.settings import Settings
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
@@ -45,9 +46,9 @@ class RecordedWorld(RealWorld):
         self.parts = open_world(chosen, self._stack, self._recorder.watch)
         self.simulation = self.parts.simulation
         pacer = Pacer(math.inf)
-        self.loop = ServerLoop(self.parts, HANDLERS, pacer)
-        self.parts.parameters.pace = pacer
-        self._recorder.begin(self.loop)
+        self.loop = ServerLoop(build_service(self.parts, HANDLERS, pacer))
+        self.parts.parameters.served_by(pacer, lambda: False)
+        self._recorder.begin(self.loop.service)
 
     def add_outputs(self, **files: Path | str) -> None:
         """A film or a state log of it, by their flags."""
@@ -107,7 +108,7 @@ def impatient(place: RealWorld) -> int:
 def send_in_one(place: RealWorld, session: ClientSession, *calls: tuple[Any, ...]) -> None:
     """A message with several calls, whose answers no client waits for."""
     batch = Batch(0, 0, [Call(0, 0, 0, name, list(arguments)) for name, *arguments in calls])
-    place.loop.submit(session.client, BatchWork(encode(batch)))
+    place.loop.service.queue.submit(session.client, BatchWork(encode(batch)))
 
 
 def record_steps(plain: Path, recording: Path, passes: int = 30) -> None:
@@ -127,7 +128,7 @@ class Actor:
     def __init__(self, place: RealWorld, seed: int) -> None:
         self.client = impatient(place)
         self._place = place
-        self._session = list(place.loop.sessions.values())[-1]
+        self._session = list(place.loop.service.clients.sessions.values())[-1]
         self._chance = random.Random(seed)
         self._joints = [handle_of(self.client, name) for name in ("hinge", "wrist")]
         self._ball = handle_of(self.client, "ball")

@@ -28,7 +28,7 @@ from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.direct import DirectCall
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
 
 from .turns import Turns
 
@@ -48,7 +48,7 @@ class EmbeddedTransport(PackingLink):
             port: the port that the script asked for; some ports start the simulation.
         """
         self.client = client
-        self._loop, self._turns = loop, turns
+        self._loop, self._service, self._turns = loop, loop.service, turns
         self._name, self._port = name, port
         self._session: ClientSession | None = None
         self.is_direct = False
@@ -74,29 +74,29 @@ class EmbeddedTransport(PackingLink):
 
     @property
     def was_lost(self) -> bool:
-        return self._session is None or self._loop.is_ending
+        return self._session is None or self._service.ending.has_come
 
     def greet(self, timeout: float) -> Welcome:
-        if self._loop.is_ending:
+        if self._service.ending.has_come:
             raise ConnectionFailed("this embedded simulation has ended")
         if not self._turns.begin(time.monotonic() + timeout):
             raise ConnectionFailed("the embedded simulation does not answer: another thread keeps it busy")
         try:
-            self._session = self._loop.clients.join(self.client, self._name, self._port, self)
-            self.is_direct = self._loop.recorder is None
+            self._session = self._service.clients.join(self.client, self._name, self._port, self)
+            self.is_direct = not self._service.watchers.need_whole_batches
             self._turns.note_change()
         except LimitReached as problem:
             raise ConnectionFailed(str(problem)) from problem
         finally:
             self._turns.end()
-        return Welcome(PROTOCOL_VERSION, "", "embedded", "", self._loop.simulation.scene.name)
+        return Welcome(PROTOCOL_VERSION, "", "embedded", "", self._service.simulation.scene.name)
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         if not self._turns.begin():  # within a step of this very thread
-            self._loop.submit(self.client, BatchWork(payload))
+            self._service.queue.submit(self.client, BatchWork(payload))
             return
         try:
-            self._loop.execute(self.client, BatchWork(payload))
+            self._service.handling.execute(self.client, BatchWork(payload))
             self._turns.note_change()
         finally:
             self._turns.end()
@@ -124,7 +124,7 @@ class EmbeddedTransport(PackingLink):
             return 0.0
         try:
             self._loop.turn()
-            return min(_MOST_WAITED, self._loop.seconds_until_turn())
+            return min(_MOST_WAITED, self._service.due.seconds_until_round())
         finally:
             self._turns.end()
 
@@ -143,7 +143,7 @@ class EmbeddedTransport(PackingLink):
         if self._session is None:
             return
         self._session, self.is_direct = None, False
-        self._loop.clients.depart(self.client)
+        self._service.clients.depart(self.client)
         if self._turns.begin():
             try:
                 self._loop.turn()
@@ -155,13 +155,13 @@ class EmbeddedTransport(PackingLink):
     @property
     def is_running_freely(self) -> bool:
         """Return whether simulation steps follow the wall clock, so that paced calls wait for them."""
-        return self._loop.is_running_freely
+        return self._service.due.is_running_freely
 
     def prepare(self, command: Command) -> DirectFunction:
         """Return a function that executes a command directly, for many calls."""
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        turns, messages, direct = self._turns, self._loop.messages, self._direct(self._session, command)
+        turns, messages, direct = self._turns, self._service.messages, self._direct(self._session, command)
         lock, execute, received = turns.lock, direct.execute, direct.received
 
         def call(arguments: Values, timeout: float) -> Reply | None:
@@ -222,12 +222,12 @@ class EmbeddedTransport(PackingLink):
     def _direct(self, session: ClientSession, command: Command) -> DirectCall:
         found = self._prepared.get(command.name)
         if found is None:
-            found = self._prepared[command.name] = DirectCall(self._loop.executor, session, command)
+            found = self._prepared[command.name] = DirectCall(self._service.executor, session, command)
         return found
 
     def _reply(self, direct: DirectCall, answer: Answer) -> Reply:
         """Return the newest direct reply."""
-        messages, (status, values) = self._loop.messages, answer
+        messages, (status, values) = self._service.messages, answer
         self._replied = messages.instant()
         values = values if status else direct.received(values)
         return of_fields(Reply, (0, status, messages.time_ms(), values))
@@ -254,7 +254,7 @@ class EmbeddedTransport(PackingLink):
 
     def take_values(self) -> list[Reply]:
         """Return the newest values of the streams that came since the last call; refresh them if that is due."""
-        if not self._values and self._session is not None and self._loop.are_streams_due():
+        if not self._values and self._session is not None and self._service.due.are_streams_due():
             self._turn(math.inf)
         values, self._values = self._values, []
         if values:
@@ -264,7 +264,7 @@ class EmbeddedTransport(PackingLink):
     def header(self, message_id: int, client_time: int) -> Delivery | None:
         """Return the newest direct reply, or values of streams, in the form of a message's header."""
         at = self._replied
-        return None if at is None else self._loop.messages.header(at, message_id, client_time)
+        return None if at is None else self._service.messages.header(at, message_id, client_time)
 
     # --- the server's side: the link -------------------------------------------------------------
 
@@ -287,4 +287,4 @@ class EmbeddedTransport(PackingLink):
             if status == STATUS_OK:
                 results = self._direct(session, value.command).received(results)
             newest.append(of_fields(Reply, (stream_id, status, value.time_ms, results)))
-        self._values, self._computed = newest, self._loop.messages.instant()
+        self._values, self._computed = newest, self._service.messages.instant()

@@ -12,7 +12,7 @@ import threading
 import time
 from collections import deque
 
-from simx_server.service.server_loop import LOOK, ServerLoop
+from simx_server.service.loop import LOOK, ServerLoop
 from simx_server.simulation.interruptions import nothing
 
 GIVE_WAY = 0.01
@@ -81,13 +81,13 @@ class Turns:
                 self._thread = threading.Thread(target=self._run, name="simx-pacing", daemon=True)
                 self._thread.start()
             else:
-                self._loop.post(nothing)
+                self._loop.service.queue.post(nothing)
 
     def close(self) -> None:
         """Stop the pacing thread."""
         self._is_ending = True
         if self._thread is not None:
-            self._loop.post(nothing)
+            self._loop.service.queue.post(nothing)
             self._thread.join()
 
     def _run(self) -> None:
@@ -100,7 +100,7 @@ class Turns:
                     self._next_look = now + LOOK
                     loop.look()
                 is_needed = self._has_gateways or loop.advances_alone
-                seconds = min(1.0, loop.seconds_until_turn()) if is_needed else _ASLEEP
+                seconds = min(1.0, loop.service.due.seconds_until_round()) if is_needed else _ASLEEP
             finally:
                 self.end()
             if self._callers:
@@ -109,4 +109,4 @@ class Turns:
                 if self._callers:
                     self._entered.wait(GIVE_WAY)
             elif seconds > 0.0 and not self._is_ending:
-                loop.wait_for_work(seconds)
+                loop.service.queue.wait_for_work(seconds)

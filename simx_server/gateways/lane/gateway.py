@@ -38,7 +38,7 @@ from .link import EitherLink, LaneLink
 if TYPE_CHECKING:
     from simx_server.gateways.gateway import Opening
     from simx_server.service.answers.link import Link, PackingLink
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -63,7 +63,7 @@ def open_lane(opening: Opening) -> LaneGateway | None:
     if not settings.local or settings.config is not None or not is_possible():
         return None
     try:
-        return LaneGateway(opening.loop)
+        return LaneGateway(opening.service)
     except OSError as problem:
         logger.warning("clients on this host use Zenoh alone: no socket could be made: %s", problem)
         return None
@@ -76,7 +76,7 @@ class LaneGateway(Listening["_Peer"], Offers):
     unsaid = "it has sent no token"
     crowded = "it has no token yet, and others need its place"
 
-    def __init__(self, loop: ServerLoop) -> None:
+    def __init__(self, service: Service) -> None:
         """Listen. Raises OSError: no socket can be made."""
         folder = made_folder()
         _remove_dead(folder)
@@ -88,7 +88,7 @@ class LaneGateway(Listening["_Peer"], Offers):
         self._reading = threading.Lock()
         """Lock of the connections' frames: another thread reads them while the physics thread is busy."""
 
-        super().__init__(loop, [_listen(folder, self.path)], logger)
+        super().__init__(service, [_listen(folder, self.path)], logger)
 
     # --- greetings: Offers -------------------------------------------------------------------------
 
@@ -111,7 +111,7 @@ class LaneGateway(Listening["_Peer"], Offers):
 
     def _guest(self, client: str) -> EitherLink | None:
         """Return the link of a client with an offer."""
-        session = self._loop.sessions.get(client)
+        session = self._service.clients.sessions.get(client)
         return session.link if session is not None and isinstance(session.link, EitherLink) else None
 
     # --- connections -----------------------------------------------------------------------------
@@ -133,7 +133,7 @@ class LaneGateway(Listening["_Peer"], Offers):
         return strangers if len(strangers) >= MOST_STRANGERS else ()
 
     def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> _Peer:
-        peer = _Peer(connected, self._loop.unfinished)
+        peer = _Peer(connected, self._service.unfinished)
         self._listen_to(peer)
         return peer
 
@@ -146,7 +146,7 @@ class LaneGateway(Listening["_Peer"], Offers):
 
     def _listen_to(self, peer: _Peer) -> None:
         peer.is_resting = False
-        self._loop.sockets.add(peer.socket, partial(self._read, peer))
+        self._service.queue.open_sockets().add(peer.socket, partial(self._read, peer))
 
     def _read(self, peer: _Peer) -> None:
         """Read some of what has arrived, and queue it."""
@@ -156,7 +156,7 @@ class LaneGateway(Listening["_Peer"], Offers):
             peer.receive()
             if peer.is_used and peer.frames.whole:
                 kind, payload = peer.frames.whole[0]
-                if kind == MESSAGE and self._loop.hand_over(peer.client, BatchWork(payload)):
+                if kind == MESSAGE and self._service.queue.hand_over(peer.client, BatchWork(payload)):
                     peer.frames.whole.popleft()
                 self._queue(peer)
         if peer.frames.whole and not peer.is_used:
@@ -177,12 +177,12 @@ class LaneGateway(Listening["_Peer"], Offers):
     def _queue(self, peer: _Peer) -> None:
         """Queue complete batches for the physics thread, unless too many wait. Any thread, under the lock."""
         whole = peer.frames.whole
-        while whole and not self._loop.has_much_waiting(peer.client):
+        while whole and not self._service.queue.has_much(peer.client):
             kind, payload = whole.popleft()
             if kind != MESSAGE:
                 peer.problem = "it sends memory or files"
                 return
-            self._loop.submit(peer.client, BatchWork(payload))
+            self._service.queue.submit(peer.client, BatchWork(payload))
 
     def _settle(self, peer: _Peer) -> None:
         """Close a connection that has ended; let one rest whose client has much waiting."""
@@ -192,8 +192,8 @@ class LaneGateway(Listening["_Peer"], Offers):
             self._end(peer)
         elif peer.frames.whole and not peer.is_resting:
             peer.is_resting = True
-            self._loop.sockets.remove(peer.socket)
-            self._loop.post_behind(peer.client, partial(self._go_on, peer))
+            self._service.queue.open_sockets().remove(peer.socket)
+            self._service.queue.put_last(peer.client, partial(self._go_on, peer))
 
     def _go_on(self, peer: _Peer) -> None:
         """Read on, after the batches that were waiting are executed."""
@@ -211,7 +211,7 @@ class LaneGateway(Listening["_Peer"], Offers):
         forget = partial(self._forget, peer)
         try:
             link = LaneLink(
-                self._loop, guest.client, peer.socket, guest.first, forget, takes_files=kind == FILE
+                self._service, guest.client, peer.socket, guest.first, forget, takes_files=kind == FILE
             )
         except OSError as problem:
             peer.problem = f"there is no memory for its client: {problem}"
@@ -250,14 +250,14 @@ class LaneGateway(Listening["_Peer"], Offers):
             peer.socket.close()
             return
         if peer.is_used:
-            self._loop.clients.depart(peer.client)
+            self._service.clients.depart(peer.client)
         link.close()
 
     def _forget(self, peer: _Peer) -> None:
         """Read a connection no more, which is about to be closed."""
         del self._peers[peer]
         if not peer.is_resting:
-            self._loop.sockets.remove(peer.socket)
+            self._service.queue.open_sockets().remove(peer.socket)
         with self._reading:
             peer.end()
 

@@ -29,7 +29,7 @@ from simx_server.service.answers.link import Link, PackingLink
 from simx_server.service.queue.sockets import LOOK
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -88,7 +88,7 @@ class LaneLink(PackingLink):
 
     def __init__(
         self,
-        loop: ServerLoop,
+        service: Service,
         client: str,
         connected: socket.socket,
         first: PackingLink,
@@ -107,7 +107,7 @@ class LaneLink(PackingLink):
         Raises:
             OSError: no memory or file descriptor is free.
         """
-        self._loop, self._client, self._socket, self._first = loop, client, connected, first
+        self._service, self._client, self._socket, self._first = service, client, connected, first
         self._closed: Callable[[], object] = closed
         self._takes_files = takes_files
         self._lock = threading.Lock()
@@ -134,7 +134,7 @@ class LaneLink(PackingLink):
                 self._send(frame(payload))
         now = time.perf_counter()
         if now < self._answered + 2 * LOOK:  # a client in a loop calls again at once
-            self._loop.sockets.expect()
+            self._service.queue.open_sockets().expect()
         self._answered = now
 
     def put_values(self, payload: bytes) -> None:
@@ -192,7 +192,7 @@ class LaneLink(PackingLink):
         place = self._places.get(stream_id)
         if place is not None:
             return place
-        session = self._loop.sessions.get(self._client)
+        session = self._service.clients.sessions.get(self._client)
         if session is not None:
             ended = next((each for each in self._places if each not in session.streams.by_id), None)
             if ended is not None:
@@ -276,7 +276,7 @@ class LaneLink(PackingLink):
     def _suspend(self, is_behind: bool) -> None:
         if is_behind != self._is_behind:
             self._is_behind = is_behind
-            self._loop.suspend(self._client, is_behind)
+            self._service.queue.suspend(self._client, is_behind)
 
     def _send_rest(self) -> None:
         """Send what the socket did not take at once; the thread."""

@@ -26,7 +26,7 @@ from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.work import CallsWork
 from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.clients.sessions import FROZEN
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.service import Service
 
 from . import messages
 from .containers import Containers
@@ -75,7 +75,7 @@ class Connection(Link):
 
     def __init__(
         self,
-        loop: ServerLoop,
+        service: Service,
         connected: socket.socket,
         peer: str,
         port: int,
@@ -94,9 +94,9 @@ class Connection(Link):
         """
         self.client = f"legacy/{uuid.uuid4().hex}"
         self.name = f"legacy {peer}"
-        self._loop, self._socket, self._port, self._log = loop, connected, port, log
+        self._service, self._socket, self._port, self._log = service, connected, port, log
         self._entrance = Entrance(GATEWAY, peer.rpartition(":")[0])
-        self._containers = Containers(lambda: loop.simulation.limits, pace)
+        self._containers = Containers(lambda: service.simulation.limits, pace)
         self._arrived = bytearray()
         """Bytes that were read from the socket and not used."""
 
@@ -106,7 +106,7 @@ class Connection(Link):
         self._began = 0.0
         """When its first bytes were read, on the monotonic clock."""
 
-        self._unfinished, self._pieces = (loop.unfinished.holder(self.break_off) for _ in range(2))
+        self._unfinished, self._pieces = (service.unfinished.holder(self.break_off) for _ in range(2))
         """Accounts of that message, and of commands that come in pieces."""
 
         self._problem = ""
@@ -160,11 +160,11 @@ class Connection(Link):
                 self._unfinished.end()
                 self._pieces.end()
                 if self.has_joined:
-                    self._loop.clients.depart(self.client)
+                    self._service.clients.depart(self.client)
 
     def _exchange(self) -> bool:
         """Read a message and answer it; return False after the last one."""
-        limits = self._loop.simulation.limits
+        limits = self._service.simulation.limits
         self._message_size, self._began = len(self._arrived), time.monotonic()
         began = time.thread_time()
         data = read_message(self._receive, limits.message)
@@ -191,7 +191,7 @@ class Connection(Link):
 
     def _fill(self, size: int) -> None:
         """Read until this number of bytes has arrived. Raises Gone."""
-        most = self._loop.simulation.limits.message_seconds
+        most = self._service.simulation.limits.message_seconds
         while (have := len(self._arrived)) < size:
             is_silent = not self._message_size
             try:
@@ -219,7 +219,7 @@ class Connection(Link):
             return self._socket.recv(READ)
         except TimeoutError:
             why = f"nothing was heard of it for {FROZEN:g} s"
-            self._loop.post(partial(self._loop.clients.end_stepping, self.client, why))
+            self._service.queue.post(partial(self._service.clients.end_stepping, self.client, why))
         self._set_timeout(max(LEAST_CYCLE, SILENCE - FROZEN))
         return self._socket.recv(READ)
 
@@ -242,14 +242,16 @@ class Connection(Link):
         def join() -> None:
             try:
                 if not self._is_closed:
-                    self._loop.clients.join(self.client, self.name, self._port, self, entrance=self._entrance)
+                    self._service.clients.join(
+                        self.client, self.name, self._port, self, entrance=self._entrance
+                    )
             except LimitReached as problem:
                 refusals.append(problem)
             finally:
                 joined.set()
 
         self.has_joined = True
-        self._loop.post(join)
+        self._service.queue.post(join)
         while not joined.wait(LOOK):
             self._check_open()
         if refusals:
@@ -257,14 +259,14 @@ class Connection(Link):
         self._check_open()
 
     def _check_open(self) -> None:
-        if self._is_closed or self._loop.is_ending:
+        if self._is_closed or self._service.ending.has_come:
             raise Gone("the server ends the connection")
 
     def _submit(self) -> bool:
         """Hand waiting commands to the server loop; return whether it asks for fewer."""
         is_slow = False
         while (batch := self._containers.take_batch()) is not None:
-            is_slow = not self._loop.submit(self.client, CallsWork(batch))
+            is_slow = not self._service.queue.submit(self.client, CallsWork(batch))
         return is_slow
 
     def _wait_for_results(self) -> None:

@@ -19,7 +19,7 @@ from simx_server.gateways.listening import Listening
 from .connection import GATEWAY, Connection
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -37,7 +37,7 @@ def open_original(opening: Opening) -> OriginalGateway | None:
     settings = opening.settings
     if not settings.legacy_ports:
         return None
-    return OriginalGateway(opening.loop, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
+    return OriginalGateway(opening.service, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
 
 
 class OriginalGateway(Listening[Connection]):
@@ -45,7 +45,7 @@ class OriginalGateway(Listening[Connection]):
 
     crowded = "it has sent nothing, and others need its place"
 
-    def __init__(self, loop: ServerLoop, addresses: Sequence[str], pace: Pace = Pace.FREE) -> None:
+    def __init__(self, service: Service, addresses: Sequence[str], pace: Pace = Pace.FREE) -> None:
         """Listen at once.
 
         Args:
@@ -71,12 +71,12 @@ class OriginalGateway(Listening[Connection]):
         self.endpoints = [f"legacy/{address}" for address in addresses]
         if warning := plain_exposure(addresses):
             logger.warning("%s", warning)
-        super().__init__(loop, listeners, logger, GATEWAY)
+        super().__init__(service, listeners, logger, GATEWAY)
 
     def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> Connection:
         connected.setblocking(True)  # its thread reads it
         port: int = listener.getsockname()[1]
-        connection = Connection(self._loop, connected, _name(address), port, self._pace, log=self._log)
+        connection = Connection(self._service, connected, _name(address), port, self._pace, log=self._log)
         thread = threading.Thread(target=self._run, args=(connection,), name="simx-legacy", daemon=True)
         thread.start()
         self._threads[connection] = thread
@@ -86,14 +86,14 @@ class OriginalGateway(Listening[Connection]):
         try:
             connection.run()
         finally:
-            self._loop.post(partial(self._ended, connection))
+            self._service.queue.post(partial(self._ended, connection))
 
     def _ended(self, connection: Connection) -> None:
         self._peers.pop(connection, None)
         self._threads.pop(connection, None)
 
     def _crowd(self, host: str) -> Sequence[Connection]:
-        return list(self._peers) if len(self._peers) >= self._loop.simulation.limits.clients else ()
+        return list(self._peers) if len(self._peers) >= self._service.simulation.limits.clients else ()
 
     def _refuse(self, listener: socket.socket, address: Any) -> None:
         text, port = "%s at port %d is refused: there are too many connections", listener.getsockname()[1]

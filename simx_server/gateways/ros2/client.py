@@ -20,7 +20,7 @@ from simx_server.service.calls.work import CallsWork
 from .endpoints import Call
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 _EXECUTE = int(Operation.EXECUTE)
 
@@ -31,7 +31,7 @@ _MOST_IDS = 1 << 30
 class Ros2Client(Link):
     """The session of ROS 2. Physics thread, except where a method says otherwise."""
 
-    def __init__(self, loop: ServerLoop, name: str, port: int) -> None:
+    def __init__(self, service: Service, name: str, port: int) -> None:
         """Join the server loop.
 
         Args:
@@ -42,7 +42,7 @@ class Ros2Client(Link):
             LimitReached: there are too many clients.
         """
         self.key = f"ros2/{uuid.uuid4().hex}"
-        self._loop = loop
+        self._service = service
         self._replies: list[Reply] = []
         """Replies to the call of `ask`."""
 
@@ -50,7 +50,7 @@ class Ros2Client(Link):
         """Id of this call, 0 for none. Replies to others come at any time: a long batch is executed in slices."""
 
         self._batches, self._next_call = 0, 1
-        self.session = loop.clients.join(self.key, name, port, self, is_onlooker=True)
+        self.session = service.clients.join(self.key, name, port, self, is_onlooker=True)
 
     def execute(self, calls: Iterable[Call]) -> None:
         """Execute calls together for a message, which has no answer; failures are in the log, each once."""
@@ -82,7 +82,7 @@ class Ros2Client(Link):
     def _execute(self, calls: list[TableCall]) -> None:
         if calls:
             self._batches += 1
-            self._loop.execute(self.key, CallsWork(Batch(self._batches, 0, calls)))
+            self._service.handling.execute(self.key, CallsWork(Batch(self._batches, 0, calls)))
 
     def post(self, event: Callable[[], object], stops: Callable[[], bool] | None = None) -> None:
         """Have the physics thread do something in the turn of this client, when no script runs. Any thread.
@@ -90,7 +90,7 @@ class Ros2Client(Link):
         Args:
             stops: returns whether it would stop the simulation; None: it would not.
         """
-        self._loop.post_behind(self.key, event, waits_for_scripts=True, stops=stops)
+        self._service.queue.put_last(self.key, event, waits_for_scripts=True, stops=stops)
 
     def failed(self, name: str, problem: Exception) -> None:
         """Count and log that a message could not be executed, each reason once.
@@ -100,11 +100,11 @@ class Ros2Client(Link):
         """
         if isinstance(problem, CommandError) and not problem.silent:  # its text may have names of others
             problem = CommandError(as_log_line(str(problem)))
-        self._loop.executor.failed(self.session, name, problem)
+        self._service.executor.failed(self.session, name, problem)
 
     def leave(self) -> None:
         """Leave the server loop. No thread runs it meanwhile."""
-        self._loop.clients.leave(self.key)
+        self._service.clients.leave(self.key)
 
     # --- the link --------------------------------------------------------------------------------
 

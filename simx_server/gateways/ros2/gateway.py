@@ -40,7 +40,7 @@ from .wire.session import Ros2Session, Router
 from .wire.subscription import Guard
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -62,14 +62,14 @@ class Ros2Options:
 class Ros2Gateway(Gateway, Part):
     """The node of one server loop. Physics thread."""
 
-    def __init__(self, loop: ServerLoop, options: Ros2Options) -> None:
+    def __init__(self, service: Service, options: Ros2Options) -> None:
         """Declare the node and what it offers, as soon as there is a router.
 
         Raises:
             GatewayError: it is to be the router itself, and cannot listen; or there are too many clients.
         """
         self._options = options
-        self._simulation = loop.simulation
+        self._simulation = service.simulation
         is_humble = options.distribution is Distribution.HUMBLE
         self._types = messages.humble() if is_humble else messages.Types(messages.BY_NAME, messages.SERVICES)
         self._pulse = Pulse(options.place, options.place.full(TRIGGER))
@@ -78,7 +78,7 @@ class Ros2Gateway(Gateway, Part):
         self.endpoints = (f"ros2/{'router/' if options.router.is_self else ''}{endpoint}",)
         try:
             self._client = Ros2Client(
-                loop, f"ros2 {options.place.namespace}/{options.place.node}", _port(endpoint)
+                service, f"ros2 {options.place.namespace}/{options.place.node}", _port(endpoint)
             )
         except LimitReached as problem:
             self._session.close()
@@ -86,8 +86,8 @@ class Ros2Gateway(Gateway, Part):
         if warning := exposure(options.router):
             logger.warning("%s", warning)
         log, throttle = OutsiderLog(logger), Throttle(options.readers)
-        self._guard = Guard(log, throttle, lambda: loop.simulation.limits.waiting_bytes)
-        self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
+        self._guard = Guard(log, throttle, lambda: service.simulation.limits.waiting_bytes)
+        self._postman = Postman(Care(), partial(service.queue.suspend, self._client.key))
         node = Node(
             options.place,
             options.distribution,
@@ -97,9 +97,9 @@ class Ros2Gateway(Gateway, Part):
             self._postman.send,
         )
         self._scripts = ScriptTopics(node, self._keep_endpoints)
-        context = Context(loop.world, self._client, options.place, options.distribution)
+        context = Context(service.world, self._client, options.place, options.distribution)
         self._contents = [content(context) for content in CONTENT]
-        loop.simulation.attach(*self._contents)
+        service.simulation.attach(*self._contents)
         self._offered = Offered(node)
         self._seen: tuple[object, int] = (None, -1)
         """Scene and model version when the offers were listed."""
@@ -107,9 +107,8 @@ class Ros2Gateway(Gateway, Part):
         self._next_repeat = self._next_renewal = 0.0
         self._renew()
         self._session.start()
-        loop.world.ros2_topics.serve(self._scripts)
-        loop.simulation.attach(self)
-        super().__init__(loop)
+        service.world.ros2_topics.serve(self._scripts)
+        super().__init__(service)
 
     @property
     def is_declared(self) -> bool:
@@ -127,7 +126,7 @@ class Ros2Gateway(Gateway, Part):
         if not self._is_open:
             return
         super().close()
-        self._loop.world.ros2_topics.serve(None)
+        self._service.world.ros2_topics.serve(None)
         for part in (self, *self._contents):
             self._simulation.detach(part)
         self._session.close()
@@ -191,7 +190,7 @@ class Ros2Gateway(Gateway, Part):
             pulse.forget()
             pulse.is_wanted = session.is_stepping
         if session.is_waiting and pulse.problem:
-            self._loop.clients.end_stepping(
+            self._service.clients.end_stepping(
                 self._client.key, f"{pulse.problem}; {SET_STEPPING} sets it again"
             )
             pulse.forget()

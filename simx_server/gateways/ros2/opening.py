@@ -28,4 +28,4 @@ def open_ros2(opening: Opening) -> Ros2Gateway | None:
         distribution=humble if settings.ros2_distro == "humble" else newer,
         readers=link.READERS if settings.config is None and not settings.multicast_scouting else 0,
     )
-    return Ros2Gateway(opening.loop, options)
+    return Ros2Gateway(opening.service, options)

@@ -36,7 +36,7 @@ from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.monitoring import report
 from simx_server.service.monitoring.load import LoadMeter
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.service import Service
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
@@ -74,7 +74,7 @@ def open_zenoh(opening: Opening) -> ZenohGateway:
     settings = opening.settings
     offers = (each for each in opening.opened if isinstance(each, Offers))
     gateway = ZenohGateway(
-        opening.loop,
+        opening.service,
         ports=settings.ports,
         listen=settings.listen,
         connect=settings.connect,
@@ -83,7 +83,6 @@ def open_zenoh(opening: Opening) -> ZenohGateway:
         multicast_scouting=settings.multicast_scouting,
         offers=next(offers, None),
     )
-    opening.loop.simulation.attach(gateway)  # its status tells the load
     return gateway
 
 
@@ -92,7 +91,7 @@ class ZenohGateway(Gateway, Part):
 
     def __init__(
         self,
-        loop: ServerLoop,
+        service: Service,
         *,
         ports: Sequence[int],
         listen: Sequence[str] = (),
@@ -155,10 +154,12 @@ class ZenohGateway(Gateway, Part):
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
-        loop.clients.places.open(self._entrance.gateway)
-        super().__init__(loop)
+        service.clients.places.open(self._entrance.gateway)
+        super().__init__(service)
         # An operator with own access rules decides who may read the admin space.
-        self._held = HeldBytes(self._session, self.realm, loop.unfinished) if self._has_admin_space else None
+        self._held = (
+            HeldBytes(self._session, self.realm, service.unfinished) if self._has_admin_space else None
+        )
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -196,7 +197,7 @@ class ZenohGateway(Gateway, Part):
             )
         )
         asks = hello, status, self._at_once_if_busy(health), metrics
-        self._answers = {key: Postman(self._care, partial(self._loop.suspend, key)) for key in asked}
+        self._answers = {key: Postman(self._care, partial(self._service.queue.suspend, key)) for key in asked}
         # complete=True: a client's query may stop at this server.
         self._queryables = [
             session.declare_queryable(key, direct(ask, indirect=False), complete=True)
@@ -212,7 +213,7 @@ class ZenohGateway(Gateway, Part):
 
     def _take_in(self) -> Callable[[Any], None]:
         """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
-        is_from, submit, slow_down = self._is_from, self._loop.submit_as, self._throttle.slow_down
+        is_from, submit, slow_down = self._is_from, self._service.queue.put, self._throttle.slow_down
         completed = self._held.completed if self._held else None
         begin, to_bytes = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
@@ -235,7 +236,7 @@ class ZenohGateway(Gateway, Part):
         """Return the callback for a query that the physics thread answers, unless too many wait already."""
 
         def ask(query: Any) -> None:
-            waiting = self._loop.ask(kind, partial(answer, query))
+            waiting = self._service.queue.ask(kind, partial(answer, query))
             if not waiting:
                 query.drop()
             if not waiting or waiting > FEW_QUESTIONS:
@@ -247,7 +248,7 @@ class ZenohGateway(Gateway, Part):
         """Return a callback that answers at once while the server is busy, as health matters most then."""
 
         def health(query: Any) -> None:
-            if self._loop.busy_with():
+            if self._service.busy.describe():
                 self._tell_health(query)
             else:
                 ask(query)
@@ -266,10 +267,12 @@ class ZenohGateway(Gateway, Part):
             else:
                 has_joined = False
                 self._present[client] = None
-                if len(self._present) > max(MOST_PRESENT, 2 * len(self._loop.sessions)):
-                    del self._present[next(name for name in self._present if name not in self._loop.sessions)]
+                if len(self._present) > max(MOST_PRESENT, 2 * len(self._service.clients.sessions)):
+                    del self._present[
+                        next(name for name in self._present if name not in self._service.clients.sessions)
+                    ]
         if has_joined:
-            self._loop.clients.depart(client)
+            self._service.clients.depart(client)
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -291,7 +294,7 @@ class ZenohGateway(Gateway, Part):
                 return
             version, refusal, client = joined
         offer = "" if refusal else self._offers.offer_to(client)
-        scene = self._loop.simulation.scene.name
+        scene = self._service.simulation.scene.name
         welcome = Welcome(version, refusal, self.realm, scene, __version__, offer)
         self._answer(query, keys.hello(self.realm), encode(welcome))
 
@@ -313,26 +316,26 @@ class ZenohGateway(Gateway, Part):
             refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
             return PROTOCOL_VERSION, refusal, client
-        if client not in self._present or self._loop.is_departing(client):
+        if client not in self._present or self._service.queue.is_leaving(client):
             return None
-        if client in self._loop.sessions:
+        if client in self._service.clients.sessions:
             if not self._is_from(client, query):
                 return version, f"another client is called {client}", client
             if self._offers.serves(client):
-                self._loop.clients.depart(client)  # it has lost that connection, and so its session
+                self._service.clients.depart(client)  # it has lost that connection, and so its session
                 return None
         else:
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
-            postman = Postman(self._care, partial(self._loop.suspend, client))
+            postman = Postman(self._care, partial(self._service.queue.suspend, client))
             ended = partial(self._secrets.pop, client, None)
             if self._held is not None:
                 self._held.completed(client, 0)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
             its_link = self._offers.invite(client, zenoh_link)
             try:
-                self._loop.clients.join(
+                self._service.clients.join(
                     client, greeting.name, greeting.port, its_link, entrance=self._entrance
                 )
             except LimitReached as problem:
@@ -341,14 +344,14 @@ class ZenohGateway(Gateway, Part):
         return version, "", client
 
     def _tell_status(self, query: Any) -> None:
-        simulation, load = self._loop.simulation, self.load.load()
+        simulation, load = self._service.simulation, self.load.load()
         is_running = simulation.state is SimulationState.RUNNING
         status = Status(
             PROTOCOL_VERSION,
             self.realm,
             simulation.scene.name,
             simulation.state.value,
-            len(self._loop.sessions),
+            len(self._service.clients.sessions),
             list(self.ports),
             socket.gethostname(),
             os.getpid(),
@@ -360,10 +363,10 @@ class ZenohGateway(Gateway, Part):
         self._answer(query, keys.status(self.realm), encode(status))
 
     def _tell_health(self, query: Any) -> None:
-        self._report(query, keys.health(self.realm), report.health(self._loop, self.realm))
+        self._report(query, keys.health(self.realm), report.health(self._service, self.realm))
 
     def _tell_metrics(self, query: Any) -> None:
-        self._report(query, keys.metrics(self.realm), report.metrics(self._loop, self.realm, self.ports))
+        self._report(query, keys.metrics(self.realm), report.metrics(self._service, self.realm, self.ports))
 
     def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
         self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
@@ -381,7 +384,7 @@ class ZenohGateway(Gateway, Part):
         self._answers[key].send(reply, len(payload))
 
     def step_finished(self) -> None:
-        self.load.passed(self._loop.simulation.time_step)
+        self.load.passed(self._service.simulation.time_step)
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.
@@ -410,7 +413,7 @@ class ZenohGateway(Gateway, Part):
         super().close()
         if self._held is not None:
             self._held.stop()
-        self._loop.clients.places.close(self._entrance.gateway)
+        self._service.clients.places.close(self._entrance.gateway)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True
         )
@@ -422,7 +425,7 @@ class ZenohGateway(Gateway, Part):
         except self._zenoh.ZError as error:
             logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
         for client in clients:
-            self._loop.clients.depart(client)
+            self._service.clients.depart(client)
 
 
 class ZenohLink(PackingLink):

@@ -30,4 +30,4 @@ def _opened(opening: Opening, address: str | None, *, may_only_read: bool) -> Zm
         return None
     from .gateway import ZmqGateway  # slow, and often not needed
 
-    return ZmqGateway(opening.loop, address, may_only_read=may_only_read)
+    return ZmqGateway(opening.service, address, may_only_read=may_only_read)

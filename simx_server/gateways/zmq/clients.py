@@ -20,8 +20,8 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.service.answers.link import Link
 from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.clients.sessions import ClientSession
+from simx_server.service.watcher import Watcher
 from simx_server.sim_api.namespaces import Namespaces
-from simx_server.simulation.part import Part
 
 from .connection import Connection
 from .functions import described
@@ -30,7 +30,7 @@ from .wire import language_of
 from .work import MessageWork
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
@@ -73,8 +73,8 @@ class Client:
 
     def forget_lost_stepping(self) -> None:
         """Count from 0 again, if the server has ended the stepped mode."""
-        if self.session.lost_stepping:
-            self.session.lost_stepping, self.level, self.locks = "", 0, 0
+        if self.session.take_lost_stepping():
+            self.level = self.locks = 0
 
     def set_stepping(self) -> None:
         """Have the simulation wait for this client, or not, as its level and its locks require."""
@@ -93,12 +93,12 @@ class _Link(Link):
         self._closed()
 
 
-class ZmqClients(Part):
+class ZmqClients(Watcher):
     """All clients of one gateway. Physics thread."""
 
     def __init__(
         self,
-        loop: ServerLoop,
+        service: Service,
         peers: Mapping[int, Peer],
         answer: Callable[[Peer, Any], object],
         *,
@@ -114,7 +114,7 @@ class ZmqClients(Part):
             gateway: its name.
         """
         self._gateway = gateway
-        self.loop, self.world = loop, loop.world
+        self.service, self.world = service, service.world
         self.answer = answer
         self._peers = peers
         self._clients: dict[str, Client] = {}
@@ -125,8 +125,8 @@ class ZmqClients(Part):
         self._resting: dict[str, float] = {}
         """Clients that are not served, and until when."""
 
-        loop.idlers.append(self)
-        loop.metrics.more_commands = _Functions()
+        service.metrics.count_also(_Functions())
+        service.watchers.add(self)
 
     # --- coming and going ------------------------------------------------------------------------
 
@@ -177,7 +177,9 @@ class ZmqClients(Part):
         self._clients[key] = client
         link = _Link(partial(self._forget, client))
         try:
-            client.session = self.loop.clients.join(key, name, port, link, calls_sim=True, entrance=entrance)
+            client.session = self.service.clients.join(
+                key, name, port, link, calls_sim=True, entrance=entrance
+            )
         except LimitReached:
             del self._clients[key]
             self._next_handle -= 1
@@ -197,7 +199,7 @@ class ZmqClients(Part):
         client = self._clients.get(key)
         if client is not None:
             client.is_leaving = True
-            self.loop.clients.depart(key)
+            self.service.clients.depart(key)
 
     def _forget(self, client: Client) -> None:
         for connection in client.connections.values():
@@ -226,9 +228,8 @@ class ZmqClients(Part):
 
     def note(self, connection: Connection, payload: bytes) -> None:
         """Record a message that is going to be executed."""
-        if self.loop.recorder is not None:
-            numbered = with_number(connection.peer.number, payload)
-            self.loop.recorder.batch(connection.client.key, numbered)
+        for react in self.service.watchers.batch_comes:
+            react(connection.client.key, with_number(connection.peer.number, payload))
 
     def next_message(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes:
         """Return the next message of a client that runs a function for the server; others are served meanwhile.
@@ -242,8 +243,8 @@ class ZmqClients(Part):
         """
         message = self._await(connection, queue, name)
         self.world.simulation.interruptions.script_point()
-        if self.loop.recorder is not None:
-            self.loop.recorder.within(connection.client.key, message)
+        for react in self.service.watchers.function_answered:
+            react(connection.client.key, message)
         if isinstance(message, str):
             raise connection.broken(message)
         return message
@@ -256,9 +257,11 @@ class ZmqClients(Part):
                 connection.has_answered()
                 return queue.popleft() or f"the client has left within its function {name}"
             began = time.perf_counter()
-            self.loop.sockets.poll(TIMEOUT)
+            self.service.queue.open_sockets().poll(TIMEOUT)
             seconds = time.perf_counter() - began
-            connection.has_waited(seconds, others_wait=self.loop.others_wait_for(connection.client.key))
+            connection.has_waited(
+                seconds, others_wait=self.service.clients.others_wait_for(connection.client.key)
+            )
             if not queue and not simulation.physics_calls.is_in_step:
                 simulation.interruptions.serve_others()
         return "the server ends" if simulation.is_ending else connection.too_long(name)
@@ -270,14 +273,14 @@ class ZmqClients(Part):
         """
         if seconds > LEAST_REST and not client.session.is_stepping:
             self._resting[client.key] = time.monotonic() + seconds
-            self.loop.suspend(client.key, True)
+            self.service.queue.suspend(client.key, True)
 
     def look(self) -> None:
         """Go on with the clients that have rested; now and then."""
         now = time.monotonic()
         for key in [key for key, until in self._resting.items() if until <= now]:
             del self._resting[key]
-            self.loop.suspend(key, False)
+            self.service.queue.suspend(key, False)
 
     # --- calls that wait -------------------------------------------------------------------------
 
@@ -287,18 +290,18 @@ class ZmqClients(Part):
         The step may come much later: the call may have started before the run, or in a pause.
         """
         self._waiting[connection] = None
-        connection.client.session.allows_steps = True
+        connection.client.session.allow_steps(True)
 
     def _continue(self) -> None:
         waiting, self._waiting = self._waiting, {}
         for connection in waiting:
-            connection.client.session.allows_steps = False
-            self.loop.post_for(connection.client.key, partial(self._go_on, connection))
+            connection.client.session.allow_steps(False)
+            self.service.queue.put_first(connection.client.key, partial(self._go_on, connection))
 
     def _go_on(self, connection: Connection) -> None:
         if connection.is_waiting:
-            if self.loop.recorder is not None:
-                self.loop.recorder.continued(connection.client.key, connection.peer.number)
+            for react in self.service.watchers.call_goes_on:
+                react(connection.client.key, connection.peer.number)
             connection.go_on()
 
     def step_finished(self) -> None:

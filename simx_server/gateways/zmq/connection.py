@@ -77,7 +77,7 @@ class Connection:
         self.client, self.peer = client, peer
         self._clients = clients
         self._world = clients.world
-        self._executor = clients.loop.executor
+        self._executor = clients.service.executor
         self._call: LastingCall | None = None
         """The call that is being executed, or waits."""
 
@@ -197,7 +197,7 @@ class Connection:
         """Answer the present call, after what it has left for later; within a script, that comes after the script."""
         call = self._call
         assert call is not None
-        if problem is None and not self._clients.loop.is_serving:
+        if problem is None and not self._clients.service.serving.is_active:
             problem = call.settled()
         if problem is None and results is not None:
             call.answered(STATUS_OK, results)
@@ -212,7 +212,7 @@ class Connection:
             (name, rest), self._next = self._next, None
             self._call = LastingCall(self._executor, self.client.session, name)
             self._call.wait_for(rest)
-            if not self._clients.loop.is_serving:  # not within a script
+            if not self._clients.service.serving.is_active:  # not within a script
                 self._world.simulation.settle()  # what the client has asked for before
             self.go_on()
 

@@ -30,7 +30,7 @@ from .wire import MAX_MESSAGE, packer, uuid_of
 from .zmtp import BadPeer
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
 
@@ -96,7 +96,7 @@ class ZmqGateway(Listening[SocketPeer]):
     unsaid = "it has not started"
     crowded = "others need its place"
 
-    def __init__(self, loop: ServerLoop, address: str, *, may_only_read: bool = False) -> None:
+    def __init__(self, service: Service, address: str, *, may_only_read: bool = False) -> None:
         """Listen, and have the server loop read. Physics thread, or before it runs.
 
         Args:
@@ -130,15 +130,14 @@ class ZmqGateway(Listening[SocketPeer]):
 
         self._next_number = 1
         self._clients = ZmqClients(
-            loop,
+            service,
             self._by_number,
             self.answer,
             first_handle=FIRST_HANDLE + may_only_read * _VIEWERS,
             gateway=endpoint,
         )
-        loop.simulation.attach(self._clients)
         self._farewell_ends = 0.0
-        super().__init__(loop, [listener], logger, endpoint)
+        super().__init__(service, [listener], logger, endpoint)
 
     def answer(self, to: Peer, value: Any) -> None:
         """Send a message to a connection, if it is still open. Raises what writing the value raises."""
@@ -150,7 +149,7 @@ class ZmqGateway(Listening[SocketPeer]):
         peer.send(payload)
         peer.answered = time.perf_counter()
         if peer.is_quick:
-            self._loop.sockets.expect()
+            self._service.queue.open_sockets().expect()
         if peer.unsent:
             self._await_reader(peer)
 
@@ -163,17 +162,17 @@ class ZmqGateway(Listening[SocketPeer]):
                 self.answer(peer, {"err": "the server ends"})
         self._farewell_ends = time.monotonic() + FAREWELL
         super().close()
-        self._loop.simulation.detach(self._clients)
+        self._service.watchers.remove(self._clients)
 
     # --- connections -----------------------------------------------------------------------------
 
     def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> SocketPeer:
         _set_up(connected)
-        longest = min(MAX_MESSAGE, self._loop.simulation.limits.message)
-        peer = SocketPeer(connected, self._next_number, longest, self._loop.unfinished)
+        longest = min(MAX_MESSAGE, self._service.simulation.limits.message)
+        peer = SocketPeer(connected, self._next_number, longest, self._service.unfinished)
         self._next_number += 1
         self._by_number[peer.number] = peer
-        self._loop.sockets.add(connected, partial(self._read, peer))
+        self._service.queue.open_sockets().add(connected, partial(self._read, peer))
         if peer.unsent:
             self._await_reader(peer)
         return peer
@@ -200,9 +199,8 @@ class ZmqGateway(Listening[SocketPeer]):
     def look(self) -> None:
         """Check connections and clients; answer the calls that a crash has lost."""
         super().look()
-        if (returning := self._loop.returning) is not None and returning.is_early:
+        if (returning := self._service.returning).is_early:
             self._answer_lost_calls(returning.text, time.monotonic() - QUIET)
-        self._clients.look()
 
     def _check(self, now: float) -> None:
         super()._check(now)
@@ -230,7 +228,7 @@ class ZmqGateway(Listening[SocketPeer]):
         for peer in peers:
             peer.silent_looks += 1
         if all(peer.answers_pings and peer.silent_looks > FROZEN / RETRY for peer in peers):
-            self._loop.clients.end_stepping(key, f"nothing was heard of it for {FROZEN:g} s")
+            self._service.clients.end_stepping(key, f"nothing was heard of it for {FROZEN:g} s")
             return
         for peer in peers:
             if peer.answers_pings and peer.silent_looks > 1:
@@ -258,7 +256,9 @@ class ZmqGateway(Listening[SocketPeer]):
     def _await_reader(self, peer: SocketPeer) -> None:
         """Read nothing of a peer until it has taken what is left for it."""
         if not peer.is_gone:
-            self._loop.sockets.change(peer.socket, partial(self._go_on_sending, peer), to_send=True)
+            self._service.queue.open_sockets().change(
+                peer.socket, partial(self._go_on_sending, peer), to_send=True
+            )
 
     def _go_on_sending(self, peer: SocketPeer) -> None:
         try:
@@ -267,7 +267,7 @@ class ZmqGateway(Listening[SocketPeer]):
             self._lose(peer)
             return
         if not peer.unsent:
-            self._loop.sockets.change(peer.socket, partial(self._read, peer), to_send=False)
+            self._service.queue.open_sockets().change(peer.socket, partial(self._read, peer), to_send=False)
 
     def _cut(self, peer: SocketPeer, why: str) -> None:
         """Close a connection whose peer breaks the rules."""
@@ -295,7 +295,7 @@ class ZmqGateway(Listening[SocketPeer]):
     def _forget(self, peer: SocketPeer) -> None:
         peer.is_gone = True
         del self._peers[peer], self._by_number[peer.number]
-        self._loop.sockets.remove(peer.socket)
+        self._service.queue.open_sockets().remove(peer.socket)
         peer.end()
 
     # --- messages --------------------------------------------------------------------------------
@@ -327,10 +327,11 @@ class ZmqGateway(Listening[SocketPeer]):
             self.answer(peer, refusal)
             return
         is_large = len(payload) > _LARGE
-        if is_large and (problem := self._loop.limit_reached(peer.key, len(payload))):
-            self.answer(peer, {"err": problem})
+        if is_large and (reached := self._service.queue.limit_reached(peer.key, len(payload))):
+            limits = self._service.simulation.limits
+            self.answer(peer, {"err": str(limits.reached(reached, "wait for answers now and then"))})
         else:
-            self._loop.submit(peer.key, self._clients.work(peer.number, payload))
+            self._service.queue.submit(peer.key, self._clients.work(peer.number, payload))
 
 
 def _listen(address: str) -> socket.socket:

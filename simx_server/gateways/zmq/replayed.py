@@ -11,15 +11,15 @@ from .peer import NUMBER_BYTES, Peer, number_of
 from .work import MessageWork
 
 if TYPE_CHECKING:
-    from simx_server.service.server_loop import ServerLoop
+    from simx_server.service.service import Service
 
 
 class ReplayedClients(ZmqClients):
     """All clients of one recording. Physics thread."""
 
-    def __init__(self, loop: ServerLoop) -> None:
+    def __init__(self, service: Service) -> None:
         """Make an empty list."""
-        super().__init__(loop, {}, lambda peer, value: None)
+        super().__init__(service, {}, lambda peer, value: None)
         self.answers: defaultdict[str, deque[bytes | str]] = defaultdict(deque)
         """The recorded messages from within functions of a client, by its key; see `Recorder.within`."""
 

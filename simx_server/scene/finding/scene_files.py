@@ -41,13 +41,31 @@ class SceneFiles:
         """Sizes in bytes of the files that clients have stored in the workspace."""
         self.made_folders: set[Path] = set()
         """Folders that were made for files that clients have stored."""
-        self.find: Find = self._find
-        """Finds a file. A replay replaces it with a function that finds the recorded files."""
+        self._find: Find = self._find_for_client
 
     def move_to(self, workspace: Path) -> None:
         """Use another workspace from now on, before any client has connected."""
         self.workspace = workspace.resolve()
         self.client_files = ClientFiles(self.workspace)
 
-    def _find(self, text: str, is_model: bool) -> Path:
+    def find(self, text: str, is_model: bool) -> Path:
+        """Return the file that a client means. Raises CommandError."""
+        return self._find(text, is_model)
+
+    def find_by(self, find: Find) -> Find:
+        """Find files by another function from now on, as a replay does; return the function before."""
+        before, self._find = self._find, find
+        return before
+
+    def read_from(self, sources: Sources, folder: Path | None = None) -> None:
+        """Search referenced files elsewhere from now on; let clients load from one folder more."""
+        self.sources = sources
+        if folder is not None:
+            self.more_folders = [*self.more_folders, folder]
+
+    def scene_opened(self, path: Path | None) -> None:
+        """Note the file of the present scene."""
+        self.open_scene = path
+
+    def _find_for_client(self, text: str, is_model: bool) -> Path:
         return find_for_client(text, self.workspace, self.open_scene, self.more_folders, model=is_model)

@@ -148,7 +148,7 @@ class RenderThread:
         self._doing: _Doing | None = None
         self._is_hanging = False
         self.warms_on_demand = False
-        """The first image is prepared when a program gets the handle of a vision sensor; see `warm_up`."""
+        """See `warm_on_demand`."""
 
         self._to_prepare: _Preparation | None = None
         self._prepared = _nothing_to_do()
@@ -289,6 +289,10 @@ class RenderThread:
     def wait_until_prepared(self, seconds: float) -> bool:
         """Wait for the newest preparation, at most this many seconds; return whether it is done, or there is none."""
         return bool(wait([self._prepared], seconds).done)
+
+    def warm_on_demand(self) -> None:
+        """Prepare the first image when a program gets the handle of a vision sensor; see `warm_up`."""
+        self.warms_on_demand = True
 
     def watch(self) -> None:
         """Fail all images if the render thread hangs. Call it about every second, on any thread."""

@@ -29,6 +29,13 @@ from .waiting import Interrupted, Waiting
 from .work import TableWork, Work
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from simx_server.service.due import Due
+    from simx_server.service.queue.inbox import Inbox
+    from simx_server.service.watcher import Watchers
+    from simx_server.simulation.simulation import Simulation
+
     from .serving import Serving
 
 logger = logging.getLogger(__name__)
@@ -59,15 +66,29 @@ class _Run:
 class Batches:
     """Executes the batches of all clients. Physics thread only."""
 
-    def __init__(self, loop: Serving, executor: Executor, publisher: Publisher, outbox: Outbox) -> None:
-        self._loop, self._executor = loop, executor
+    def __init__(
+        self,
+        simulation: Simulation,
+        sessions: Mapping[str, ClientSession],
+        queue: Inbox,
+        serving: Serving,
+        due: Due,
+        watchers: Watchers,
+        executor: Executor,
+        publisher: Publisher,
+        outbox: Outbox,
+    ) -> None:
+        self._simulation, self._sessions, self._serving = simulation, sessions, serving
+        self._watchers, self._executor = watchers, executor
         self._publisher, self._outbox = publisher, outbox
         self._messages = outbox.messages
-        self.waiting = Waiting(loop, executor, outbox.messages, self.execute_rest)
+        self.waiting = Waiting(
+            simulation, sessions, queue, serving, due, watchers, executor, outbox.messages, self.execute_rest
+        )
 
     def execute(self, client: str, work: Work) -> None:
         """Execute a message of a client."""
-        session = self._loop.sessions.get(client)
+        session = self._sessions.get(client)
         if session is None:
             logger.debug("calls of a client that has not said hello or has gone")
             return
@@ -75,8 +96,8 @@ class Batches:
 
     def run(self, session: ClientSession, work: TableWork) -> None:
         """Execute a batch and put its replies into the outbox."""
-        if self._loop.recorder is not None:
-            self._loop.recorder.batch(session.client, work.recorded())
+        for react in self._watchers.batch_comes:
+            react(session.client, work.recorded())
         batch = self._read(session, work)
         if batch is None:
             return
@@ -88,13 +109,12 @@ class Batches:
             self._outbox.put(session, early)
         self._outbox.send_before(batch.calls)
         self._executor.metrics.called(session.client, len(batch.calls))
-        session.message_id, session.client_time = batch.message_id, batch.client_time
+        session.heard(batch.message_id, batch.client_time)
         self._execute(session, batch.calls, [])
 
     def execute_rest(self, session: ClientSession) -> None:
         """Execute the rest of a batch that was interrupted."""
-        batch = session.interrupted
-        session.interrupted = None  # until the rest has another reason to wait
+        batch = session.take_rest()  # until the rest has another reason to wait
         assert batch is not None
         self.waiting.forget(session)
         rest, replies = batch.rest, batch.replies
@@ -108,7 +128,7 @@ class Batches:
 
     def _read(self, session: ClientSession, work: TableWork) -> Batch | None:
         """Return the batch; None if it is unreadable or exceeds a limit, which is reported to the client."""
-        limits = self._loop.simulation.limits
+        limits = self._simulation.limits
         try:
             exceeded = "message"
             if work.size <= limits.message:
@@ -126,7 +146,8 @@ class Batches:
     def _refuse(self, session: ClientSession, work: TableWork, problem: LimitReached) -> None:
         """Answer each call of a batch that exceeds a limit, and execute none of them. Raises CodecError."""
         self._outbox.send()
-        session.message_id, session.client_time, callers = work.callers(MOST_REFUSALS)
+        message_id, client_time, callers = work.callers(MOST_REFUSALS)
+        session.heard(message_id, client_time)
         if session.is_news(str(problem)):
             logger.warning("client %s: %s", session.name, problem)
         session.errors.append(str(problem))
@@ -162,7 +183,7 @@ class Batches:
         until = now() + SLICE
         for position, call in enumerate(calls, 1):
             if now() >= until and position > 1:
-                if self._loop.must_give_way():
+                if self._serving.must_give_way():
                     if run.replies.made:  # one message for all at the end would take long as well
                         self._outbox.put(session, run.replies.made)
                     waiting.cut(session, calls[position - 1 :])
@@ -228,12 +249,12 @@ class Batches:
             only_reads=command is not None and command.only_reads,
         )
         if called is not None and call.operation == _STREAM:
-            called.is_stream = True
+            called.mark_stream()
         return called
 
     def _at_step(self, call: Unfinished) -> Any:
         """Wait for the step of a call, or finish all its steps first."""
-        return call if self._loop.may_cut_batches else self._executor.finish(call)
+        return call if self._serving.may_cut else self._executor.finish(call)
 
     def _do_without_command(self, session: ClientSession, call: Call, replies: Replies) -> None:
         """End a stream, or refuse an unknown operation."""

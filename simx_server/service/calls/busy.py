@@ -12,9 +12,9 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Generator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
 from simx_server.service.answers.replies import Messages
@@ -22,6 +22,11 @@ from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.queue.inbox import Inbox
 
 from .work import CallsWork
+
+if TYPE_CHECKING:
+    from simx_server.service.watcher import Watchers
+
+    from .executor import Executor
 
 logger = logging.getLogger(__name__)
 
@@ -67,21 +72,21 @@ class BusyDesk:
         inbox: Inbox,
         sessions: Mapping[str, ClientSession],
         messages: Messages,
-        doing: Callable[[], Doing],
-        readers: Collection[Callable[[], object]] = (),
+        executor: Executor,
+        watchers: Watchers,
     ) -> None:
         """Make a desk that is closed; `open` it.
 
         Args:
             messages: puts replies into deliveries.
-            doing: returns what is being executed.
-            readers: each reads what the physics thread would read; called on the desk's thread.
+            executor: knows what is being executed.
+            watchers: read what the physics thread would read, on the desk's thread.
         """
-        self._readers = readers
+        self._watchers = watchers
         self._inbox = inbox
         self._sessions = sessions
         self._messages = messages
-        self._doing = doing
+        self._executor = executor
         self._piece: Piece | None = None
         self._told: Piece | None = None
         self._is_closing = threading.Event()
@@ -114,6 +119,9 @@ class BusyDesk:
             return ""
         return f"{self._named(doing)} takes {busy:.1f} s so far; blocking calls of others are refused"
 
+    def _doing(self) -> Doing:
+        return Doing(self._executor.client, self._executor.command)
+
     def _named(self, doing: Doing) -> str:
         if not doing.client:
             return "a simulation step"
@@ -135,7 +143,9 @@ class BusyDesk:
         timeout = TIMEOUT if doing.client or len(self._sessions) > 1 else STEP_TIMEOUT
         busy = time.monotonic() - piece.since
         if busy >= _LOOK:
-            for read in tuple(self._readers):  # now, as calls wait from the moment at which they are read
+            for (
+                read
+            ) in self._watchers.read_while_busy:  # now, as calls wait from the moment at which they are read
                 read()
         if busy < LONG:
             return

@@ -49,7 +49,7 @@ class Executor:
         """The function that is being executed for it."""
 
         self.log_of_calls: LogOfCalls | None = None
-        """Notes the calls of clients; None while no history is kept."""
+        """Notes the calls of clients; None while no history is kept. See `note_in`."""
 
     # --- what is being executed ------------------------------------------------------------------
 
@@ -71,6 +71,10 @@ class Executor:
             yield
         finally:
             self.end(outer)
+
+    def note_in(self, log: LogOfCalls | None) -> None:
+        """Note calls in a log from now on; None: nowhere."""
+        self.log_of_calls = log
 
     def note(
         self,

@@ -1,55 +1,41 @@
-"""The server loop as the execution of batches sees it."""
+"""Whether others are served while a script or a long batch of a client holds the physics thread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from simx_server.recording import Recorder
-    from simx_server.service.clients.sessions import ClientSession
-    from simx_server.simulation.simulation import Simulation
+    from simx_server.service.queue.inbox import Inbox
+    from simx_server.service.watcher import Watchers
 
 
-class Serving(Protocol):
-    """`ServerLoop` implements it."""
+class Serving:
+    """What may be executed within something else. Physics thread."""
 
-    @property
-    def simulation(self) -> Simulation: ...
+    def __init__(self, queue: Inbox, watchers: Watchers) -> None:
+        self._queue, self._watchers = queue, watchers
+        self.is_active = False
+        """Others are served while a script runs."""
 
-    @property
-    def recorder(self) -> Recorder | None: ...
-
-    @property
-    def sessions(self) -> Mapping[str, ClientSession]: ...
-
-    @property
-    def is_serving(self) -> bool:
-        """Return whether others are served while a script runs."""
-        ...
-
-    @property
-    def is_running_freely(self) -> bool:
-        """Return whether simulation steps follow automatically."""
-        ...
+    @contextmanager
+    def within_script(self) -> Generator[None]:
+        """Mark what is executed within the block as served while a script runs."""
+        before, self.is_active = self.is_active, True
+        try:
+            yield
+        finally:
+            self.is_active = before
 
     @property
-    def may_cut_batches(self) -> bool:
-        """Return whether others may be served inside a batch."""
-        ...
+    def may_cut(self) -> bool:
+        """Return whether others may be served inside a batch, or between streams.
+
+        A recording contains whole batches only.
+        """
+        return not (self.is_active or self._watchers.need_whole_batches)
 
     def must_give_way(self) -> bool:
         """Return whether other clients wait, and may be served inside a batch."""
-        ...
-
-    def hold(self, event: Callable[[], object]) -> None:
-        """Do something as soon as no script runs."""
-        ...
-
-    def post_for(self, client: str, event: Callable[[], object]) -> None:
-        """Schedule an event as part of a client's messages, in front of those that wait."""
-        ...
-
-    def keep_back(self, client: str, is_kept: bool) -> None:
-        """Execute nothing more of a client, or continue."""
-        ...
+        return self._queue.others_have_come() and self.may_cut

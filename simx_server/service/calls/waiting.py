@@ -21,12 +21,19 @@ from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import Call, Operation, Reply
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.replies import Messages
+from simx_server.service.watcher import Watcher
 
 from .background import Unfinished, after_all, wait_for_step
 from .interrupted import Interrupted
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from simx_server.service.clients.sessions import ClientSession
+    from simx_server.service.due import Due
+    from simx_server.service.queue.inbox import Inbox
+    from simx_server.service.watcher import Watchers
+    from simx_server.simulation.simulation import Simulation
 
     from .executor import Executor
     from .serving import Serving
@@ -38,12 +45,17 @@ LONGEST_TOGETHER = 0.25
 """Seconds for which a batch in slices holds up simulation steps. A longer one is spread over several steps."""
 
 
-class Waiting:
+class Waiting(Watcher):
     """The batches that wait, at most one of each client. Physics thread only, except where a method says otherwise."""
 
     def __init__(
         self,
-        loop: Serving,
+        simulation: Simulation,
+        sessions: Mapping[str, ClientSession],
+        queue: Inbox,
+        serving: Serving,
+        due: Due,
+        watchers: Watchers,
         executor: Executor,
         messages: Messages,
         execute_rest: Callable[[ClientSession], object],
@@ -53,7 +65,8 @@ class Waiting:
         Args:
             execute_rest: executes the rest of the batch that a client has interrupted.
         """
-        self._loop, self._executor, self._messages = loop, executor, messages
+        self._simulation, self._sessions, self._queue, self._serving = simulation, sessions, queue, serving
+        self._due, self._watchers, self._executor, self._messages = due, watchers, executor, messages
         self._execute_rest = execute_rest
         self._for_step: dict[str, Interrupted] = {}
         """Batches that wait because of a paced call, by client."""
@@ -71,8 +84,8 @@ class Waiting:
 
     def _goes_on(self, client: str, batch: Interrupted) -> None:
         """Schedule the rest of a batch for the client's next turn, if the client is still there."""
-        if session := self._loop.sessions.get(client):
-            self._loop.post_for(client, partial(self._go_on, session, batch, None))
+        if session := self._sessions.get(client):
+            self._queue.put_first(client, partial(self._go_on, session, batch, None))
 
     def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
         """Execute what has waited now, unless it was executed already.
@@ -80,11 +93,11 @@ class Waiting:
         Args:
             reply: the reply to the trigger in front of it, if it waits for one.
         """
-        if self._loop.is_serving:
-            self._loop.hold(partial(self._go_on, session, batch, reply))
-        elif session.interrupted is batch and self._loop.sessions.get(session.client) is session:
-            if self._loop.recorder is not None:
-                self._loop.recorder.went_on(session.client)
+        if self._serving.is_active:
+            self._queue.hold(partial(self._go_on, session, batch, reply))
+        elif session.interrupted is batch and self._sessions.get(session.client) is session:
+            for react in self._watchers.batch_goes_on:
+                react(session.client)
             if reply is not None:
                 batch.replies.append(reply)
             self._execute_rest(session)
@@ -105,8 +118,9 @@ class Waiting:
         if session.paced.images:
             self._await_images(session, batch)
             return True
-        if self._loop.is_running_freely and session.paced.must_wait(call) and not has_waited:
-            session.interrupted = self._for_step[session.client] = batch
+        if self._due.is_running_freely and session.paced.must_wait(call) and not has_waited:
+            self._for_step[session.client] = batch
+            session.interrupt(batch)
             return True
         return False
 
@@ -116,11 +130,12 @@ class Waiting:
         It never continues at once, so that a replay, which makes no images, finds it here too.
         """
         batch.rounds_left = MOST_ROUNDS
-        session.interrupted = self._for_images[session.client] = batch
+        self._for_images[session.client] = batch
+        session.interrupt(batch)
         images = list(session.paced.images)
         session.paced.images.clear()
         go_on = partial(self._go_on, session, batch, None)
-        after_all(images, partial(self._loop.post_for, session.client, go_on))
+        after_all(images, partial(self._queue.put_first, session.client, go_on))
 
     @property
     def is_for_step(self) -> bool:
@@ -133,10 +148,11 @@ class Waiting:
             self._goes_on(client, batch)
         self._for_step.clear()
 
-    def fail_for_step(self, problem: str) -> None:
-        """Refuse the paced calls that wait, when they are continued: their simulation step cannot be made."""
-        for batch in self._for_step.values():
-            batch.problem = problem
+    def run_stopped(self) -> None:
+        """Refuse the paced calls that wait, when they are continued, if their simulation step cannot be made."""
+        if problem := self._simulation.failure:
+            for batch in self._for_step.values():
+                batch.problem = problem
 
     def count_round(self) -> None:
         """Continue paced calls that have waited long enough for images."""
@@ -151,7 +167,8 @@ class Waiting:
 
     def cut(self, session: ClientSession, rest: list[Call]) -> None:
         """Execute the rest of a long batch later: other clients wait."""
-        batch = session.interrupted = Interrupted([], rest, False, True)
+        batch = Interrupted([], rest, False, True)
+        session.interrupt(batch)
         self._in_slices.setdefault(session.client, time.perf_counter() + LONGEST_TOGETHER)
         self._goes_on(session.client, batch)
 
@@ -166,7 +183,7 @@ class Waiting:
         if not self._in_slices:
             return False
         now = time.perf_counter()
-        return any(now < until and client in self._loop.sessions for client, until in self._in_slices.items())
+        return any(now < until and client in self._sessions for client, until in self._in_slices.items())
 
     # --- for a trigger's answer, or an image -----------------------------------------------------
 
@@ -193,9 +210,9 @@ class Waiting:
             return Interrupted([], [])
         batch = Interrupted(made, rest)
         if rest:
-            session.interrupted = batch
+            session.interrupt(batch)
         else:
-            session.before_trigger = made
+            session.keep_for_trigger(made)
         return batch
 
     def _answered(
@@ -211,7 +228,7 @@ class Waiting:
         status, values = done.result()
         reply = Reply(call_id, status, time_ms, values)
         if batch.rest:
-            self._loop.post_for(session.client, partial(self._go_on, session, batch, reply))
+            self._queue.put_first(session.client, partial(self._go_on, session, batch, reply))
             return
         replies = [*batch.replies, reply]
         batch.replies.clear()
@@ -222,20 +239,21 @@ class Waiting:
 
     def await_step(self, session: ClientSession, call: Unfinished, asked: Call, batch: Interrupted) -> None:
         """Continue with a call, and then with the rest of its batch, when its step is done."""
-        session.interrupted, batch.call = batch, call
+        session.interrupt(batch)
+        batch.call = call
         client = session.client
-        self._loop.keep_back(client, True)
+        self._queue.keep_back(client, True)
 
         def done(_: object) -> None:
-            self._loop.post_for(client, partial(self._take_step, session, asked, batch))
-            self._loop.keep_back(client, False)
+            self._queue.put_first(client, partial(self._take_step, session, asked, batch))
+            self._queue.keep_back(client, False)
 
         call.task.done.add_done_callback(done)
         call.task.start()
 
     def _take_step(self, session: ClientSession, asked: Call, batch: Interrupted) -> None:
         """Start the next step of a call after one is done, or execute the rest of its batch."""
-        if session.interrupted is not batch or self._loop.sessions.get(session.client) is not session:
+        if session.interrupted is not batch or self._sessions.get(session.client) is not session:
             return  # it has left
         assert batch.call is not None
         command, steps = batch.call.command, batch.call.steps

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable, Container
+from collections.abc import Container
 from functools import partial
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.errors import CommandError
 from simx_server.service.answers.link import Link
 from simx_server.service.queue.inbox import Inbox
-from simx_server.simulation.simulation import Simulation, SimulationState
+from simx_server.service.watcher import Watcher
+from simx_server.simulation.simulation import SimulationState
 
 from .admission.entrance import Entrance
 from .admission.places import Places
 from .sessions import MAX_DEPARTED, ClientSession, Departed
 
 if TYPE_CHECKING:
+    from simx_server.service.calls.serving import Serving
     from simx_server.service.monitoring.metrics import Metrics
-
-    from .watcher import Watcher
+    from simx_server.service.watcher import Watchers
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -28,38 +31,31 @@ WITHIN = Entrance()
 """Of a client within this process."""
 
 
-class Clients:
+class Clients(Watcher):
     """The present clients and the newest of those that have left. Physics thread, except where a method says so."""
 
     def __init__(
         self,
-        simulation: Simulation,
+        world: World,
         inbox: Inbox,
         metrics: Metrics,
+        watchers: Watchers,
+        serving: Serving,
         starting_port: int | None,
-        is_serving: Callable[[], bool],
     ) -> None:
         """Start without clients.
 
         Args:
             starting_port: a client that comes by this port starts a stopped simulation; see also `start_by`.
-            is_serving: returns whether a script runs meanwhile, which a start has to wait for.
+            serving: knows whether a script runs, which a start has to wait for.
         """
-        self._simulation, self._inbox, self._metrics = simulation, inbox, metrics
+        self._world, self._inbox, self._metrics, self._watchers = world, inbox, metrics, watchers
+        self._simulation = simulation = world.simulation
         self._starting_ports: list[Container[int]] = [(starting_port,)] if starting_port is not None else []
-        self._is_serving = is_serving
-        self._watchers: tuple[Watcher, ...] = ()
+        self._serving = serving
         self.sessions: dict[str, ClientSession] = {}
         self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.places = Places(lambda: simulation.limits, self.sessions)
-
-    def watch(self, watcher: Watcher) -> None:
-        """Tell a watcher who comes and goes from now on."""
-        self._watchers = (*self._watchers, watcher)
-
-    def unwatch(self, watcher: Watcher) -> None:
-        """Tell a watcher no more."""
-        self._watchers = tuple(each for each in self._watchers if each is not watcher)
 
     def start_by(self, ports: Container[int]) -> None:
         """Have clients that come by further ports start a stopped simulation."""
@@ -103,9 +99,9 @@ class Clients:
         )
         self.sessions[client] = session
         logger.info("client %s joined by port %d", name, port)
-        for watcher in self._watchers:
-            watcher.joined(session)
-        has_returned = any(watcher.welcomes(session) for watcher in self._watchers)
+        for react in self._watchers.joined:
+            react(session)
+        has_returned = any(welcomes(session) for welcomes in self._watchers.welcomes)
         if (
             any(port in ports for ports in self._starting_ports)
             and not session.may_only_read
@@ -118,15 +114,15 @@ class Clients:
         """Start a stopped simulation: in V-REP the service behind this port existed only while one ran."""
         if self._simulation.state is not SimulationState.STOPPED:
             return
-        if self._is_serving():
+        if self._serving.is_active:
             self._inbox.hold(partial(self._start_for, port))
         else:
             self._start_for(port)
 
     def _start_for(self, port: int) -> None:
         logger.info("starting the simulation, as port %d exists only while one runs", port)
-        for watcher in self._watchers:
-            watcher.started()
+        for react in self._watchers.started:
+            react()
         try:
             self._simulation.start()
         except CommandError as problem:
@@ -146,10 +142,59 @@ class Clients:
         session = self.sessions.get(client)
         if session is None or not session.is_stepping:
             return
-        for watcher in self._watchers:
-            watcher.stepping_lost(client)
+        for react in self._watchers.stepping_lost:
+            react(client)
         logger.warning("client %s steps no more: %s", session.name, why)
         session.lose_stepping(f"the server ended the stepped mode of this client: {why}")
+
+    def abandon_calls(self) -> None:
+        """Abandon calls with a step under way, as the server ends."""
+        for session in self.sessions.values():
+            session.abandon_call()
+
+    def others_wait_for(self, client: str) -> bool:
+        """Return whether others wait for the end of a client's call: their messages, or the simulation that they use.
+
+        Those who only look on do not count, nor does the simulation of a client that steps it.
+        """
+        if self._inbox.has_something_of_others(client):
+            return True
+        session = self.sessions.get(client)
+        if self._simulation.state is not SimulationState.RUNNING or (session and session.is_stepping):
+            return False
+        return any(each is not session and not each.is_onlooker for each in self.sessions.values())
+
+    def report_dropped(self, _max_wait: float = 0.0) -> bool:
+        """Report dropped messages to their clients, so that flooding cannot fill the memory unnoticed.
+
+        A stage of a turn, which goes on.
+        """
+        if self._inbox.dropped:
+            limits = self._simulation.limits
+            for (client, name), count in self._inbox.take_dropped().items():
+                self._metrics.lost(count)
+                if session := self.sessions.get(client):
+                    session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
+        return False
+
+    def script_stopped(self, problem: str) -> None:
+        """Report an error of a script, or of a simulation step, to every client: no single call has caused it."""
+        if self._world.parameters.error_report_mode & sim_api_errormessage_report:
+            for session in self.sessions.values():
+                # The error of a call that waited is there already.
+                if not (session.errors and session.errors[-1].endswith(problem)):
+                    session.errors.append(problem)
+
+    def run_stopped(self) -> None:
+        """End stepped mode of every client, which must enable it again for each run.
+
+        If the run cannot continue, the calls that wait for its steps fail.
+        """
+        if failure := self._simulation.failure:
+            for session in self.sessions.values():
+                session.fail_triggers(failure)
+        for session in self.sessions.values():
+            session.set_stepping(False)
 
     def _end(self, client: str) -> None:
         session = self.sessions.pop(client, None)
@@ -166,8 +211,8 @@ class Clients:
                 self._metrics.age,
             )
         )
-        for watcher in self._watchers:
-            watcher.left(client)
+        for react in self._watchers.left:
+            react(client)
         session.abandon_call()
         session.set_stepping(False)
         session.streams.clear()  # an awaited image refers to its client: this breaks the cycle

@@ -114,9 +114,39 @@ class ClientSession:
         if self.is_news(reason):
             logger.warning("%d messages of client %s were not executed: %s", messages, self.name, reason)
 
+    def heard(self, message_id: int, client_time: int) -> None:
+        """Note the header of a message of the client, for the headers of its replies."""
+        self.message_id, self.client_time = message_id, client_time
+
+    def look_on(self) -> None:
+        """Note that the client only shows the simulation: the end of the server does not wait for it."""
+        self.is_onlooker = True
+
+    def interrupt(self, batch: Interrupted) -> None:
+        """Keep a batch whose rest waits."""
+        self.interrupted = batch
+
+    def take_rest(self) -> Interrupted | None:
+        """Return the batch that waits, which does not wait any more; None if there is none."""
+        batch, self.interrupted = self.interrupted, None
+        return batch
+
+    def keep_for_trigger(self, replies: list[Reply]) -> None:
+        """Keep replies for the answer of a trigger."""
+        self.before_trigger = replies
+
+    def allow_steps(self, are_allowed: bool) -> None:
+        """Note whether a call of this client waits for simulation steps, and allows the next one without a trigger."""
+        self.allows_steps = are_allowed
+
+    def take_lost_stepping(self) -> bool:
+        """Return whether the server has ended its stepped mode since the last call of this."""
+        was_lost, self.lost_stepping = bool(self.lost_stepping), ""
+        return was_lost
+
     def abandon_call(self) -> None:
         """Abandon a call with a step under way, and the rest of its batch."""
-        batch, self.interrupted = self.interrupted, None
+        batch = self.take_rest()
         if batch is not None and batch.call is not None:
             batch.call.abandon()
 

@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from simx_client.protocol.commands import ANSWERED, Command
-from simx_server.service.clients.watcher import Watcher
 from simx_server.service.clock import Pacer
+from simx_server.service.watcher import Watcher
 
 from .durations import MAX_TEXT, Histogram, ImageTimes
 
@@ -108,12 +108,14 @@ class Metrics(Watcher):
         pacer: Pacer,
         now: Callable[[], float] = time.monotonic,
         processor: Callable[[], float] = time.process_time,
+        images: ImageTimes | None = None,
     ) -> None:
         """Make counters at zero.
 
         Args:
             now: the wall clock, seconds.
             processor: seconds of processor time of the process.
+            images: those of the simulation's render thread; None: it has none.
         """
         self.pacer = pacer
         self._now, self._processor = now, processor
@@ -133,8 +135,7 @@ class Metrics(Watcher):
         self.command_times: dict[str, Histogram] = {}
         """By command name: time on the physics thread, for calls and streams alike."""
 
-        self.more_commands: Container[str] = ()
-        """Names of calls that another protocol brings, beside the table's commands."""
+        self._more_commands: Container[str] = ()
 
         self.failures: dict[str, Failures] = {}
         self.last_failure = ("", -math.inf)
@@ -143,8 +144,7 @@ class Metrics(Watcher):
         self._failing = threading.Lock()
         """For `failed` alone, which the render thread uses too."""
 
-        self.images = ImageTimes()
-        """Those of the simulation's render thread, when it has one."""
+        self.images = images or ImageTimes()
 
         self.log = LogCount()
         self._samples: deque[Sample] = deque([self.sample()], maxlen=SAMPLES)
@@ -156,7 +156,7 @@ class Metrics(Watcher):
         """Record how many seconds a command has kept the physics thread, and how many times."""
         histogram = self.command_times.get(command)
         if histogram is None:
-            name = command if command in ANSWERED or command in self.more_commands else UNKNOWN
+            name = command if command in ANSWERED or command in self._more_commands else UNKNOWN
             histogram = self.command_times.setdefault(name, Histogram())
         histogram.add(seconds, times)
 
@@ -171,7 +171,7 @@ class Metrics(Watcher):
 
     def failed(self, command: str, text: str, *, is_internal: bool = False) -> None:
         """Record that a call ended in an error, with an empty text for a silent one. Any thread."""
-        name = command if command in ANSWERED or command in self.more_commands else UNKNOWN
+        name = command if command in ANSWERED or command in self._more_commands else UNKNOWN
         with self._failing:
             failures = self.failures.setdefault(name, Failures())
             if text:
@@ -193,7 +193,15 @@ class Metrics(Watcher):
         self.simulated += time_step
         self.step_times.add(seconds)
 
-    def tick(self) -> None:
+    def count_also(self, names: Container[str]) -> None:
+        """Count by their names the calls that another protocol brings, beside the table's commands."""
+        self._more_commands = names
+
+    def lost(self, messages: int) -> None:
+        """Record that messages of a client were not executed, because too many waited."""
+        self.dropped += messages
+
+    def look(self) -> None:
         """Take a sample when one is due. Call this at least once per second."""
         if self._now() >= self._next_sample:
             self._samples.append(self.sample())

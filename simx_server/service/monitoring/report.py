@@ -28,44 +28,46 @@ from simx_client.protocol.reports import (
 from simx_server import __version__
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.clients.sessions import ClientSession, Departed
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.service import Service
 
 from .durations import Histogram, percentiles
 from .metrics import Failures, Sample
 
 
-def health(loop: ServerLoop, realm: str) -> Health:
+def health(service: Service, realm: str) -> Health:
     """Return the health report for a supervisor. Any thread, as long as the physics thread is busy."""
     return {
         "protocol": PROTOCOL_VERSION,
         "realm": realm,
         "server": __version__,
-        "state": loop.simulation.state.value,
-        "age": loop.metrics.age,
-        "problems": _problems(loop),
+        "state": service.simulation.state.value,
+        "age": service.metrics.age,
+        "problems": _problems(service),
     }
 
 
-def metrics(loop: ServerLoop, realm: str, ports: Sequence[int]) -> Metrics:
+def metrics(service: Service, realm: str, ports: Sequence[int]) -> Metrics:
     """Return all counters, since the start and for the last seconds."""
-    counted = loop.metrics
+    counted = service.metrics
     before, now = counted.recent(), counted.sample()
     window = max(now.wall - before.wall, 1e-6)
     commands = counted.command_times.keys() | counted.failures.keys()
     return {
-        **health(loop, realm),
+        **health(service, realm),
         "host": socket.gethostname(),
         "process_id": os.getpid(),
         "ports": list(ports),
-        "scene": loop.simulation.scene.name,
+        "scene": service.simulation.scene.name,
         "window": window,
-        "steps": _steps(loop, before, now, window),
+        "steps": _steps(service, before, now, window),
         "calls": {**_calls(before, now, window), "dropped": counted.dropped},
-        "commands": {name: _command(loop, name, before, window) for name in sorted(commands)},
-        "clients": [_client(loop, session, before, window) for session in loop.sessions.values()],
-        "departed": [_departed(loop, each) for each in loop.clients.departed],
-        "streams": sum(len(session.streams.by_id) for session in loop.sessions.values()),
-        "images": _images(loop, before, window),
+        "commands": {name: _command(service, name, before, window) for name in sorted(commands)},
+        "clients": [
+            _client(service, session, before, window) for session in service.clients.sessions.values()
+        ],
+        "departed": [_departed(service, each) for each in service.clients.departed],
+        "streams": sum(len(session.streams.by_id) for session in service.clients.sessions.values()),
+        "images": _images(service, before, window),
         "process": _process(before, now, window),
         "log": {
             "warnings": counted.log.warnings,
@@ -76,12 +78,12 @@ def metrics(loop: ServerLoop, realm: str, ports: Sequence[int]) -> Metrics:
     }
 
 
-def _problems(loop: ServerLoop) -> list[str]:
-    counted = loop.metrics
+def _problems(service: Service) -> list[str]:
+    counted = service.metrics
     before, now = counted.recent(), counted.sample()
     window = f"{now.wall - before.wall:.0f} s"
     found: list[str] = []
-    if busy := loop.busy_with():
+    if busy := service.busy.describe():
         found.append(busy)
     if (lost := now.lost - before.lost) > 0:
         found.append(
@@ -95,8 +97,8 @@ def _problems(loop: ServerLoop) -> list[str]:
     return found
 
 
-def _steps(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Steps:
-    counted = loop.metrics
+def _steps(service: Service, before: Sample, now: Sample, window: float) -> Steps:
+    counted = service.metrics
     speed = counted.pacer.speed
     return {
         "count": now.steps,
@@ -104,7 +106,7 @@ def _steps(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Step
         "simulated": now.simulated,
         "real_time_factor": (now.simulated - before.simulated) / window,
         "speed": speed if speed < float("inf") else None,
-        "time_step": loop.simulation.time_step,
+        "time_step": service.simulation.time_step,
         "lost": now.lost,
         "times": _timing(counted.step_times, before.step_times, window),
     }
@@ -142,8 +144,8 @@ def _timings(
     return _timing(times.get(name) or Histogram(), before.get(name, []), window)
 
 
-def _command(loop: ServerLoop, name: str, before: Sample, window: float) -> Command:
-    counted = loop.metrics
+def _command(service: Service, name: str, before: Sample, window: float) -> Command:
+    counted = service.metrics
     failures = counted.failures.get(name) or Failures()
     return {
         **_timings(counted.command_times, name, before.command_times, window),
@@ -154,8 +156,8 @@ def _command(loop: ServerLoop, name: str, before: Sample, window: float) -> Comm
     }
 
 
-def _client(loop: ServerLoop, session: ClientSession, before: Sample, window: float) -> Client:
-    calls = loop.metrics.client_calls.get(session.client, 0)
+def _client(service: Service, session: ClientSession, before: Sample, window: float) -> Client:
+    calls = service.metrics.client_calls.get(session.client, 0)
     return {
         "name": session.name,
         "role": "viewer" if session.may_only_read else "driver",
@@ -168,20 +170,20 @@ def _client(loop: ServerLoop, session: ClientSession, before: Sample, window: fl
     }
 
 
-def _departed(loop: ServerLoop, departed: Departed) -> DepartedClient:
+def _departed(service: Service, departed: Departed) -> DepartedClient:
     return {
         "name": departed.name,
         "role": "viewer" if departed.may_only_read else "driver",
         "port": departed.port,
         "calls": departed.calls,
         "commands": dict(departed.called),
-        "ago": loop.metrics.age - departed.left_at,
+        "ago": service.metrics.age - departed.left_at,
     }
 
 
-def _images(loop: ServerLoop, before: Sample, window: float) -> Images:
-    images = loop.metrics.images
-    rendering: RenderThread | None = loop.world.rendering
+def _images(service: Service, before: Sample, window: float) -> Images:
+    images = service.metrics.images
+    rendering: RenderThread | None = service.world.rendering
     backend = rendering.backend if rendering else None
     return {
         "backend": backend.name if backend else None,

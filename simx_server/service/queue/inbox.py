@@ -85,6 +85,10 @@ class Inbox:
                 box.is_leaving = True
                 box.items.clear()
 
+    def submit(self, client: str, work: Work) -> bool:
+        """Queue work as `put` does."""
+        return self.put(client, work, work.size, _unchanged)
+
     def put(self, client: str, payload: Any, size: int, read: Callable[[Any], Work] = BatchWork) -> bool:
         """Queue a message, if its client is known and has not too much waiting.
 
@@ -261,6 +265,18 @@ class Inbox:
 
     # --- the physics thread ----------------------------------------------------------------------
 
+    def open_sockets(self) -> Sockets:
+        """Return the sockets that the physics thread reads; made on first use. Physics thread, or before it runs."""
+        if self.sockets is None:
+            self.sockets = Sockets()
+        return self.sockets
+
+    def close_sockets(self) -> None:
+        """Read no sockets any more, after the gateways that have them are closed."""
+        sockets, self.sockets = self.sockets, None
+        if sockets is not None:
+            sockets.close()
+
     def hold(self, event: Event) -> None:
         """Keep an event until no script runs."""
         self._held.append(event)
@@ -387,3 +403,7 @@ class Inbox:
             return None
         self._fairness.took(box, item)
         return item.what
+
+
+def _unchanged(work: Work) -> Work:
+    return work

@@ -16,10 +16,10 @@ from processes import PENDULUM, wait_until
 
 from simx_server.app.extensions import GATEWAYS
 from simx_server.app.server import open_world
-from simx_server.app.serving import Gateways, make_loop, open_gateways
+from simx_server.app.serving import Gateways, make_service, open_gateways
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.gateway import Entry, Opening
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
 from simx_server.settings.settings import Settings
 
 TIMEOUT = 20.0
@@ -37,12 +37,12 @@ def opened(folder: Path, stack: ExitStack, *entries: Entry) -> tuple[ServerLoop,
     scene.write_text(PENDULUM)
     settings = Settings(scene=str(scene), ports=(0,), workspace=folder)
     world = open_world(settings, stack)
-    loop = make_loop(world, settings)
-    gateways = stack.enter_context(open_gateways(world, settings, loop, (*GATEWAYS, *entries)))
+    loop = ServerLoop(make_service(world, settings))
+    gateways = stack.enter_context(open_gateways(world, settings, loop.service, (*GATEWAYS, *entries)))
     thread = threading.Thread(target=loop.run)
     thread.start()
     stack.callback(thread.join, TIMEOUT)
-    stack.callback(loop.ending.request)
+    stack.callback(loop.service.ending.request)
     return loop, gateways
 
 
@@ -66,9 +66,9 @@ def test_its_clients_call_and_leave(tmp_path: Path, stack: ExitStack) -> None:
     assert code == 0
     assert program.call("simxGetJointPosition", hinge) == [0, [0.0]]
     assert program.call("simxGetJointPosition", 9999)[0] != 0
-    assert len(loop.sessions) == 1
+    assert len(loop.service.clients.sessions) == 1
     program.socket.shutdown(socket.SHUT_RDWR)
-    assert wait_until(lambda: not loop.sessions, TIMEOUT)
+    assert wait_until(lambda: not loop.service.clients.sessions, TIMEOUT)
 
 
 def test_who_breaks_the_rules_is_cut_and_others_go_on(tmp_path: Path, stack: ExitStack) -> None:

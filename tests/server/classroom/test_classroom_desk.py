@@ -39,7 +39,7 @@ class Seat:
         self.world = RealWorld(scene)
         self.page, seat = channel.pair()
         self._seat = seat
-        self.desk = Desk(seat, camera, self.world.parts, self.world.loop)
+        self.desk = Desk(seat, camera, self.world.parts, self.world.loop.service)
         self.client = self.world.client()
 
     def ask(self, **fields: Any) -> channel.Message:
@@ -59,7 +59,7 @@ class Seat:
         return picture
 
     def close(self) -> None:
-        self.world.loop.close_sockets()
+        self.world.loop.service.queue.close_sockets()
         self.world.close()
         self.page.close()
         self._seat.close()
@@ -100,7 +100,7 @@ def test_report_tells_state_clients_and_the_last_error(seat: Seat) -> None:
 
 def test_newest_error_counts_whether_a_call_or_the_log_has_it(seat: Seat) -> None:
     v.simxGetObjectHandle(seat.client, "bal", BLOCKING)
-    with seat.world.loop.metrics.log.attached():
+    with seat.world.loop.service.metrics.log.attached():
         logging.getLogger("simx_server.scripting").error("the script of ball ended")
         assert seat.report()["error"] == "the script of ball ended"
         v.simxGetObjectHandle(seat.client, "bell", BLOCKING)

@@ -305,7 +305,7 @@ def test_server_keeps_few_lent_files_and_needs_each_one_sent(client, world):
     assert connection is not None
     for number in range(6):
         assert connection.blocking(files._LEND, [f"path{number}", "a.xml", CUBE.encode()]) == 0
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
     assert list(session.lent_files) == ["path2", "path3", "path4", "path5"]
     load = files.Marshal(BY_NAME["simxLoadModel"])
     assert connection.blocking(load, ["path0", 1]) == (REMOTE_ERROR, 0)

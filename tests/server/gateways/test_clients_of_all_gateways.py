@@ -18,7 +18,7 @@ from simx_server.service.monitoring.report import metrics
 
 def test_the_metrics_list_clients_of_every_gateway_with_port_and_calls(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
-        gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
+        gateway = OriginalGateway(server.loop.service, ["127.0.0.1:0"])
         own = Connection(
             lambda: LoopbackTransport(server.loop, name="own", port=19997, turns=False),
             where="",
@@ -30,7 +30,9 @@ def test_the_metrics_list_clients_of_every_gateway_with_port_and_calls(tmp_path:
             with peer(gateway.ports[0]) as original:
                 original.call(0x1021, ints(1))
                 server.raw().ask("sim.getSimulationTime", lang="python")
-                shown: list[Client] = server.on_server(lambda: metrics(server.loop, "all", ())["clients"])
+                shown: list[Client] = server.on_server(
+                    lambda: metrics(server.loop.service, "all", ())["clients"]
+                )
         finally:
             v.simxFinish(number)
             gateway.close()

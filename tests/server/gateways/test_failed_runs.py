@@ -57,7 +57,7 @@ def own_client(server: ZmqWorld) -> int:
 
 def test_calls_of_all_gateways_that_wait_for_a_step_fail(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
-        gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
+        gateway = OriginalGateway(server.loop.service, ["127.0.0.1:0"])
         holder, driver = own_client(server), own_client(server)
         for client in (holder, driver):
             v.simxSynchronous(client, True)
@@ -83,7 +83,7 @@ def test_calls_of_all_gateways_that_wait_for_a_step_fail(tmp_path: Path) -> None
                 )
                 for thread in threads:
                     thread.start()
-                sessions = server.loop.sessions
+                sessions = server.loop.service.clients.sessions
                 assert server.wait_until(
                     lambda: sum(each.is_stepping and not each.is_waiting for each in sessions.values()) == 3
                 )

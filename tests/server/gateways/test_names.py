@@ -31,9 +31,9 @@ class House:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self.server = stack.enter_context(zmq_world(folder))
         loop = self.loop = self.server.loop
-        self.zenoh = {name: ZenohGateway(loop, ports=[0]) for name in GATEWAYS[:2]}
-        viewers = self.server.on_server(lambda: ZmqGateway(loop, "127.0.0.1:0", may_only_read=True))
-        legacy = OriginalGateway(loop, ["127.0.0.1:0"])
+        self.zenoh = {name: ZenohGateway(loop.service, ports=[0]) for name in GATEWAYS[:2]}
+        viewers = self.server.on_server(lambda: ZmqGateway(loop.service, "127.0.0.1:0", may_only_read=True))
+        legacy = OriginalGateway(loop.service, ["127.0.0.1:0"])
         self.zmq = {"zmq": self.server.port, "zmq of viewers": viewers.port}
         for gateway in (*self.zenoh.values(), legacy):
             stack.callback(gateway.close)
@@ -55,13 +55,13 @@ class House:
         original = stack.enter_context(peer(legacy.ports[0]))
         original.call(0x1021, ints(1))
         self._note("legacy")
-        node = self.server.on_server(lambda: Ros2Client(loop, "ros2 /simx", 0))
+        node = self.server.on_server(lambda: Ros2Client(loop.service, "ros2 /simx", 0))
         stack.callback(lambda: self.server.on_server(node.leave))
         self._note("ros2")
-        self.sessions = dict(loop.sessions)
+        self.sessions = dict(loop.service.clients.sessions)
 
     def _note(self, at: str) -> None:
-        (self.names[at],) = set(self.loop.sessions) - set(self.names.values())
+        (self.names[at],) = set(self.loop.service.clients.sessions) - set(self.names.values())
 
 
 def greet(session: Any, gateway: ZenohGateway, name: str, secret: bytes | None) -> list[Any]:
@@ -108,15 +108,15 @@ def test_over_zeromq(house: House, at: str, by: str) -> None:
     for name in {house.names[at], house.names[at].rpartition("/")[2]}:
         impostor = RawClient(house.zmq[by])
         impostor.uuid = name
-        before = set(house.loop.sessions)
+        before = set(house.loop.service.clients.sessions)
         answer = impostor.ask_bytes(cbor2.dumps({"func": "sim.getSimulationTime", "args": [], "uuid": name}))
-        assert "uuid must be" in str(answer) or len(set(house.loop.sessions) - before) == 1
+        assert "uuid must be" in str(answer) or len(set(house.loop.service.clients.sessions) - before) == 1
         impostor.close()
-        assert house.server.wait_until(lambda: len(house.loop.sessions) == len(GATEWAYS))
+        assert house.server.wait_until(lambda: len(house.loop.service.clients.sessions) == len(GATEWAYS))
     unharmed(house)
 
 
 def unharmed(house: House) -> None:
     """Each client has its session, and nothing was executed."""
-    assert house.server.on_server(lambda: dict(house.loop.sessions)) == house.sessions
+    assert house.server.on_server(lambda: dict(house.loop.service.clients.sessions)) == house.sessions
     assert house.server.on_server(lambda: house.server.simulation.state.value) == "stopped"

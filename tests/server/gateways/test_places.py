@@ -82,14 +82,14 @@ def test_one_other_machine_gets_half_of_the_places() -> None:
 
 
 def test_a_gateway_full_of_clients_does_not_close_the_others(house: ZmqWorld, closing: ExitStack) -> None:
-    legacy = house.on_server(lambda: OriginalGateway(house.loop, ["127.0.0.1:0"]))
+    legacy = house.on_server(lambda: OriginalGateway(house.loop.service, ["127.0.0.1:0"]))
     closing.callback(lambda: house.on_server(legacy.close))
     house.simulation.limits = Limits(clients=32)
     crowd = Entrance(house.gateway.endpoints[0])
 
     def fill() -> None:
         for number in range(30):
-            house.loop.clients.join(
+            house.loop.service.clients.join(
                 f"zmq/{number}", "one of many", house.port, cast(Any, NoLink()), entrance=crowd
             )
 
@@ -155,7 +155,7 @@ def test_clients_with_one_call_that_read_give_their_places(
         if answer.get("func") != "_*repeat*_":
             break
     assert "ret" in answer
-    names = house.on_server(lambda: set(house.loop.sessions))
+    names = house.on_server(lambda: set(house.loop.service.clients.sessions))
     assert names == {f"zmq/{each.uuid}" for each in (stays, *crowd[2:], newcomer)}
     for each in (stays, crowd[2]):
         each.ask("sim.setInt32Signal", "s", 1)
@@ -165,7 +165,7 @@ def test_clients_with_one_call_that_read_give_their_places(
 
 
 def test_silent_connections_give_way_to_originals(house: ZmqWorld, closing: ExitStack) -> None:
-    legacy = house.on_server(lambda: OriginalGateway(house.loop, ["127.0.0.1:0"]))
+    legacy = house.on_server(lambda: OriginalGateway(house.loop.service, ["127.0.0.1:0"]))
     closing.callback(lambda: house.on_server(legacy.close))
     house.simulation.limits = Limits(clients=3)
     silent = [
@@ -182,7 +182,7 @@ def test_strangers_at_the_lane_give_way(
     house: ZmqWorld, closing: ExitStack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(local, "MOST_STRANGERS", 2)
-    lane = house.on_server(lambda: LaneGateway(house.loop))
+    lane = house.on_server(lambda: LaneGateway(house.loop.service))
     closing.callback(lambda: house.on_server(lane.close))
     strangers = [closing.enter_context(socket.socket(socket.AF_UNIX)) for _ in range(4)]
     for each in strangers:

@@ -42,7 +42,7 @@ class Search:
         """Cleared by a test that ends it otherwise."""
 
         self.was_given_up = False
-        server.loop.post(self._run)
+        server.loop.service.queue.post(self._run)
         assert self.has_begun.wait(LONGEST)
 
     def _run(self) -> None:
@@ -82,7 +82,7 @@ def own(server: ZmqWorld) -> Iterator[int]:
 
 @pytest.fixture
 def original_port(server: ZmqWorld) -> Iterator[int]:
-    gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
+    gateway = OriginalGateway(server.loop.service, ["127.0.0.1:0"])
     yield gateway.ports[0]
     gateway.close()
 
@@ -117,7 +117,7 @@ def test_a_stop_of_a_zmq_client_ends_a_search(server: ZmqWorld) -> None:
 
 
 def test_a_stop_of_a_viewer_which_is_refused_ends_no_search(server: ZmqWorld) -> None:
-    viewers = ZmqGateway(server.loop, "127.0.0.1:0", may_only_read=True)
+    viewers = ZmqGateway(server.loop.service, "127.0.0.1:0", may_only_read=True)
     viewer = RawClient(viewers.port)
     try:
         search = Search(server)

@@ -41,18 +41,18 @@ class House:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self.server: ZmqWorld = stack.enter_context(zmq_world(folder))
         self.loop = self.server.loop
-        self.legacy = self.server.on_server(lambda: OriginalGateway(self.loop, ["127.0.0.1:0"]))
+        self.legacy = self.server.on_server(lambda: OriginalGateway(self.loop.service, ["127.0.0.1:0"]))
         stack.callback(lambda: self.server.on_server(self.legacy.close))
-        self.local = self.server.on_server(lambda: LaneGateway(self.loop))
+        self.local = self.server.on_server(lambda: LaneGateway(self.loop.service))
         stack.callback(lambda: self.server.on_server(self.local.close))
         self.stack = stack
 
     def begin(self, gateway: str, size: int = 1_000_000) -> socket.socket:
         """Send the first part of a message of this many bytes; return when the server has read it."""
-        before = self.loop.unfinished.size
+        before = self.loop.service.unfinished.size
         peer = getattr(self, f"_at_{gateway}")(size)
         peer.sendall(PART[:40_000] if gateway == "legacy" else PART)  # there the first packet is sent already
-        assert wait_until(lambda: self.loop.unfinished.size >= before + len(PART) - 100, TIMEOUT)
+        assert wait_until(lambda: self.loop.service.unfinished.size >= before + len(PART) - 100, TIMEOUT)
         return peer
 
     def _connected(self, port: int) -> socket.socket:
@@ -75,7 +75,7 @@ class House:
         transport.greet(TIMEOUT)
 
         def offered() -> Any:
-            session = self.loop.sessions[transport.client]
+            session = self.loop.service.clients.sessions[transport.client]
             session.link = self.local.invite(transport.client, transport)
             return read_offer(self.local.offer_to(transport.client))
 
@@ -115,7 +115,7 @@ def test_the_message_that_began_first_goes_whatever_the_gateway(house: House, ga
     house.server.simulation.limits = Limits(unfinished=310_000)
     others[-1].sendall(PART[:15_000])
     assert is_cut(oldest)
-    assert wait_until(lambda: 200_000 <= house.loop.unfinished.size <= 310_000, TIMEOUT)
+    assert wait_until(lambda: 200_000 <= house.loop.service.unfinished.size <= 310_000, TIMEOUT)
     client = RawClient(house.server.port)
     assert client.ask("sim.setStringSignal", "s", bytes(90_000)) == {"ret": [1]}
     client.close()
@@ -124,10 +124,10 @@ def test_the_message_that_began_first_goes_whatever_the_gateway(house: House, ga
 @pytest.mark.parametrize("gateway", GATEWAYS)
 def test_a_message_has_a_total_time(house: House, gateway: str, monkeypatch: pytest.MonkeyPatch) -> None:
     slow = house.begin(gateway)
-    now = house.loop.unfinished._clock()
-    monkeypatch.setattr(house.loop.unfinished, "_clock", lambda: now + Limits().message_seconds + 1)
+    now = house.loop.service.unfinished._clock()
+    monkeypatch.setattr(house.loop.service.unfinished, "_clock", lambda: now + Limits().message_seconds + 1)
     assert is_cut(slow)
-    assert house.loop.unfinished.size == 0
+    assert house.loop.service.unfinished.size == 0
 
 
 def test_what_is_complete_is_not_counted_and_small_messages_are_not_either() -> None:
@@ -188,9 +188,9 @@ def test_a_peer_with_too_large_a_message_is_cut_by_zenoh(
     monkeypatch.setitem(link.SERVER, name, 1_000_000)
     came: list[int] = []
     monkeypatch.setattr(
-        house.loop, "submit_as", lambda client, payload, size, read: came.append(size) or True
+        house.loop.service.queue, "put", lambda client, payload, size, read: came.append(size) or True
     )
-    gateway = ZenohGateway(house.loop, ports=[0])
+    gateway = ZenohGateway(house.loop.service, ports=[0])
     house.stack.callback(gateway.close)
     gateway._secrets["somebody"] = None
     for size in (3_000_000, 900_000):

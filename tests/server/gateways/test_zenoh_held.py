@@ -42,8 +42,8 @@ class Place:
             self.came.append(size)
             return True
 
-        monkeypatch.setattr(self.loop, "submit_as", submit)
-        self.gateway = self.server.on_server(lambda: ZenohGateway(self.loop, ports=[0]))
+        monkeypatch.setattr(self.loop.service.queue, "put", submit)
+        self.gateway = self.server.on_server(lambda: ZenohGateway(self.loop.service, ports=[0]))
         stack.callback(lambda: self.server.on_server(self.gateway.close))
         assert self.gateway._held is not None
         self.held = self.gateway._held
@@ -56,12 +56,12 @@ class Place:
 
     def begin(self, client: str) -> Any:
         """Have a stranger send the first part of a message; return its session when the part is counted."""
-        before = self.loop.unfinished.size
+        before = self.loop.service.unfinished.size
         wire = self.stack.enter_context(Wire(self.gateway.ports[0], PART))
         stranger = connect(wire.port)
         self.stack.callback(stranger.close)
         Thread(target=_put, args=(stranger, self.key(client), 2 * PART), daemon=True).start()
-        assert wait_until(lambda: self.loop.unfinished.size > before + PART // 2, TIMEOUT)
+        assert wait_until(lambda: self.loop.service.unfinished.size > before + PART // 2, TIMEOUT)
         return stranger
 
     def come(self, client: str) -> Any:
@@ -97,7 +97,7 @@ def test_the_oldest_message_of_many_peers_goes_when_they_hold_too_much(
         _put(client, place.key("somebody"), 100_000)
         assert wait_until(lambda: CUT in caplog.text, TIMEOUT)
     assert caplog.text.count(CUT) == 1
-    assert PART // 2 < place.loop.unfinished.size < PART * 3 // 2
+    assert PART // 2 < place.loop.service.unfinished.size < PART * 3 // 2
     assert list(second.info.peers_zid())
     assert place.came == [100_000]
 
@@ -115,7 +115,7 @@ def test_complete_messages_of_clients_do_not_count(place: Place, caplog: pytest.
     assert wait_until(lambda: len(place.came) == 80, TIMEOUT)
     last = place.held._last
     assert wait_until(lambda: place.held._last > last + 0.5, TIMEOUT)
-    assert place.loop.unfinished.size == 0
+    assert place.loop.service.unfinished.size == 0
     assert CUT not in caplog.text
 
 

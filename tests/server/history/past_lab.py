@@ -65,7 +65,8 @@ class Lab:
         self.scene_path = str(scene)
         self.world = RealWorld(scene)
         self.loop, self.parts, self.sim = self.world.loop, self.world.parts, self.world.simulation
-        self.history = History(self.loop, 60.0)
+        self.history = History(self.loop.service, 60.0)
+        self.loop.service.watchers.add(self.history)
         self.client = self.world.client()
 
     def start(self) -> None:
@@ -107,7 +108,7 @@ class Lab:
         return handle_of(self.client, name)
 
     def go_on(self, step: int) -> Any:
-        gone = go_on(self.loop, self.history, step)
+        gone = go_on(self.loop.service, self.history, step)
         assert self.sim.state is SimulationState.PAUSED
         assert self.sim.step_count == step
         return gone

@@ -11,10 +11,10 @@ from past_lab import MACHINE, Lab
 from real_world import BLOCKING
 
 import simx_client as v
-from simx_server.app import server
 from simx_server.errors import CommandError
 from simx_server.history import going_on
 from simx_server.recording import state
+from simx_server.service.ending import QuitAfterStop
 from simx_server.viewer.feed import Feed
 
 
@@ -153,7 +153,7 @@ def test_clients_that_step_go_on_stepping(open_lab: Callable[[str], Lab]) -> Non
         v.simxSynchronousTrigger(lab.client)
     lab.go_on(3)
     lab.start()
-    assert lab.loop.is_waiting_for_trigger
+    assert lab.loop.service.due.is_waiting_for_trigger
     v.simxSynchronousTrigger(lab.client)
     assert lab.sim.step_count == 4
 
@@ -218,8 +218,7 @@ def test_a_script_cannot_go_on_from_within_itself(open_lab: Callable[[str], Lab]
         "end\n"
     )
     lab = open_lab(LUA.format(file="count.lua"))
-    lab.loop.history = lab.history
-    lab.parts.scripts.add_ons["simxView"] = Feed(lab.loop, "lab", ())
+    lab.parts.scripts.add_ons["simxView"] = Feed(lab.loop.service, "lab", (), lab.history)
     lab.start()
     lab.steps(4)
     code, *_ = v.simxCallScriptFunction(lab.client, "cart", 1, "back", (), (), (), b"", BLOCKING)
@@ -243,7 +242,7 @@ def test_a_state_that_cannot_be_restored_ends_the_run(
     with pytest.raises(MemoryError):
         lab.go_on(3)
     assert not lab.sim.is_running
-    assert not lab.loop.is_going_back
+    assert not lab.sim.is_going_back
     assert state.digests(lab.parts) == before
 
 
@@ -251,15 +250,15 @@ def test_a_server_that_ends_with_its_run_does_not_end_with_a_new_one(
     open_lab: Callable[[str], Lab],
 ) -> None:
     lab = open_lab(MACHINE)
-    lab.sim.attach(server._QuitAfterStop(lab.loop))
+    lab.loop.service.watchers.add(QuitAfterStop(lab.loop.service.ending, lab.sim))
     lab.start()
     lab.steps(5)
     lab.go_on(3)
     lab.loop.turn()
-    assert not lab.loop.is_ending
+    assert not lab.loop.service.ending.has_come
     lab.sim.stop()
     lab.loop.turn()
-    assert lab.loop.is_ending
+    assert lab.loop.service.ending.has_come
 
 
 def test_derived_numbers_are_those_of_the_step(open_lab: Callable[[str], Lab]) -> None:

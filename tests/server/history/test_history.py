@@ -63,14 +63,15 @@ def test_calls_belong_to_the_step_that_follows_them(open_lab: Open) -> None:
 
 def test_nothing_is_kept_until_somebody_wants_it_and_nothing_after(open_lab: Open) -> None:
     lab = open_lab(MACHINE)
-    lab.sim.detach(lab.history)
-    lab.loop.executor.log_of_calls = None
-    lab.loop.history = history = History(lab.loop)
-    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop, "lab", ())
+    lab.loop.service.watchers.remove(lab.history)
+    lab.loop.service.executor.note_in(None)
+    history = History(lab.loop.service)
+    lab.loop.service.watchers.add(history)
+    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop.service, "lab", (), history)
     lab.start()
     lab.steps(3)
     assert history.steps is None
-    assert lab.loop.executor.log_of_calls is None
+    assert lab.loop.service.executor.log_of_calls is None
     viewer = lab.world.client()
     ask(viewer, KEEP, 1)
     lab.steps(2)
@@ -83,14 +84,15 @@ def test_nothing_is_kept_until_somebody_wants_it_and_nothing_after(open_lab: Ope
     v.simxFinish(viewer)
     lab.steps(2)
     assert history.steps == (4, 5), "the client that wanted it has left"
-    assert lab.loop.executor.log_of_calls is None
+    assert lab.loop.service.executor.log_of_calls is None
 
 
 def test_with_zero_seconds_nothing_is_ever_kept(open_lab: Open) -> None:
     lab = open_lab(MACHINE)
-    lab.sim.detach(lab.history)
-    lab.loop.history = history = History(lab.loop, 0.0)
-    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop, "lab", ())
+    lab.loop.service.watchers.remove(lab.history)
+    history = History(lab.loop.service, 0.0)
+    lab.loop.service.watchers.add(history)
+    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop.service, "lab", (), history)
     ask(lab.client, KEEP, 1)
     lab.start()
     lab.steps(3)
@@ -214,8 +216,7 @@ def test_another_scene_and_an_edit_while_stopped_end_it(open_lab: Open) -> None:
 
 def test_the_past_is_shown_while_the_run_goes_on(open_lab: Open) -> None:
     lab = open_lab(MACHINE)
-    lab.loop.history = lab.history
-    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop, "lab", ())
+    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop.service, "lab", (), lab.history)
     lab.start()
     v.simxSetJointTargetPosition(lab.client, lab.handle("elbow"), 0.5, BLOCKING)
     lab.steps(4)
@@ -236,8 +237,7 @@ def test_the_past_is_shown_while_the_run_goes_on(open_lab: Open) -> None:
 
 def test_the_model_of_a_past_step_is_shown_after_an_edit(open_lab: Open) -> None:
     lab = open_lab(MACHINE)
-    lab.loop.history = lab.history
-    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop, "lab", ())
+    lab.parts.scripts.add_ons[ADD_ON] = Feed(lab.loop.service, "lab", (), lab.history)
     lab.start()
     lab.steps(2)
     before = ask(lab.client, LOOK, -1, -1)
@@ -255,8 +255,7 @@ def test_a_client_that_goes_on_is_replayed_from_a_recording(tmp_path: Path) -> N
     scene, recording = tmp_path / "machine.xml", tmp_path / "run.simxlog"
     scene.write_text(MACHINE)
     with recorded(scene, recording) as place:
-        place.loop.history = History(place.loop)
-        place.parts.scripts.add_ons[ADD_ON] = Feed(place.loop, "recorded", ())
+        place.parts.scripts.add_ons[ADD_ON] = Feed(place.loop.service, "recorded", ())
         client = place.client()
         ask(client, KEEP, 1)
         v.simxSynchronous(client, True)
@@ -279,8 +278,8 @@ def test_keeping_the_past_does_not_change_a_run(open_lab: Open) -> None:
     for is_kept in (True, False):
         lab = open_lab(MACHINE)
         if not is_kept:
-            lab.sim.detach(lab.history)
-            lab.loop.executor.log_of_calls = None
+            lab.loop.service.watchers.remove(lab.history)
+            lab.loop.service.executor.note_in(None)
         lab.start()
         lab.steps(10)
         v.simxSetJointTargetPosition(lab.client, lab.handle("shoulder"), -0.4, BLOCKING)

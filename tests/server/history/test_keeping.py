@@ -43,7 +43,7 @@ class Crashing:
 
     def start(self, scene: str) -> Lab:
         lab = self.open_lab(scene)
-        self._begin(lab, Keeper(lab.loop, self.journal))
+        self._begin(lab, Keeper(lab.loop.service, self.journal))
         return lab
 
     def _begin(self, lab: Lab, keeper: Keeper, recovered: Recovered | None = None) -> None:
@@ -61,8 +61,8 @@ class Crashing:
         self.end()
         blocks = chosen_blocks(self.journal.read(), back)
         successor = self.open_lab(lab.scene_path)
-        keeper = Keeper(successor.loop, self.journal)
-        recovered = recover(successor.loop, keeper.first, blocks)
+        keeper = Keeper(successor.loop.service, self.journal)
+        recovered = recover(successor.loop.service, keeper.first, blocks)
         self._begin(successor, keeper, recovered)
         return successor, recovered
 
@@ -279,5 +279,5 @@ def test_what_does_not_fit_is_refused_and_leaves_a_stopped_world(crashing: Crash
     ]
     other = crashing.open_lab(MACHINE)
     with pytest.raises(CommandError, match="what was kept does not fit"):
-        recover(other.loop, Keeper(other.loop, crashing.journal).first, blocks)
+        recover(other.loop.service, Keeper(other.loop.service, crashing.journal).first, blocks)
     assert other.sim.state is SimulationState.STOPPED

@@ -16,11 +16,11 @@ import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE
 from simx_server.history import succession
 from simx_server.history.journal import Block, Journal
-from simx_server.history.returning import Returning
 from simx_server.history.succession import Inheritance, Succession, take_over
 from simx_server.history.writing import Kind
 from simx_server.recording import Recorder
-from simx_server.recording.replay_loop import ReplayLoop
+from simx_server.recording.replayed import Replayed
+from simx_server.service.clients.returning import Returning
 from simx_server.simulation.simulation import SimulationState
 
 CRASH = -signal.SIGSEGV
@@ -105,7 +105,7 @@ class Servers:
 
     def begin(self, lab: Lab, back: int | None = None) -> None:
         ended = "" if back is None else "by signal 11"
-        take_over(lab.loop, Inheritance(self.journal, ended, back or 0), None)
+        take_over(lab.loop.service, Inheritance(self.journal, ended, back or 0), None)
 
 
 @pytest.fixture
@@ -120,18 +120,21 @@ def test_it_is_told_in_the_status_bar_and_to_the_clients_that_come_back(servers:
     servers.begin(first)
     first.start()
     first.run_to(4)
-    (former,) = first.loop.sessions
+    (former,) = first.loop.service.clients.sessions
     second = servers.open_lab(first.scene_path)
     servers.begin(second, back=0)
     told = "the server ended by signal 11 and was started again; the simulation goes on from step 4, 0.200 s"
     assert second.parts.status_bar.messages[-1] == told
-    session = second.loop.clients.join(
-        former, "drv.py", 19997, second.loop.sessions[next(iter(second.loop.sessions))].link
+    session = second.loop.service.clients.join(
+        former,
+        "drv.py",
+        19997,
+        second.loop.service.clients.sessions[next(iter(second.loop.service.clients.sessions))].link,
     )
     assert list(session.errors) == [told]
     assert session.is_stepping
-    assert session is second.loop.sessions[former]
-    newcomer = second.loop.clients.join("newcomer", "other.py", 19997, session.link)
+    assert session is second.loop.service.clients.sessions[former]
+    newcomer = second.loop.service.clients.join("newcomer", "other.py", 19997, session.link)
     assert not newcomer.errors
     assert not newcomer.is_stepping
 
@@ -141,14 +144,13 @@ def test_who_has_not_come_back_before_the_next_crash_is_expected_after_it(server
     servers.begin(first)
     first.start()
     first.run_to(4)
-    (former,) = first.loop.sessions
+    (former,) = first.loop.service.clients.sessions
     for _ in range(2):
         successor = servers.open_lab(first.scene_path)
-        successor.loop.sessions.clear()
+        successor.loop.service.clients.sessions.clear()
         servers.begin(successor, back=0)
-        assert successor.loop.returning is not None
-        assert [*successor.loop.returning.awaited()] == [former]
-        assert successor.loop.returning.seconds_left() > 0
+        assert [*successor.loop.service.returning.awaited()] == [former]
+        assert successor.loop.service.returning.seconds_left() > 0
 
 
 def test_what_cannot_be_continued_is_told_and_the_scene_is_as_it_was_loaded(servers: Servers) -> None:
@@ -161,9 +163,11 @@ def test_what_cannot_be_continued_is_told_and_the_scene_is_as_it_was_loaded(serv
 
 def test_the_simulation_waits_for_who_stepped_it_but_not_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
-    monkeypatch.setattr("simx_server.history.returning.time", clock)
-    assert Returning({"one": ("drv.py", False)}, "").seconds_left() == 0.0
-    returning = Returning({"one": ("drv.py", True)}, "")
+    monkeypatch.setattr("simx_server.service.clients.returning.time", clock)
+    returning = Returning()
+    returning.expect({"one": ("drv.py", False)}, "")
+    assert returning.seconds_left() == 0.0
+    returning.expect({"one": ("drv.py", True)}, "")
     assert returning.seconds_left() > 0
     clock.now += 10.0
     assert returning.seconds_left() == 0.0
@@ -188,7 +192,7 @@ def test_a_recording_goes_on_after_a_crash_and_replays_equal(
     journal.close()
     assert replay(recording) == DONE
     # It would be noticed if the replay did not begin where the second server did.
-    monkeypatch.setattr(ReplayLoop, "resume", lambda *_: None)
+    monkeypatch.setattr(Replayed, "resume", lambda *_: None)
     assert replay(recording) == DIVERGED
 
 
@@ -204,7 +208,7 @@ class AgainRecorded(RecordedWorld):
             super().__init__(scene, recording)
         finally:
             monkey.undo()
-        take_over(self.loop, inheritance, self._recorder)
+        take_over(self.loop.service, inheritance, self._recorder)
 
     def crash(self, journal: Journal) -> None:
         """End as a process does that is gone at once: nothing more is kept or recorded."""

@@ -115,7 +115,7 @@ def test_exit_is_requested_only_while_stopped_and_cannot_be_read(world: World) -
     asked: list[bool] = []
     with pytest.raises(CommandError, match="no server"):
         world.call("simxSetBooleanParameter", 41, True)
-    world.parts.parameters.end = lambda: asked.append(True)
+    world.parts.parameters.served_by(Pacer(1.0), lambda: False, lambda: asked.append(True))
     world.call("simxSetBooleanParameter", 41, False)
     world.run()
     with pytest.raises(CommandError, match="stop it first"):

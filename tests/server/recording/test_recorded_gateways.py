@@ -91,9 +91,9 @@ def drive(server: ZmqWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     sim.setStepping(False)
     going = server.raw()
     going.send("sim.wait", 1000.0)
-    assert server.wait_until(lambda: len(server.loop.sessions) == 3)
+    assert server.wait_until(lambda: len(server.loop.service.clients.sessions) == 3)
     going.close()
-    assert server.wait_until(lambda: len(server.loop.sessions) == 2)
+    assert server.wait_until(lambda: len(server.loop.service.clients.sessions) == 2)
     gone, silent = server.raw(), server.raw()
     assert "func" in gone.ask("sim.testCB", 1, "f@func", 2, 1)
     gone.close()
@@ -129,7 +129,7 @@ def test_a_replay_without_a_message_of_a_function_differs(scene: Path, recording
 
 def test_calls_of_original_clients_replay_to_the_same_states(scene: Path, recording: Path) -> None:
     place = RecordedWorld(scene, recording)
-    gateway = OriginalGateway(place.loop, ["127.0.0.1:0"])
+    gateway = OriginalGateway(place.loop.service, ["127.0.0.1:0"])
     thread = threading.Thread(target=place.loop.run)
     thread.start()
     try:
@@ -145,7 +145,7 @@ def test_calls_of_original_clients_replay_to_the_same_states(scene: Path, record
             client.call(0x1007, ints(2))
             client.call(0x1002, hinge, floats(0.25))
     finally:
-        place.loop.ending.request()
+        place.loop.service.ending.request()
         thread.join(20)
         gateway.close()
         place.close()

@@ -73,7 +73,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
     busy: Path, recording: Path
 ) -> None:
     with recorded(busy, recording) as place:
-        place.parts.scripts.add_ons[ADD_ON] = Feed(place.loop, "recorded", ())
+        place.parts.scripts.add_ons[ADD_ON] = Feed(place.loop.service, "recorded", ())
         client, page = place.client(), place.client()
         hinge = handle_of(client, "hinge")
 
@@ -101,7 +101,7 @@ def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_step(plain: P
         client = place.client()
         hinge = handle_of(client, "hinge")
         start_stepped(client)
-        (session,) = place.loop.sessions.values()
+        (session,) = place.loop.service.clients.sessions.values()
         set_joint = ("simxSetJointPosition", hinge)
         send_in_one(place, session, (*set_joint, 0.2), (TRIGGER,), (*set_joint, 0.9))
         for _ in range(4):
@@ -162,8 +162,8 @@ def test_calls_that_came_while_a_script_ran_are_replayed_where_it_noticed_them(
     with recorded(tmp_path / "long.xml", recording) as place:
         client, other = place.client(), place.client()
         start_stepped(client)
-        _, other_session = place.loop.sessions.values()
-        serve, count = place.loop.serve_others, 0
+        _, other_session = place.loop.service.clients.sessions.values()
+        serve, count = place.loop.service.meanwhile.serve_others, 0
 
         def send_and_serve() -> None:
             nonlocal count

@@ -130,12 +130,12 @@ def test_nothing_is_left_of_a_client_that_goes_during_a_trial(
         return v.simxGetPingTime(other)[0] == 0 and sorted((tmp_path / "server").iterdir()) != before
 
     def has_gone() -> bool:  # the client comes back on its own soon, in a session of its own
-        now = {id(session) for session in world.loop.sessions.values()}
+        now = {id(session) for session in world.loop.service.clients.sessions.values()}
         return v.simxGetPingTime(other)[0] == 0 and not all(id(session) in now for session in sessions)
 
     assert wait_until(lent, 20), "else nothing was lent"
     assert connection is not None
-    sessions = list(world.loop.sessions.values())
+    sessions = list(world.loop.service.clients.sessions.values())
     cast(LoopbackTransport, connection._transport).lose()
     go_on.set()
     assert wait_until(has_gone, 60), "it leaves when its trial ends, which waits for a new process"

@@ -66,7 +66,7 @@ class ThreadedWorld(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.loop.ending.request()
+        self.loop.service.ending.request()
         self._thread.join(20)
         super().close()
 
@@ -152,8 +152,8 @@ class Asking:
         world.simulation.interruptions.serve_others = self._serve
 
     def _serve(self) -> None:
-        self._loop.submit(self._link.client, BatchWork(self._question))
-        self._loop.serve_others()
+        self._loop.service.queue.submit(self._link.client, BatchWork(self._question))
+        self._loop.service.meanwhile.serve_others()
         while (answer := self._link.receive(0)) is not None:
             assert decode_delivery(answer).replies[0].status == 0
             self.answered += 1

@@ -165,7 +165,7 @@ def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
     """One of many servers, with a camera."""
     (tmp_path / "eyes.xml").write_text(ROOM.format(EYE))
     world = RealWorld(tmp_path / "eyes.xml")
-    world.parts.rendering.warms_on_demand = True
+    world.parts.rendering.warm_on_demand()
     monkeypatch.setattr(gl_backend, "candidates", lambda: ())
     yield world
     world.close()

@@ -22,6 +22,7 @@ from simx_server.scene.editing import recompile
 from simx_server.service.calls import busy
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.monitoring import report
+from simx_server.service.watcher import Watcher
 
 TIMEOUT = 20.0
 """Seconds that only a hang takes."""
@@ -61,7 +62,7 @@ class World(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.loop.ending.request()
+        self.loop.service.ending.request()
         self._thread.join(TIMEOUT)
         super().close()
 
@@ -90,7 +91,7 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
         vrep.simxSetIntegerSignal(other, "kept", 7, ONESHOT)
         assert vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING) == vrep.simx_return_remote_error_flag
         code, texts = vrep.simxGetLastErrors(other, BLOCKING)
-        problems = report.health(world.loop, "realm")["problems"]
+        problems = report.health(world.loop.service, "realm")["problems"]
     finally:
         compiling.go_on.set()
         edit.join(TIMEOUT)
@@ -167,9 +168,14 @@ def test_calls_that_only_a_socket_holds_are_refused_too(
     )
 
     def submit(client: str, payload: bytes) -> None:
-        world.loop.submit(client, BatchWork(payload))
+        world.loop.service.queue.submit(client, BatchWork(payload))
 
-    world.loop.readers_while_busy.append(lambda: [submit(*held.pop()) for _ in held[:]])
+    class Reader(Watcher):
+        def read_while_busy(self) -> None:
+            for _ in held[:]:
+                submit(*held.pop())
+
+    world.loop.service.watchers.add(Reader())
     compiling = LongCompile(monkeypatch)
     thread = threading.Thread(target=vrep.simxCreateDummy, args=(one, 0.1, None, BLOCKING))
     thread.start()

@@ -37,7 +37,7 @@ def world() -> Iterator[World]:
 
 def join(world: World, client: str) -> Listener:
     link = Listener()
-    world.loop.clients.join(client, client, 0, link)
+    world.loop.service.clients.join(client, client, 0, link)
     return link
 
 
@@ -57,8 +57,8 @@ def test_others_are_served_in_the_middle_of_a_batch_that_takes_long(
     executed: list[int] = []
     deliver = kind.deliver
     kind.deliver = lambda delivery: (served_after.append(len(executed)), deliver(delivery))  # type: ignore[assignment, func-returns-value]
-    world.loop.submit("long", BatchWork(reads(*range(1, 101))))
-    world.loop.submit("kind", BatchWork(reads(7)))
+    world.loop.service.queue.submit("long", BatchWork(reads(*range(1, 101))))
+    world.loop.service.queue.submit("kind", BatchWork(reads(7)))
     for _ in range(300):
         world.loop.turn(max_wait=0.001)
     assert long.heard == list(range(1, 101))
@@ -71,14 +71,14 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(waiting, "LONGEST_TOGETHER", TIMEOUT)
-    monkeypatch.setattr("simx_server.service.server_loop.SERVING", 0.0)
+    monkeypatch.setattr("simx_server.service.arrivals.SERVING", 0.0)
     join(world, "one")
     join(world, "other")
     world.simulation.start()
     sets = [Call(0, Operation.EXECUTE, 1, "simxSetJointPosition", [1, float(value)]) for value in range(30)]
-    world.loop.submit("one", BatchWork(encode(Batch(1, 0, sets))))
+    world.loop.service.queue.submit("one", BatchWork(encode(Batch(1, 0, sets))))
     for _ in range(30):
-        world.loop.submit("other", BatchWork(reads(1)))
+        world.loop.service.queue.submit("other", BatchWork(reads(1)))
     for _ in range(100):
         world.settle()
     log = [entry[0] for entry in world.simulation.log]
@@ -91,13 +91,13 @@ def test_a_batch_without_end_does_not_stop_the_simulation(
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(waiting, "LONGEST_TOGETHER", 0.0)
-    monkeypatch.setattr("simx_server.service.server_loop.SERVING", 0.0)
+    monkeypatch.setattr("simx_server.service.arrivals.SERVING", 0.0)
     join(world, "one")
     join(world, "other")
     world.simulation.start()
-    world.loop.submit("one", BatchWork(reads(*range(1, 1000))))
+    world.loop.service.queue.submit("one", BatchWork(reads(*range(1, 1000))))
     for _ in range(20):
-        world.loop.submit("other", BatchWork(reads(1)))
+        world.loop.service.queue.submit("other", BatchWork(reads(1)))
         world.settle()
     assert world.simulation.passes > 5
 
@@ -106,25 +106,25 @@ def test_what_is_dropped_is_counted_and_told(world: World) -> None:
     world.simulation.limits = Limits(waiting=2)
     join(world, "one")
     for _ in range(5):
-        world.loop.submit("one", BatchWork(reads(1)))
+        world.loop.service.queue.submit("one", BatchWork(reads(1)))
     world.settle()
-    assert world.loop.metrics.dropped == 3
-    [text] = world.loop.sessions["one"].errors
+    assert world.loop.service.metrics.dropped == 3
+    [text] = world.loop.service.clients.sessions["one"].errors
     assert "3 messages were not executed" in text
 
 
 def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World) -> None:
     link = join(world, "one")
-    world.loop.submit("one", BatchWork(reads(1, 2)))
-    world.loop.clients.depart("one")
-    assert world.loop.is_departing("one")
-    world.loop.submit("one", BatchWork(reads(3)))
+    world.loop.service.queue.submit("one", BatchWork(reads(1, 2)))
+    world.loop.service.clients.depart("one")
+    assert world.loop.service.queue.is_leaving("one")
+    world.loop.service.queue.submit("one", BatchWork(reads(3)))
     world.settle()
     assert link.heard == [1, 2]
-    assert "one" not in world.loop.sessions
-    assert not world.loop.is_departing("one")
+    assert "one" not in world.loop.service.clients.sessions
+    assert not world.loop.service.queue.is_leaving("one")
     again = join(world, "one")
-    world.loop.submit("one", BatchWork(reads(4)))
+    world.loop.service.queue.submit("one", BatchWork(reads(4)))
     world.settle()
     assert again.heard == [4]
 
@@ -132,7 +132,7 @@ def test_a_client_leaves_behind_what_it_has_sent_and_may_come_back(world: World)
 def test_unreadable_messages_are_logged_once_for_each_client(world: World, caplog: Any) -> None:
     join(world, "one")
     for _ in range(50):
-        world.loop.submit("one", BatchWork(b"\xc1"))
+        world.loop.service.queue.submit("one", BatchWork(b"\xc1"))
     world.settle()
     assert caplog.text.count("unreadable") == 1
 

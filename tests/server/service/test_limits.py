@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -22,6 +21,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers import HANDLERS
 from simx_server.limits import LimitReached, Limits
 from simx_server.service.calls.work import BatchWork
+from simx_server.service.watcher import Watcher
 from simx_server.settings.settings import SettingError, Settings
 
 CUBE = '<mujoco><worldbody><body name="cube"><geom size=".1"/></body></worldbody></mujoco>'
@@ -197,7 +197,7 @@ def test_of_a_large_message_only_who_asked_is_read(real: RealWorld) -> None:
     assert not real.simulation.is_running
     link.send(encode(Batch(3, 4, calls))[:-1])  # cut off
     assert link.receive(0.0) is None
-    assert "cut off" in real.loop.sessions[link.client].errors[-1]
+    assert "cut off" in real.loop.service.clients.sessions[link.client].errors[-1]
 
 
 # --- flags ----------------------------------------------------------------------------------------
@@ -207,12 +207,12 @@ def test_who_sends_faster_than_is_executed_loses_the_rest_and_is_told(world: Ope
     opened, flooding = world("pioneer_p3dx")
     other = opened.client()
     opened.simulation.limits = Limits(waiting=20)
-    session = next(iter(opened.loop.sessions.values()))
+    session = next(iter(opened.loop.service.clients.sessions.values()))
     call = Call(0, Operation.EXECUTE, 0, "simxAddStatusbarMessage", ["flood"])
     for _ in range(100):
-        opened.loop.submit(session.client, BatchWork(encode(Batch(1, 1, [call]))))
+        opened.loop.service.queue.submit(session.client, BatchWork(encode(Batch(1, 1, [call]))))
     assert v.simxGetIntegerParameter(other, v.sim_intparam_program_version, BLOCKING)[0] == v.simx_return_ok
-    while len(opened.loop._inbox):  # the other one did not have to wait for all of them
+    while len(opened.loop.service.queue):  # the other one did not have to wait for all of them
         opened.loop.turn()
     assert list(opened.parts.status_bar.messages).count("flood") == 20
     code, errors = v.simxGetLastErrors(flooding, BLOCKING)
@@ -225,23 +225,27 @@ def test_so_it_is_while_a_script_runs_and_others_are_answered_all_the_same(world
     opened, _ = world("pioneer_p3dx")
     opened.client()
     opened.simulation.limits = Limits(waiting=20)
-    flooding, other = opened.loop.sessions.values()
+    flooding, other = opened.loop.service.clients.sessions.values()
     starts = encode(
         Batch(1, 1, [Call(0, Operation.EXECUTE, 0, "simxStartSimulation", [])])
     )  # waits for scripts
     reads = encode(Batch(1, 1, [Call(0, Operation.EXECUTE, 0, "simxGetObjects", [0])]))
     executed: list[str] = []
-    opened.loop.recorder = SimpleNamespace(batch=lambda client, _: executed.append(client))  # type: ignore[assignment]
+
+    class Noting(Watcher):
+        def batch_comes(self, client: str, payload: bytes) -> None:
+            executed.append(client)
+
+    opened.loop.service.watchers.add(Noting())
     for _ in range(10):
         for _ in range(15):
-            opened.loop.submit(flooding.client, BatchWork(starts))
-        opened.loop.submit(other.client, BatchWork(reads))
-        opened.loop.serve_others()  # as a script does
+            opened.loop.service.queue.submit(flooding.client, BatchWork(starts))
+        opened.loop.service.queue.submit(other.client, BatchWork(reads))
+        opened.loop.service.meanwhile.serve_others()  # as a script does
     assert executed == [other.client] * 10
-    assert len(opened.loop._inbox) == 20
+    assert len(opened.loop.service.queue) == 20
     assert sum(int(text.split()[0]) for text in flooding.errors) == 130
     assert not other.errors
-    opened.loop.recorder = None
 
 
 def test_limits_are_chosen_by_flag_and_variable() -> None:

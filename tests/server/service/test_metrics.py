@@ -6,6 +6,7 @@ import json
 import logging
 import random
 from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -49,7 +50,7 @@ def world() -> Iterator[World]:
 
 def told(world: World) -> Any:
     """The metrics as an operator gets them."""
-    return decode_metrics(encode_report(report.metrics(world.loop, "lab", [19997])))
+    return decode_metrics(encode_report(report.metrics(world.loop.service, "lab", [19997])))
 
 
 class Clock:
@@ -96,7 +97,7 @@ def test_whatever_is_refused_is_counted_as_well_and_under_the_name_of_the_table(
         ("simxGetJointForce", [1]),
     ]
     batch = Batch(1, 0, [Call(number, 0, 0, *call) for number, call in enumerate(calls, 1)])
-    world.loop.submit(world.transports[client].client, BatchWork(encode(batch)))
+    world.loop.service.queue.submit(world.transports[client].client, BatchWork(encode(batch)))
     world.settle()
     metrics = told(world)
     counts = {name: (each["count"], each["failed"]) for name, each in metrics["commands"].items()}
@@ -136,11 +137,11 @@ def test_a_client_that_left_is_forgotten_and_its_calls_are_not(world: World) -> 
     assert metrics["clients"] == []
     assert metrics["calls"]["count"] >= 1
     assert metrics["commands"]["simxGetJointPosition"]["count"] == 1
-    assert world.loop.metrics.client_calls == {}
+    assert world.loop.service.metrics.client_calls == {}
 
 
 def test_a_viewer_is_told_from_a_driver(world: World) -> None:
-    world.loop.clients.join("viewer-1", "watcher", 7, SimpleNamespace(close=lambda: None))  # pyright: ignore
+    world.loop.service.clients.join("viewer-1", "watcher", 7, SimpleNamespace(close=lambda: None))  # pyright: ignore
     (client,) = told(world)["clients"]
     assert (client["name"], client["role"], client["port"]) == ("watcher", "viewer", 7)
 
@@ -178,8 +179,8 @@ def test_percentiles_are_within_ten_percent() -> None:
 
 def test_recent_figures_forget_what_is_over(world: World) -> None:
     clock = Clock()
-    loop = world.loop
-    loop.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
+    metrics = Metrics(Pacer(1.0), clock, clock)
+    service = replace(world.loop.service, metrics=metrics)
 
     def live(seconds: int, *, calls: int, each: float) -> None:
         for _ in range(seconds):
@@ -188,11 +189,11 @@ def test_recent_figures_forget_what_is_over(world: World) -> None:
                 metrics.executed("simxGetObjects", each)
             metrics.passed(0.5, 0.01)
             clock.now += 1.0
-            metrics.tick()
+            metrics.look()
 
     live(20, calls=100, each=0.001)
     live(8, calls=10, each=0.1)
-    said = report.metrics(loop, "lab", [])
+    said = report.metrics(service, "lab", [])
     assert said["window"] == pytest.approx(5.0)
     assert said["calls"]["per_second"] == pytest.approx(10.0)
     assert said["steps"]["per_second"] == pytest.approx(1.0)
@@ -205,17 +206,18 @@ def test_recent_figures_forget_what_is_over(world: World) -> None:
     assert times["recent"]["per_second"] == pytest.approx(10.0)
     live(8, calls=0, each=0.0)
     nothing = {"per_second": 0, "p50": 0, "p90": 0, "p99": 0}
-    assert report.metrics(loop, "lab", [])["commands"]["simxGetObjects"]["recent"] == nothing
+    assert report.metrics(service, "lab", [])["commands"]["simxGetObjects"]["recent"] == nothing
 
 
 def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
     clock = Clock()
-    world.loop.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
+    metrics = Metrics(Pacer(1.0), clock, clock)
+    world.loop.service.watchers.add(metrics)
     for _ in range(7):
         clock.now += 1.0
-        world.loop.ending.request()
+        world.loop.service.ending.request()
         world.loop.run()
-        world.loop.ending.has_come = False
+        world.loop.service.ending.has_come = False
     assert metrics.recent().wall == clock.now - 5.0
 
 
@@ -225,30 +227,30 @@ def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
 def test_a_simulation_that_cannot_keep_up_is_told_as_a_problem(world: World) -> None:
     clock = Clock()
     pacer = Pacer(2.0, clock)
-    world.loop.metrics = Metrics(pacer, clock)
-    assert report.health(world.loop, "lab")["problems"] == []
+    service = replace(world.loop.service, metrics=Metrics(pacer, clock))
+    assert report.health(service, "lab")["problems"] == []
     pacer.restart()
     for _ in range(3):
         clock.now += 0.5
         pacer.passed(0.05)
-    (problem,) = report.health(world.loop, "lab")["problems"]
+    (problem,) = report.health(service, "lab")["problems"]
     assert "cannot keep up with speed 2" in problem
-    assert report.metrics(world.loop, "lab", [])["steps"]["lost"] == pytest.approx(1.5, abs=0.2)
+    assert report.metrics(service, "lab", [])["steps"]["lost"] == pytest.approx(1.5, abs=0.2)
     for _ in range(10):  # over
         clock.now += 1.0
-        world.loop.metrics.tick()
-    assert report.health(world.loop, "lab")["problems"] == []
+        service.metrics.look()
+    assert report.health(service, "lab")["problems"] == []
 
 
 def test_logged_errors_are_counted_and_told(world: World) -> None:
-    with world.loop.metrics.log.attached():
+    with world.loop.service.metrics.log.attached():
         logging.getLogger("simx_server.anything").warning("careful: %d", 5)
         logging.getLogger("simx_client.anything").error("broken")
         logging.getLogger("simx_server.anything").info("all is well")
     logging.getLogger("simx_server.anything").error("nobody counts this any more")
     log = told(world)["log"]
     assert log == {"warnings": 1, "errors": 1, "last_warning": "careful: 5", "last_error": "broken"}
-    (problem,) = report.health(world.loop, "lab")["problems"]
+    (problem,) = report.health(world.loop.service, "lab")["problems"]
     assert "1 errors were logged" in problem
 
 
@@ -275,7 +277,7 @@ def test_images_are_timed_by_the_name_of_their_camera(world: World) -> None:
     data = mujoco.MjData(model)
     renderer = OneGoodPicture()
     thread = RenderThread(lambda: Backend("egl", "a test"), lambda model, backend: cast(Renderer, renderer))
-    world.loop.metrics.images = thread.times
+    world.loop.service.metrics.images = thread.times
     view = CameraView(0, 4, 4, 45.0, 0.1, 10.0)
     try:
         thread.request(model, data, view, rgb=True, depth=False, version=1).result(10)
@@ -287,22 +289,22 @@ def test_images_are_timed_by_the_name_of_their_camera(world: World) -> None:
     assert images["cameras"]["eye"]["count"] == 1
     assert images["failed"] == 1
     assert "the driver is gone" in images["last_error"]
-    assert any("images" in problem for problem in report.health(world.loop, "lab")["problems"])
+    assert any("images" in problem for problem in report.health(world.loop.service, "lab")["problems"])
 
 
 # --- as it travels --------------------------------------------------------------------------------
 
 
 def test_a_report_is_plain_json_and_may_have_more_in_a_later_version(world: World) -> None:
-    said = json.loads(encode_report(report.metrics(world.loop, "lab", [1])))
+    said = json.loads(encode_report(report.metrics(world.loop.service, "lab", [1])))
     said["weather"] = "fine"
     said["steps"]["colour"] = 1
     assert decode_metrics(json.dumps(said).encode())["realm"] == "lab"
-    assert decode_health(encode_report(report.health(world.loop, "lab")))["state"] == "stopped"
+    assert decode_health(encode_report(report.health(world.loop.service, "lab")))["state"] == "stopped"
 
 
 def test_a_report_of_version_0_4_is_read_by_its_own_names(world: World) -> None:
-    said: Any = json.loads(encode_report(report.metrics(world.loop, "lab", [1])))
+    said: Any = json.loads(encode_report(report.metrics(world.loop.service, "lab", [1])))
     now = decode_metrics(json.dumps(said).encode())
     said["passes"], said["pictures"] = said.pop("steps"), said.pop("images")
     assert decode_metrics(json.dumps(said).encode()) == now
@@ -322,7 +324,7 @@ def test_a_report_of_version_0_4_is_read_by_its_own_names(world: World) -> None:
 def test_a_wrong_report_says_what_is_wrong(
     world: World, path: tuple[str, ...], value: Any, text: str
 ) -> None:
-    said: Any = report.metrics(world.loop, "lab", [1])
+    said: Any = report.metrics(world.loop.service, "lab", [1])
     place = said
     for name in path[:-1]:
         place = place[name]

@@ -45,7 +45,7 @@ def world():
 
 def _join(world: World, client: str) -> Listener:
     link = Listener()
-    world.loop.clients.join(client, client, 0, link)
+    world.loop.service.clients.join(client, client, 0, link)
     return link
 
 
@@ -54,7 +54,7 @@ def _send(world: World, client: str, message_id: int, *calls: tuple[int, str, li
         Call(call_id, Operation.EXECUTE, NOT_AWAITED_MS if "Set" in name else 0, name, arguments)
         for call_id, name, arguments in calls
     ]
-    world.loop.submit(client, BatchWork(encode(Batch(message_id, 0, batch))))
+    world.loop.service.queue.submit(client, BatchWork(encode(Batch(message_id, 0, batch))))
 
 
 def _read(call_id: int) -> tuple[int, str, list]:
@@ -101,7 +101,7 @@ def test_answers_that_nobody_waits_for_leave_though_nothing_else_comes(world):
 def test_an_answer_that_somebody_waits_for_leaves_at_once_with_all_before_it(world, awaited):
     link = _join(world, "one")
     first = Call(1, Operation.EXECUTE, NOT_AWAITED_MS, "simxSetJointTargetPosition", [1, 0.5])
-    world.loop.submit("one", BatchWork(encode(Batch(1, 0, [first, awaited]))))
+    world.loop.service.queue.submit("one", BatchWork(encode(Batch(1, 0, [first, awaited]))))
     world.loop.turn(max_wait=1.0)
     assert link.heard == [(1, [1, 2])]
 
@@ -138,9 +138,9 @@ def test_answers_do_not_wait_for_what_follows_another_clients_trigger(world, mon
     world.loop.turn(max_wait=1.0)
     heard_before: list[list[tuple[int, list[int]]]] = []
     monkeypatch.setattr(
-        world.loop._batches,
+        world.loop.service.batches,
         "execute_rest",
-        _then(world.loop._batches.execute_rest, lambda: heard_before.append(list(one.heard))),
+        _then(world.loop.service.batches.execute_rest, lambda: heard_before.append(list(one.heard))),
     )
     _send(world, "one", 1, _set(1))
     _send(world, "other", 3, _read(4))
@@ -171,7 +171,7 @@ def _replies(world: World, *calls: Call) -> list[tuple[int, int, list]]:
     """Call id, status and values of each reply."""
     link, found = _join(world, "one"), []
     link.deliver = lambda delivery: found.extend(delivery.replies)
-    world.loop.submit("one", BatchWork(encode(Batch(1, 0, list(calls)))))
+    world.loop.service.queue.submit("one", BatchWork(encode(Batch(1, 0, list(calls)))))
     world.settle()
     return [(reply.call_id, reply.status, reply.values) for reply in found]
 
@@ -257,13 +257,13 @@ def test_answers_do_not_wait_for_another_clients_batches(world, monkeypatch):
 def test_answers_do_not_wait_for_scripts_images_and_steps(world, name, arguments, monkeypatch):
     link = _join(world, "one")
     heard_before: list[list[tuple[int, list[int]]]] = []
-    handler = world.loop._dispatch.handler
+    handler = world.loop.service.executor.dispatch.handler
 
     def looked_up(client, command):
         heard_before.append(list(link.heard))
         return handler(client, command)
 
-    monkeypatch.setattr(world.loop._dispatch, "handler", looked_up)
+    monkeypatch.setattr(world.loop.service.executor.dispatch, "handler", looked_up)
     _send(world, "one", 1, _set(1))
     _send(world, "one", 2, (2, name, arguments))
     world.settle()
@@ -273,13 +273,13 @@ def test_answers_do_not_wait_for_scripts_images_and_steps(world, name, arguments
 def test_what_is_unreadable_or_of_nobody_holds_no_answers_back(world):
     link = _join(world, "one")
     _send(world, "one", 1, _set(1))
-    world.loop.submit("one", BatchWork(b"\xc1"))
+    world.loop.service.queue.submit("one", BatchWork(b"\xc1"))
     _send(world, "one", 2, _set(2))
-    world.loop.submit("nobody", BatchWork(b""))
+    world.loop.service.queue.submit("nobody", BatchWork(b""))
     world.settle()
     assert link.heard == [(2, [1, 2])]
     _send(world, "one", 3, _set(3))
-    world.loop.submit("one", BatchWork(b"\xc1"))
+    world.loop.service.queue.submit("one", BatchWork(b"\xc1"))
     world.settle()
     assert link.heard[1:] == [(3, [3])]
 
@@ -295,7 +295,7 @@ def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeyp
 
 def test_answers_leave_before_the_streams_of_the_next_step(world):
     link = _join(world, "one")
-    world.loop.submit(
+    world.loop.service.queue.submit(
         "one", BatchWork(encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])])))
     )
     world.settle()
@@ -318,7 +318,7 @@ def test_answers_leave_before_the_streams_of_the_next_step(world):
 def test_what_a_client_asked_before_it_left_is_answered(world):
     link, other = _join(world, "one"), _join(world, "other")
     _send(world, "one", 1, _set(1))
-    world.loop.post(lambda: world.loop.clients.leave("one"))
+    world.loop.service.queue.post(lambda: world.loop.service.clients.leave("one"))
     _send(world, "one", 2, _read(2))
     _send(world, "other", 1, _read(1))
     world.settle()
@@ -343,7 +343,7 @@ def test_answers_are_sent_before_others_are_served_in_the_middle_of_the_next_bat
     heard: list[list[int]] = []
 
     def runs_long():
-        world.loop.serve_others()
+        world.loop.service.meanwhile.serve_others()
         heard.append([call_id for _, ids in link.heard for call_id in ids])
 
     world.simulation.joints = _Hooked(runs_long)
@@ -359,11 +359,11 @@ def test_what_came_is_dealt_with_while_a_script_of_the_pass_runs(world, monkeypa
     dealt_with: list[str] = []
 
     def come():
-        world.loop.post(lambda: dealt_with.append("event"))
+        world.loop.service.queue.post(lambda: dealt_with.append("event"))
         _send(world, "other", 1, _read(1))
 
     def runs_long():
-        world.loop.serve_others()
+        world.loop.service.meanwhile.serve_others()
         dealt_with.append("script")
 
     world.simulation.joints = _Hooked(come)
@@ -381,15 +381,15 @@ def test_a_client_that_sends_without_end_what_is_not_answered_gets_its_answers_a
     monkeypatch.setattr(outbox, "MOST_KEPT", 4)
     link = _join(world, "one")
     sent: list[int] = []
-    execute = world.loop._batches.execute
+    execute = world.loop.service.batches.execute
 
     def send_one_more_and_execute(client, payload):
         if len(sent) < 50:
             sent.append(0)
-            world.loop.submit("one", BatchWork(b"\xc1"))
+            world.loop.service.queue.submit("one", BatchWork(b"\xc1"))
         execute(client, payload)
 
-    monkeypatch.setattr(world.loop._batches, "execute", send_one_more_and_execute)
+    monkeypatch.setattr(world.loop.service.batches, "execute", send_one_more_and_execute)
     _send(world, "one", 1, _set(1))
     for _ in range(2):
         assert link.heard == []
@@ -404,7 +404,7 @@ def test_an_answer_that_cannot_be_sent_is_logged_and_the_server_goes_on(world, c
         def put_replies(self, payload: bytes) -> None:
             link.deliver(decode_delivery(payload))
 
-    world.loop.sessions["one"].link = Packing()
+    world.loop.service.clients.sessions["one"].link = Packing()
     world.simulation.joints[1] = object()
     _send(world, "one", 1, _read(1))
     world.settle()
@@ -423,7 +423,7 @@ def test_what_was_done_is_answered_before_the_engine_ends(world):
 
     world.simulation.joints = _Hooked(come)
     world.simulation.start()
-    world.loop.ending.request()
+    world.loop.service.ending.request()
     _send(world, "one", 1, _set(1))
     world.loop.run()
     assert link.heard == [(1, [1])]

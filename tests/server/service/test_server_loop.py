@@ -130,7 +130,7 @@ def test_a_stepped_client_that_dies_lets_the_simulation_go(world):
     world.transports[cid].lose()
     world.settle()
     assert _passes(world) > 0
-    assert not world.loop.sessions
+    assert not world.loop.service.clients.sessions
 
 
 def test_a_stop_ends_stepped_mode_and_lets_a_waiting_trigger_go(world):
@@ -140,7 +140,7 @@ def test_a_stop_ends_stepped_mode_and_lets_a_waiting_trigger_go(world):
     v.simxStartSimulation(one, v.simx_opmode_blocking)
     v.simxSynchronousTrigger(two)
     v.simxStopSimulation(one, v.simx_opmode_blocking)
-    assert not any(session.is_stepping for session in world.loop.sessions.values())
+    assert not any(session.is_stepping for session in world.loop.service.clients.sessions.values())
     v.simxStartSimulation(one, v.simx_opmode_blocking)
     world.settle()
     assert _passes(world) > 0
@@ -183,7 +183,7 @@ def test_equal_streams_of_several_clients_are_computed_once_a_step(world):
     for cid in clients:
         v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
     world.settle()
-    counted = world.loop.metrics.command_times["simxGetJointPosition"].counts
+    counted = world.loop.service.metrics.command_times["simxGetJointPosition"].counts
     before = sum(counted)
     world.simulation.start()
     world.settle()
@@ -214,7 +214,7 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
     world.settle()
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
 
     class EndingAnother(dict):
         def get(self, handle, default):
@@ -234,10 +234,10 @@ def test_streams_that_take_too_long_come_after_the_next_steps(world, monkeypatch
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
     world.settle()
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
     before = [share.round for share in session.streams.shares()]
     for expected in (1, 2, 3):
-        world.loop._publisher.publish([session], after_step=True)
+        world.loop.service.publisher.publish([session], after_step=True)
         rounds = [share.round for share in session.streams.shares()]
         assert sum(now > then for now, then in zip(rounds, before, strict=True)) == expected
     assert len(set(rounds)) == 3
@@ -248,14 +248,14 @@ def test_values_are_of_one_instant_however_long_other_programs_had_the_processor
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
     world.settle()
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
     before = [share.round for share in session.streams.shares()]
     seconds = itertools.count()  # of the wall's clock, between two looks at it; this thread's stands still
     clocks = SimpleNamespace(
         perf_counter=lambda: float(next(seconds)), thread_time=lambda: 0.0, monotonic=time.monotonic
     )
     monkeypatch.setattr(publishing, "time", clocks)
-    world.loop._publisher.publish([session], after_step=True)
+    world.loop.service.publisher.publish([session], after_step=True)
     after = [share.round for share in session.streams.shares()]
     assert all(now > then for now, then in zip(after, before, strict=True))
     assert not session.streams.is_cut
@@ -268,9 +268,9 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_step(world,
         v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
     sent = []
-    publish = world.loop._publisher._publish_client
+    publish = world.loop.service.publisher._publish_client
     monkeypatch.setattr(
-        world.loop._publisher,
+        world.loop.service.publisher,
         "_publish_client",
         lambda session, *arguments, **more: (
             sent.append(session.client),
@@ -278,8 +278,8 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_step(world,
         ),
     )
     for _ in range(6):
-        world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
-    assert sent == [*world.loop.sessions] * 2
+        world.loop.service.publisher.publish(world.loop.service.clients.sessions.values(), after_step=True)
+    assert sent == [*world.loop.service.clients.sessions] * 2
 
 
 def test_an_image_that_a_trigger_waits_for_is_gone_when_it_was_sent():
@@ -304,17 +304,17 @@ def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
     cid = world.client()
     v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
     world.settle()
-    publish = world.loop._publisher._publish_client
+    publish = world.loop.service.publisher._publish_client
 
     def come(*arguments, **more):
-        world.loop.clients.join(
+        world.loop.service.clients.join(
             "late", "late", 0, world.transports[cid]
         )  # as while a streamed call runs a script
         publish(*arguments, **more)
 
-    monkeypatch.setattr(world.loop._publisher, "_publish_client", come)
-    world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
-    assert len(world.loop.sessions) == 2
+    monkeypatch.setattr(world.loop.service.publisher, "_publish_client", come)
+    world.loop.service.publisher.publish(world.loop.service.clients.sessions.values(), after_step=True)
+    assert len(world.loop.service.clients.sessions) == 2
 
 
 def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_step(world):
@@ -322,15 +322,15 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_step(wo
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
-    world.loop.clients.join("other", "other", 0, link)
+    world.loop.service.clients.join("other", "other", 0, link)
     arming = [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]
 
     class ArmingAnother(dict):
         def get(self, handle, default):
             if handle == 1 and arming:
-                world.loop.submit("other", BatchWork(encode(Batch(1, 0, [arming.pop()]))))
-                for event in world.loop._inbox.at_hand():
-                    world.loop._handle(event)
+                world.loop.service.queue.submit("other", BatchWork(encode(Batch(1, 0, [arming.pop()]))))
+                for event in world.loop.service.queue.at_hand():
+                    world.loop.service.handling.handle(event)
             return super().get(handle, default)
 
     world.simulation.joints = ArmingAnother({1: 1.5, 2: 2.5})
@@ -347,15 +347,15 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
     clocks = {"perf_counter": time.perf_counter, "thread_time": time.thread_time}
     monkeypatch.setattr(publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], **clocks))
     link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
-    world.loop.clients.join("reader", "reader", 0, link)
-    world.loop.submit(
+    world.loop.service.clients.join("reader", "reader", 0, link)
+    world.loop.service.queue.submit(
         "reader", BatchWork(encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])])))
     )
 
     def values_after(seconds):
         clock[0] += seconds
         told.clear()
-        world.loop._publisher.publish(world.loop.sessions.values(), after_step=True)
+        world.loop.service.publisher.publish(world.loop.service.clients.sessions.values(), after_step=True)
         payloads = [payload for values in told if (payload := values.packed())]
         return [reply.values for payload in payloads for reply in decode_delivery(payload).replies]
 
@@ -483,7 +483,7 @@ def test_so_it_is_with_several_results_or_a_delay(world, mode, monkeypatch):
     world.settle()
     odd = Handler(BY_NAME["simxCallScriptFunction"], lambda *_: (object(), [], [], b""), False)
     monkeypatch.setitem(HANDLERS, "simxCallScriptFunction", odd)
-    (session,) = world.loop.sessions.values()
+    (session,) = world.loop.service.clients.sessions.values()
     for stream in session.streams.by_id.values():
         stream.next_due = 0.0
     world.simulation.joints[2] = 2.0
@@ -497,7 +497,7 @@ def test_what_a_client_asks_for_twice_is_computed_once(world):
     """As others may than simx_client, which has one stream of a key."""
     cid = world.client()
     calls = [Call(1000 + number, Operation.STREAM, 0, "simxGetJointPosition", [1]) for number in range(3)]
-    world.loop.submit(world.transports[cid].client, BatchWork(encode(Batch(1, 0, calls))))
+    world.loop.service.queue.submit(world.transports[cid].client, BatchWork(encode(Batch(1, 0, calls))))
     world.settle()
     asked = []
 
@@ -517,7 +517,7 @@ def test_streams_that_cannot_be_sent_end_alone(world, caplog, monkeypatch):
     for cid in (one, two):
         v.simxGetJointPosition(cid, cid, v.simx_opmode_streaming)
     world.settle()
-    first = next(iter(world.loop.sessions.values()))
+    first = next(iter(world.loop.service.clients.sessions.values()))
     monkeypatch.setattr(first.link, "publish", lambda payload: 1 / 0)
     world.simulation.joints[two] = 2.0
     world.simulation.start()
@@ -543,7 +543,9 @@ def test_a_pass_that_fails_stops_the_simulation_and_not_the_server(world, monkey
 
 
 def test_calls_of_a_client_that_never_said_hello_are_ignored(world):
-    world.loop.submit("stranger", BatchWork(encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])]))))
+    world.loop.service.queue.submit(
+        "stranger", BatchWork(encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])])))
+    )
     world.settle()
     assert world.simulation.state is SimulationState.STOPPED
 
@@ -597,7 +599,7 @@ def test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog(w
     backlog = 0
     for value in range(1000):
         v.simxSetJointPosition(cid, 3, float(value), v.simx_opmode_oneshot)
-        backlog = max(backlog, len(world.loop._inbox))
+        backlog = max(backlog, len(world.loop.service.queue))
     assert backlog <= MAX_UNANSWERED + 1
     assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking) == (0, 999.0)
 

@@ -172,10 +172,10 @@ def test_calls_of_a_client_that_has_left_stay(stage: Stage) -> None:
     for _ in range(3):
         assert v.simxGetJointPosition(other, handle_of(other, "hinge"), BLOCKING)[0] == 0
     assert v.simxSetObjectSelection(stage.client, [], BLOCKING) == 0
-    next(iter(stage.world.loop.sessions.values())).name = "simx-page"
-    list(stage.world.loop.sessions.values())[-1].name = "<b>robot.py"
+    next(iter(stage.world.loop.service.clients.sessions.values())).name = "simx-page"
+    list(stage.world.loop.service.clients.sessions.values())[-1].name = "<b>robot.py"
     v.simxFinish(other)
-    assert len(stage.world.loop.sessions) == 1
+    assert len(stage.world.loop.service.clients.sessions) == 1
     stage.show()
     shown = stage.text()
     assert "&lt;b&gt;robot.py</b>: left 0 s ago, driver" in shown
@@ -188,13 +188,13 @@ def test_only_the_last_clients_that_left_are_remembered_and_none_that_is_back(st
     loop = stage.world.loop
     link = cast(Any, type("Nowhere", (), {"close": lambda self: None})())
     for number in range(MAX_DEPARTED + 5):
-        loop.clients.join(f"client-{number}", f"script {number}", 19997, link)
-        loop.clients.leave(f"client-{number}")
+        loop.service.clients.join(f"client-{number}", f"script {number}", 19997, link)
+        loop.service.clients.leave(f"client-{number}")
     told = stage.survey()["metrics"].get("departed", [])
     assert [each["name"] for each in told] == [f"script {number}" for number in range(5, MAX_DEPARTED + 5)]
-    loop.clients.join(f"client-{MAX_DEPARTED}", "back", 19997, link)
-    assert f"client-{MAX_DEPARTED}" not in [each.client for each in loop.clients.departed]
-    loop.clients.leave(f"client-{MAX_DEPARTED}")
+    loop.service.clients.join(f"client-{MAX_DEPARTED}", "back", 19997, link)
+    assert f"client-{MAX_DEPARTED}" not in [each.client for each in loop.service.clients.departed]
+    loop.service.clients.leave(f"client-{MAX_DEPARTED}")
 
 
 # --- plots ---------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ class Told:
 
     def __init__(self, world: RealWorld) -> None:
         self.world, self.parts, self.sim, self.client = world, world.parts, world.simulation, world.client()
-        self.feed = Feed(world.loop, "realm", [19997])
+        self.feed = Feed(world.loop.service, "realm", [19997])
         self.mirror = Mirror()
         self._known = (-1, -1)
 

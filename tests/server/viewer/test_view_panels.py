@@ -468,7 +468,7 @@ def test_clients_are_shown_with_what_they_call(stage: Stage) -> None:
         assert v.simxGetJointPosition(stage.client, hinge, BLOCKING)[0] == 0
     v.simxGetJointPosition(stage.client, hinge, v.simx_opmode_streaming)
     assert v.simxGetObjectHandle(stage.client, "<b>nobody", BLOCKING)[0] == 8
-    session = next(iter(stage.world.loop.sessions.values()))
+    session = next(iter(stage.world.loop.service.clients.sessions.values()))
     session.name = "<b>robot.py"
     stage.show()
     shown = stage.text()
@@ -483,7 +483,7 @@ def test_clients_are_shown_with_what_they_call(stage: Stage) -> None:
 def test_clients_of_the_page_stand_apart(stage: Stage) -> None:
     stage.panel = Clients(stage.gui)
     assert v.simxSetObjectSelection(stage.client, [], BLOCKING) == 0
-    next(iter(stage.world.loop.sessions.values())).name = "simx-page"
+    next(iter(stage.world.loop.service.clients.sessions.values())).name = "simx-page"
     stage.show()
     assert "No program is connected" in stage.text()
     assert "simxSetObjectSelection" not in stage.text()

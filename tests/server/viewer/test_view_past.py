@@ -39,7 +39,8 @@ class Slider(Stage):
     """The time slider of a page, with a run of thirty steps behind it: a call before each tenth."""
 
     def __init__(self, world: RealWorld, client: int, browser: viser.ViserServer) -> None:
-        world.loop.history = History(world.loop, 60.0)
+        self.history = History(world.loop.service, 60.0)
+        world.loop.service.watchers.add(self.history)
         super().__init__(world, client, browser)
         self.told: list[tuple[str, str]] = []
         self.panel = self.time = TimeSlider(self.gui, self.hands, lambda *told: self.told.append(told))
@@ -184,8 +185,7 @@ def test_a_stop_shows_the_present(slider: Slider) -> None:
 def test_a_step_that_slides_out_of_the_kept_time_becomes_the_first_one(slider: Slider) -> None:
     slider.set(slider.slider, 2)
     slider.follow()
-    history = slider.world.loop.history
-    assert history is not None
+    history = slider.history
     del history._moments[:5], history._calls[:5]
     slider.show()
     slider.follow()
@@ -196,8 +196,7 @@ def test_a_step_that_slides_out_of_the_kept_time_becomes_the_first_one(slider: S
 def test_going_on_from_a_step_that_has_slid_out_starts_from_the_first_one(slider: Slider) -> None:
     slider.set(slider.slider, 2)
     slider.follow()
-    history = slider.world.loop.history
-    assert history is not None
+    history = slider.history
     del history._moments[:5], history._calls[:5]
     slider.click("Go on from here")
     assert slider.world.simulation.step_count == 5

@@ -17,7 +17,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
 from simx_server.limits import LimitReached
 from simx_server.service.answers.link import PackingLink
 from simx_server.service.calls.work import BatchWork
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
 
 
 class LoopbackTransport(PackingLink):
@@ -32,7 +32,7 @@ class LoopbackTransport(PackingLink):
             turns: turn the server loop while waiting; False when another thread runs it.
         """
         self.client = uuid.uuid4().hex
-        self._loop = loop
+        self._loop, self._service = loop, loop.service
         self._name, self._port = name, port
         self._turns = turns
         self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
@@ -52,21 +52,21 @@ class LoopbackTransport(PackingLink):
         return self._lost
 
     def greet(self, timeout: float) -> Welcome:
-        if self._loop.is_ending:
+        if self._service.ending.has_come:
             raise ConnectionFailed("the server loop has ended")
         joined = threading.Event()
         refusals: list[LimitReached] = []
 
         def join() -> None:
             try:
-                self._loop.clients.join(self.client, self._name, self._port, self)
+                self._service.clients.join(self.client, self._name, self._port, self)
             except LimitReached as problem:
                 refusals.append(problem)
             joined.set()
 
         self._connected, self._lost = True, False
         self._deliveries = queue.SimpleQueue()  # discards what a lost link had not delivered
-        self._loop.post(join)
+        self._service.queue.post(join)
         if self._turns:
             self._loop.turn()
         elif not joined.wait(timeout):
@@ -77,7 +77,7 @@ class LoopbackTransport(PackingLink):
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        self._loop.submit(self.client, BatchWork(payload))
+        self._service.queue.submit(self.client, BatchWork(payload))
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         deadline = time.monotonic() + timeout
@@ -107,7 +107,7 @@ class LoopbackTransport(PackingLink):
     def lose(self) -> None:
         """Cut the link, as when the client's process dies or the server goes away."""
         self._connected, self._lost = False, True
-        self._loop.clients.depart(self.client)
+        self._service.clients.depart(self.client)
         self._deliveries.put(None)
         if self._turns:
             self._loop.turn()
@@ -127,6 +127,6 @@ class LoopbackTransport(PackingLink):
         """Close the link, for either side: the client leaves the server."""
         if self._connected:
             self._connected = False
-            self._loop.clients.depart(self.client)
+            self._service.clients.depart(self.client)
             if self._turns:
                 self._loop.turn()

@@ -212,14 +212,14 @@ class Served:
 def served(scene: str | Path, workspace: Path | None = None, pace: Pace = Pace.FREE) -> Iterator[Served]:
     """A server in this process with one port for original clients."""
     world = RealWorld(scene, workspace=workspace)
-    gateway = OriginalGateway(world.loop, ["127.0.0.1:0"], pace)
+    gateway = OriginalGateway(world.loop.service, ["127.0.0.1:0"], pace)
     thread = threading.Thread(target=world.loop.run, daemon=True)
     thread.start()
     try:
         yield Served(world, gateway)
     finally:
-        world.loop.ending.request()
+        world.loop.service.ending.request()
         thread.join(TIMEOUT)
         gateway.close()
-        world.loop.close_sockets()
+        world.loop.service.queue.close_sockets()
         world.close()

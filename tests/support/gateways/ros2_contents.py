@@ -27,7 +27,7 @@ class Contents:
     def __init__(self, scene: str | Path) -> None:
         self.world = RealWorld(scene)
         self.cid = self.world.embedded_client()
-        context = Context(self.world.loop.world, cast(Ros2Client, None), Place(), Distribution.NEWER)
+        context = Context(self.world.loop.service.world, cast(Ros2Client, None), Place(), Distribution.NEWER)
         self._contents = [content(context) for content in CONTENT if content is not Control]
         self.world.simulation.attach(*self._contents)
         self._fixed: Any = None

@@ -255,7 +255,7 @@ class Ros2World:
     def __init__(self, world: RealWorld, options: Ros2Options) -> None:
         self.world, self.options = world, options
         self.loop, self.simulation = world.loop, world.simulation
-        self.gateway = Ros2Gateway(self.loop, options)
+        self.gateway = Ros2Gateway(self.loop.service, options)
         self.port = int(options.router.endpoint.rpartition(":")[2])
         self._peers: list[Peer] = []
         self._thread = threading.Thread(target=self.loop.run, name="test-server")
@@ -285,7 +285,7 @@ class Ros2World:
             answers.append(question())
             done.set()
 
-        self.loop.post(ask)
+        self.loop.service.queue.post(ask)
         assert done.wait(TIMEOUT)
         return answers[0]
 
@@ -301,7 +301,7 @@ class Ros2World:
         self._peers.clear()
 
     def close(self) -> None:
-        self.loop.ending.request()
+        self.loop.service.ending.request()
         self._thread.join(TIMEOUT)
         self.close_peers()
         self.gateway.close()

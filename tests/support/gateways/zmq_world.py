@@ -82,7 +82,7 @@ class ZmqWorld:
     def __init__(self, world: RealWorld) -> None:
         self.world = world
         self.loop, self.simulation = self.world.loop, self.world.simulation
-        self.gateway = ZmqGateway(self.loop, "127.0.0.1:0")
+        self.gateway = ZmqGateway(self.loop.service, "127.0.0.1:0")
         self.port = self.gateway.port
         self._clients: list[Any] = []
         self._thread = threading.Thread(target=self.loop.run, name="test-server")
@@ -114,7 +114,7 @@ class ZmqWorld:
             answers.append(question())
             done.set()
 
-        self.loop.post(ask)
+        self.loop.service.queue.post(ask)
         assert done.wait(TIMEOUT / 1000)
         return answers[0]
 
@@ -128,10 +128,10 @@ class ZmqWorld:
         self._clients.clear()
 
     def close(self) -> None:
-        self.loop.ending.request()
+        self.loop.service.ending.request()
         self._thread.join(20)
         self.gateway.close()
-        self.loop.close_sockets()
+        self.loop.service.queue.close_sockets()
         self.close_clients()
         self.world.close()
 

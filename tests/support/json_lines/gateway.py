@@ -18,7 +18,7 @@ from simx_server.service.answers.link import Link
 from simx_server.service.calls.work import CallsWork
 from simx_server.service.clients.admission.entrance import Entrance
 from simx_server.service.clients.admission.unfinished import Unfinished
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.service import Service
 
 
 class JsonClient(Link):
@@ -43,27 +43,27 @@ class JsonLinesGateway(Listening[JsonClient]):
 
     silence, unsaid, crowded = 10.0, "it has asked nothing", "others need its place"
 
-    def __init__(self, loop: ServerLoop) -> None:
+    def __init__(self, service: Service) -> None:
         listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = listener.getsockname()[1]
         self.endpoints = (f"json/127.0.0.1:{self.port}",)
-        super().__init__(loop, [listener], logging.getLogger(__name__), self.endpoints[0])
+        super().__init__(service, [listener], logging.getLogger(__name__), self.endpoints[0])
 
     def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> JsonClient:
         connected.setblocking(False)
-        client = JsonClient(connected, self._loop.unfinished)
-        self._loop.sockets.add(connected, partial(self._read, client))
+        client = JsonClient(connected, self._service.unfinished)
+        self._service.queue.open_sockets().add(connected, partial(self._read, client))
         return client
 
     def _crowd(self, host: str) -> Sequence[JsonClient]:
-        return list(self._peers) if len(self._peers) >= self._loop.simulation.limits.clients else ()
+        return list(self._peers) if len(self._peers) >= self._service.simulation.limits.clients else ()
 
     def _read(self, client: JsonClient) -> None:
         try:
             data = client.socket.recv(part(0))
             *lines, client.arrived = (client.arrived + data).split(b"\n")
             client.account.hold(len(client.arrived), is_new=bool(lines))
-            if not data or len(client.arrived) > self._loop.simulation.limits.message:
+            if not data or len(client.arrived) > self._service.simulation.limits.message:
                 self._end(client)
             for line in lines:
                 self._call(client, *json.loads(line))
@@ -74,10 +74,10 @@ class JsonLinesGateway(Listening[JsonClient]):
         if client.is_stranger:
             entrance = Entrance(self.endpoints[0])
             name = f"json {client.socket.getpeername()}"
-            self._loop.clients.join(name, name, self.port, client, entrance=entrance)
+            self._service.clients.join(name, name, self.port, client, entrance=entrance)
             client.name = name
         call = Call(0, Operation.EXECUTE, 0, function, list(arguments))
-        self._loop.submit(client.name, CallsWork(Batch(0, 0, [call])))
+        self._service.queue.submit(client.name, CallsWork(Batch(0, 0, [call])))
 
     def _cut(self, peer: JsonClient, why: str) -> None:
         self._log.say(logging.WARNING, "a connection with JSON is closed: %s", why)
@@ -85,14 +85,14 @@ class JsonLinesGateway(Listening[JsonClient]):
 
     def _end(self, peer: JsonClient) -> None:
         if self._peers.pop(peer, peer) is None:
-            self._loop.sockets.remove(peer.socket)
+            self._service.queue.open_sockets().remove(peer.socket)
             peer.account.end()
             peer.socket.close()
-            self._loop.clients.depart(peer.name)
+            self._service.clients.depart(peer.name)
 
 
 def open_json_lines(opening: Opening) -> JsonLinesGateway:
-    return JsonLinesGateway(opening.loop)
+    return JsonLinesGateway(opening.service)
 
 
 JSON_LINES = Entry((), open_json_lines)

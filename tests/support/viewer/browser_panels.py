@@ -42,7 +42,7 @@ class Stage:
     def __init__(self, world: RealWorld, client: int, browser: viser.ViserServer) -> None:
         self.world, self.client, self.gui = world, client, browser.gui
         self.hands = cast(Hands, Direct(Client.of(client)))
-        self._feed = Feed(world.loop, "test", [19997])
+        self._feed = Feed(world.loop.service, "test", [19997])
         world.parts.scripts.add_ons[ADD_ON] = self._feed
         self._known = -1
         self.panel: Panel | None = None

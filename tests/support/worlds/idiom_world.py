@@ -51,7 +51,7 @@ class IdiomWorld(RealWorld):
 
     def close(self) -> None:
         vrep.simxFinish(-1)
-        self.loop.ending.request()
+        self.loop.service.ending.request()
         if self._thread is not None:
             self._thread.join(10)
         super().close()

@@ -16,7 +16,8 @@ from simx_client.protocol.commands import BY_NAME
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.service.calls.registry import Handler
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 
 MEGABYTE = bytes(1_000_000)
 
@@ -30,12 +31,12 @@ def _picture(sim: PlainSimulation, handle: int, options: int) -> Future:
 def main() -> None:
     functions = {
         "simxGetVisionSensorImage": _picture,
-        "simxGetObjects": lambda sim, kind: list(range(len(loop.sessions))),
+        "simxGetObjects": lambda sim, kind: list(range(len(loop.service.clients.sessions))),
         "simxGetStringSignal": lambda sim, name: MEGABYTE,
     }
     handlers = {name: Handler(BY_NAME[name], function, False) for name, function in functions.items()}
-    loop = ServerLoop(cast(Any, PlainSimulation()), {**HANDLERS, **handlers}, Pacer(1.0))
-    gateway = ZenohGateway(loop, ports=[0])
+    loop = ServerLoop(build_service(cast(Any, PlainSimulation()), {**HANDLERS, **handlers}, Pacer(1.0)))
+    gateway = ZenohGateway(loop.service, ports=[0])
     sys.stdout.write(f"{gateway.ports[0]}\n")
     sys.stdout.flush()
     loop.run()

@@ -18,7 +18,8 @@ from simx_server.handlers import session
 from simx_server.limits import Limits
 from simx_server.service.calls.registry import Handler, handlers_of
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.simulation.interruptions import Interruptions
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
@@ -79,6 +80,9 @@ class PlainSimulation:
 
     def attach(self, *parts: Part) -> None:
         self._parts += parts
+
+    def detach(self, part: Part) -> None:
+        self._parts.remove(part)
 
     def step(self) -> None:
         self.passes += 1
@@ -156,7 +160,9 @@ class World:
 
     def __init__(self, speed: float = float("inf"), *, now=time.monotonic, **engine_options) -> None:
         self.simulation = PlainSimulation()
-        self.loop = ServerLoop(cast(Any, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
+        self.loop = ServerLoop(
+            build_service(cast(Any, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
+        )
         self.transports: dict[int, LoopbackTransport] = {}
 
     def client(self, *, port: int = 0, **options) -> int:

@@ -23,7 +23,8 @@ from simx_server.gateways.embedded.turns import Turns
 from simx_server.handlers import HANDLERS
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.settings.settings import Settings
 
 BLOCKING = v.simx_opmode_blocking
@@ -56,9 +57,8 @@ class RealWorld:
         self.parts = open_world(settings, self._stack)
         self.simulation = self.parts.simulation
         pacer = Pacer(speed)
-        self.loop = ServerLoop(self.parts, HANDLERS, pacer)
-        self.parts.parameters.pace = pacer
-        self.parts.parameters.is_waiting_for_trigger = lambda: self.loop.is_waiting_for_trigger
+        self.loop = ServerLoop(build_service(self.parts, HANDLERS, pacer))
+        self.parts.parameters.served_by(pacer, lambda: self.loop.service.due.is_waiting_for_trigger)
 
     def client(self, pace: Pace = Pace.FREE, *, timeout: float = DEFAULT_TIMEOUT) -> int:
         transport = LoopbackTransport(self.loop)
@@ -87,7 +87,7 @@ class RealWorld:
     def close(self) -> None:
         v.simxFinish(-1)
         self._stack.close()
-        self.loop.close_sockets()
+        self.loop.service.queue.close_sockets()
 
 
 def render_with(world: Any, thread: Any) -> None:

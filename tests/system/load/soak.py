@@ -84,16 +84,16 @@ class Soak:
         while (now := time.monotonic()) < end:
             self.keep_clients(now, end - now)
             self.server.turn(TURN)
-            if self.server.loop.is_ending:
+            if self.server.loop.service.ending.has_come:
                 self.problems.append("the server ended")
                 return
             if time.monotonic() > now + LONGEST_TURN:
                 self.problems.append(f"nothing was answered for {time.monotonic() - now:.1f} s")
         deadline = time.monotonic() + CLIENT_EXIT_TIMEOUT
-        while self.children or self.server.loop.sessions:
+        while self.children or self.server.loop.service.clients.sessions:
             if time.monotonic() > deadline:
                 roles = [child.role for child in self.children]
-                names = [session.name for session in self.server.loop.sessions.values()]
+                names = [session.name for session in self.server.loop.service.clients.sessions.values()]
                 self.problems.append(
                     f"after {CLIENT_EXIT_TIMEOUT:g} s these are still there: {roles} {names}"
                 )

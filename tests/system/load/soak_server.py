@@ -25,7 +25,8 @@ from simx_server.service.answers.link import Link
 from simx_server.service.calls.work import Work
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.clock import Pacer
-from simx_server.service.server_loop import ServerLoop
+from simx_server.service.loop import ServerLoop
+from simx_server.service.service import build_service
 from simx_server.settings.settings import Settings
 
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
@@ -117,25 +118,25 @@ class SoakServer:
         self.simulation = self.parts.simulation
         self.parts.trials.use(helper.start())  # as a server has one from its start
         pacer = Pacer(SPEED)
-        self.loop = ServerLoop(self.parts, HANDLERS, pacer)
-        self.parts.parameters.pace = pacer
+        self.loop = ServerLoop(build_service(self.parts, HANDLERS, pacer))
+        self.parts.parameters.served_by(pacer, lambda: False)
         self.batches = 0
-        submit_as = self.loop.submit_as
+        submit_as = self.loop.service.queue.put
 
         def counting(client: str, payload: Any, size: int, read: Callable[[Any], Work]) -> bool:
             self.batches += 1
             return submit_as(client, payload, size, read)
 
-        self.loop.submit_as = counting
+        self.loop.service.queue.put = counting  # type: ignore[method-assign]
         self.connections = 0
-        join = self.loop.clients.join
+        join = self.loop.service.clients.join
 
         def joined(client: str, name: str, port: int, link: Link, *more: Any, **named: Any) -> ClientSession:
             self.connections += 1
             return join(client, name, port, link, *more, **named)
 
-        self.loop.clients.join = joined
-        self.gateway = WatchedGateway(self.loop, ports=[0])
+        self.loop.service.clients.join = joined
+        self.gateway = WatchedGateway(self.loop.service, ports=[0])
         stack.callback(self.gateway.close)
         self.port = self.gateway.ports[0]
         self.began = time.monotonic()
@@ -160,7 +161,7 @@ class SoakServer:
         self.turn(SETTLING)
         gc.collect()
         ctypes.CDLL(None).malloc_trim(0)
-        sessions = self.loop.sessions.values()
+        sessions = self.loop.service.clients.sessions.values()
         pages = int(Path("/proc/self/statm").read_text().split()[1])
         status = Path("/proc/self/status").read_text()
         tasks = list(Path("/proc/self/task").iterdir())

@@ -12,12 +12,13 @@ import time
 from collections.abc import Callable
 
 from simx_server.limits import Limits
+from simx_server.service.watcher import Watcher
 
 _FREE = 1 << 16
 """Bytes that a connection holds without being counted: a lock for each small message would cost too much."""
 
 
-class Unfinished:
+class Unfinished(Watcher):
     """The counter of one server. Any thread."""
 
     def __init__(

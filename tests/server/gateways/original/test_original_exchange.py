@@ -219,7 +219,7 @@ def test_several_clients_use_one_port_and_one_simulation(server: Served, client:
     with peer(server.port) as other:
         client.call(0x3013, text("f"), floats(2.5))
         assert other.call(0x3010, text("f")).payload == floats(2.5)
-        assert len({session.name for session in server.world.loop.sessions.values()}) == 2
+        assert len({session.name for session in server.world.loop.service.clients.sessions.values()}) == 2
 
 
 def test_a_message_in_single_bytes_is_read(client: Peer) -> None:
@@ -232,7 +232,7 @@ def test_a_message_in_single_bytes_is_read(client: Peer) -> None:
 def test_a_client_that_repeats_a_stream_starts_it_once(server: Served, client: Peer) -> None:
     for _ in range(50):
         client.exchange(command(0x1021, ints(1), mode=STREAMING))
-    (session,) = server.world.loop.sessions.values()
+    (session,) = server.world.loop.service.clients.sessions.values()
     assert session.called["simxGetIntegerParameter"] == 1
     assert len(session.streams.by_id) == 1
 

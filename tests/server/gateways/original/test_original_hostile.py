@@ -125,7 +125,9 @@ def test_a_silent_client_loses_its_stepping_before_it_is_dropped(
     monkeypatch.setattr(connection, "FROZEN", 0.05)
     with peer(server.port) as client:
         assert not client.call(0x0001).has_failed
-        (stepper,) = [each for each in server.world.loop.sessions.values() if each.is_stepping]
+        (stepper,) = [
+            each for each in server.world.loop.service.clients.sessions.values() if each.is_stepping
+        ]
         assert wait_until(lambda: not stepper.is_stepping, 20)
         assert "nothing was heard of it" in stepper.lost_stepping
         assert client.call(0x0003).has_failed
@@ -141,14 +143,14 @@ def test_a_client_that_does_not_read_its_answers_is_dropped(
     with server.connect() as connected:
         connected.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         connected.sendall(packed(message(0, command(0x3012, text("s")))) + packed(message(1)))
-        assert wait_until(lambda: len(server.world.loop.sessions) == 1, 20)
+        assert wait_until(lambda: len(server.world.loop.service.clients.sessions) == 1, 20)
     monkeypatch.undo()
 
 
 def test_a_client_that_has_said_nothing_is_no_client(server: Served, bystander: Peer) -> None:
     with server.connect():
         bystander.exchange()
-        assert len(server.world.loop.sessions) == 1
+        assert len(server.world.loop.service.clients.sessions) == 1
 
 
 def test_so_many_streams_are_refused_and_the_others_go_on(server: Served, bystander: Peer) -> None:
@@ -158,7 +160,7 @@ def test_so_many_streams_are_refused_and_the_others_go_on(server: Served, bystan
             client.exchange(*(command(0x200B, ints(first + each, 0), mode=STREAMING) for each in range(1000)))
         assert not client.call(0x1021, ints(1)).has_failed
         assert any(each.has_failed for each in client.seen)
-        (_, session) = server.world.loop.sessions.values()
+        (_, session) = server.world.loop.service.clients.sessions.values()
         assert len(session.streams.by_id) <= most
 
 
@@ -199,7 +201,7 @@ def test_a_client_that_is_cut_within_a_call_leaves_nothing(server: Served, bysta
         connected.sendall(packed(message(0, command(0x0001), command(0x1007, ints(0)))))
         Peer(connected).read()
         connected.sendall(packed(message(1, command(0x0003))))
-    assert wait_until(lambda: len(server.world.loop.sessions) == 1, 20)
+    assert wait_until(lambda: len(server.world.loop.service.clients.sessions) == 1, 20)
     bystander.call(0x1007, ints(2))
 
 

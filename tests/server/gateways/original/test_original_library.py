@@ -215,5 +215,5 @@ def test_it_comes_back_after_it_has_left(connect: Connect, tmp_path: Path) -> No
         first = connect(server)
         assert first.call("simxSetIntegerSignal", b"i", 7) == OK
         first.finish()
-        assert wait_until(lambda: not server.world.loop.sessions, 20)
+        assert wait_until(lambda: not server.world.loop.service.clients.sessions, 20)
         assert connect(server).integer_of("simxGetIntegerSignal", b"i") == (OK, 7)

@@ -177,7 +177,7 @@ def test_waiting_messages_meet_the_limit_of_a_client(
 ) -> None:
     monkeypatch.setattr(server.gateway._guard, "_most_waiting", lambda: 100_000)
     peer, may_go_on = server.peer(), threading.Event()
-    server.loop.post(may_go_on.wait)
+    server.loop.service.queue.post(may_go_on.wait)
     for _ in range(5):
         peer.put(KEY, hostile(name=["x" * 60_000], position=[1.0]))
     end = time.monotonic() + 30
@@ -201,7 +201,7 @@ def test_each_message_has_a_turn(server: Ros2World, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(intake, "serve", counted)
     peer, may_go_on = server.peer(), threading.Event()
-    server.loop.post(may_go_on.wait)
+    server.loop.service.queue.post(may_go_on.wait)
     for position in (0.1, 0.2, 0.3):
         peer.command(["shoulder"], position=[position])
     end = time.monotonic() + 30
@@ -217,10 +217,10 @@ def test_a_request_behind_a_message_in_slices_is_answered_for_itself(
 ) -> None:
     monkeypatch.setattr("simx_server.service.calls.batches.SLICE", 0.0)
     peer, may_go_on = server.peer(), threading.Event()
-    server.loop.post(may_go_on.wait)
+    server.loop.service.queue.post(may_go_on.wait)
     peer.command(["elbow", "wheel", "shoulder"], position=[0.1] * 3)
     for _ in range(10):
-        server.loop.post(lambda: None)  # others for whom a batch is cut
+        server.loop.service.queue.post(lambda: None)  # others for whom a batch is cut
     answers: list[bool] = []
     asking = threading.Thread(target=lambda: answers.append(peer.trigger("start")["success"]))
     asking.start()

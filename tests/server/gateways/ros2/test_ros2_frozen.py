@@ -59,7 +59,7 @@ def start_stepping(world: Ros2World) -> None:
     peer = world.peer()
     send(peer, "/enableSyncMode")
     send(peer, "/startSimulation")
-    world.wait_until(lambda: world.loop.is_waiting_for_trigger)
+    world.wait_until(lambda: world.loop.service.due.is_waiting_for_trigger)
     world.wait_until(lambda: world.gateway._pulse.is_wanted)
 
 
@@ -78,7 +78,7 @@ def test_a_frozen_node_loses_its_stepping_and_may_set_it_again(
         for _ in range(2 * LOOKS):
             look(world)
             world.wait_until(lambda: pulse._missed.get(node.id) == 0)
-        assert world.on_server(lambda: world.loop.is_waiting_for_trigger), (
+        assert world.on_server(lambda: world.loop.service.due.is_waiting_for_trigger), (
             "it thinks, and its session answers"
         )
         node.is_frozen = True
@@ -100,13 +100,13 @@ def test_the_mode_ends_with_the_last_node_but_not_with_one_of_a_command_line(wor
     shell.session.close()
     for _ in range(2 * ABSENT):
         look(world)
-    assert world.on_server(lambda: world.loop.is_waiting_for_trigger)
+    assert world.on_server(lambda: world.loop.service.due.is_waiting_for_trigger)
     node = Node(world)
     look(world)
     node.session.close()
     for _ in range(ABSENT + 1):
         look(world)
-    world.wait_until(lambda: not world.loop.is_waiting_for_trigger)
+    world.wait_until(lambda: not world.loop.service.due.is_waiting_for_trigger)
 
 
 def test_a_node_that_cannot_answer_keeps_its_stepping(world: Ros2World) -> None:
@@ -115,4 +115,4 @@ def test_a_node_that_cannot_answer_keeps_its_stepping(world: Ros2World) -> None:
     start_stepping(world)
     for _ in range(2 * LOOKS):
         look(world)
-    assert world.on_server(lambda: world.loop.is_waiting_for_trigger)
+    assert world.on_server(lambda: world.loop.service.due.is_waiting_for_trigger)

@@ -169,11 +169,11 @@ def test_a_node_with_the_same_name_is_warned_of(tmp_path: Path, caplog: pytest.L
 def test_a_taken_port_is_an_error_with_advice(tmp_path: Path) -> None:
     with ros2_world(tmp_path) as server:
         options = Ros2Options(router=Router(f"tcp/127.0.0.1:{server.port}", is_self=True))
-        before = dict(server.loop.sessions)
+        before = dict(server.loop.service.clients.sessions)
         with pytest.raises(GatewayError, match="rmw_zenohd or another simx-server") as caught:
-            Ros2Gateway(server.loop, options)
+            Ros2Gateway(server.loop.service, options)
         assert "--ros2-router self cannot listen" in str(caught.value)
-        assert server.loop.sessions == before
+        assert server.loop.service.clients.sessions == before
 
 
 @pytest.mark.parametrize(

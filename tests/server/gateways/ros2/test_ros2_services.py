@@ -234,7 +234,9 @@ def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None
     peer.trigger("start")
     peer.trigger("pause")
 
-    other: ClientSession = server.on_server(lambda: server.loop.clients.join("other", "other", 1, Link()))
+    other: ClientSession = server.on_server(
+        lambda: server.loop.service.clients.join("other", "other", 1, Link())
+    )
     server.on_server(lambda: other.set_stepping(True))
     asking = threading.Thread(target=lambda: peer.trigger("step"))
     before = server.simulation.step_count
@@ -245,7 +247,7 @@ def test_steps_wait_for_another_client_that_steps_too(server: Ros2World) -> None
     asking.join(30)
     assert not asking.is_alive()
     assert server.simulation.step_count == before + 1
-    server.on_server(lambda: server.loop.clients.leave("other"))
+    server.on_server(lambda: server.loop.service.clients.leave("other"))
 
 
 def test_humble_calls_the_same_services(server: Ros2World) -> None:
@@ -319,7 +321,7 @@ def end_search(server: Ros2World, stop: Callable[[Peer], object]) -> bool:
             has_begun.set()
         ends.append(not may_go_on)
 
-    server.loop.post(search)
+    server.loop.service.queue.post(search)
     assert has_begun.wait(20)
     stop(peer)
     server.wait_until(lambda: bool(ends))
@@ -341,7 +343,7 @@ def desk_of_stop(server: Ros2World) -> Desk:
 def results_of_stops(server: Ros2World, count: int) -> list[int]:
     """Success or failure of this many calls that arrive before the first of them is executed."""
     peer, may_go_on = server.peer(), threading.Event()
-    server.loop.post(may_go_on.wait)
+    server.loop.service.queue.post(may_go_on.wait)
     replies = [
         peer.session.get(
             f"0/simx/stop/{TRIGGER}",

@@ -117,7 +117,7 @@ def test_a_client_that_goes_within_its_function_is_noticed(server: ZmqWorld) -> 
     assert "func" in gone.ask("sim.testCB", 1, "f_0@func", 2, 1)
     gone.close()
     assert other.getObject("/box") >= 0
-    assert server.wait_until(lambda: len(server.loop.sessions) == 1)
+    assert server.wait_until(lambda: len(server.loop.service.clients.sessions) == 1)
 
 
 def test_a_result_that_nobody_asked_for_is_an_error(server: ZmqWorld) -> None:

@@ -143,8 +143,10 @@ def test_the_metrics_name_functions_and_the_session_names_the_client(server: Zmq
     client = server.client()
     sim = client.require("sim")
     sim.getSimulationTimeStep()
-    assert "sim.getSimulationTimeStep" in server.loop.metrics.command_times
-    names = server.on_server(lambda: [session.name for session in server.loop.sessions.values()])
+    assert "sim.getSimulationTimeStep" in server.loop.service.metrics.command_times
+    names = server.on_server(
+        lambda: [session.name for session in server.loop.service.clients.sessions.values()]
+    )
     assert f"python-{client.uuid[:8]}" in names
 
 
@@ -205,7 +207,7 @@ def test_the_server_looks_for_the_next_call_of_a_client_that_calls_at_once(
     def calls_expected() -> int:
         return server.on_server(lambda: len(expected))  # after the answer is sent, it expects another call
 
-    monkeypatch.setattr(server.loop.sockets, "expect", lambda: expected.append("a call"))
+    monkeypatch.setattr(server.loop.service.queue.open_sockets(), "expect", lambda: expected.append("a call"))
     monkeypatch.setattr(gateway, "LOOK", 1000.0)
     client.ask("sim.getSimulationTime")
     assert calls_expected() == 0, "the first call follows no answer"

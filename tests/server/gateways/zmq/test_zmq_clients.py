@@ -14,8 +14,6 @@ import pytest
 from other_clients import client_folder, install_line
 from zmq_world import INSTALL, TIMEOUT, RawClient, ZmqGateway, ZmqWorld, cbor2, zmq
 
-from simx_server.history.returning import Returning
-
 NAME = "coppeliasim_zmqremoteapi_client"
 OLDER = ("0.1.0", "2.0.2")
 
@@ -68,7 +66,7 @@ def test_older_clients_work(server: ZmqWorld, version: str, monkeypatch: pytest.
     assert str(folder) in str(package.__file__)
     use(package, server)
     forget()
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)
 
 
 @pytest.mark.usefixtures("fresh_modules")
@@ -85,7 +83,7 @@ def test_the_client_works_with_the_package_that_pip_brings(
     assert sim.unpackDoubleTable(sim.packDoubleTable([1.5, 2.5])) == [1.5, 2.5]
     del sim
     forget()
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)
 
 
 def test_arrays_of_numpy_travel_where_the_client_can_write_them(server: ZmqWorld) -> None:
@@ -117,7 +115,7 @@ def test_many_calls_at_a_time_of_an_asyncio_client(server: ZmqWorld) -> None:
     dummies, time = asyncio.run(asyncio.wait_for(program(), TIMEOUT / 1000))
     assert len(set(dummies)) == 50
     assert time == pytest.approx(0.2)
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)
 
 
 def test_a_call_whose_answer_was_lost_in_a_crash_ends_with_the_reason(server: ZmqWorld) -> None:
@@ -128,8 +126,8 @@ def test_a_call_whose_answer_was_lost_in_a_crash_ends_with_the_reason(server: Zm
     client.send("sim.getSimulationTime")
     crashed.recv_multipart()
     context.destroy(linger=0)
-    server.loop.returning = Returning({}, "the server crashed")
-    successor = server.on_server(lambda: ZmqGateway(server.loop, f"127.0.0.1:{port}"))
+    server.loop.service.returning.expect({}, "the server crashed")
+    successor = server.on_server(lambda: ZmqGateway(server.loop.service, f"127.0.0.1:{port}"))
     assert cbor2.loads(client.socket.recv()) == {"err": "the server crashed"}
     assert client.ask("sim.getSimulationTime") == {"ret": [0.0]}
     client.close()

@@ -42,4 +42,4 @@ def test_a_compiled_client_moves_a_joint_step_by_step(server: ZmqWorld) -> None:
         pytest.skip(INSTALL)
     assert not done.returncode, done.stderr
     assert 0.1 < float(done.stdout.split()[-1]) < 1
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)

@@ -72,7 +72,7 @@ def test_a_frozen_client_loses_its_stepping_and_is_told_so(server: ZmqWorld) -> 
     start_stepping(client)
     for _ in range(LOOKS):
         look(server)
-    assert server.on_server(lambda: server.loop.is_waiting_for_trigger), "it may still come"
+    assert server.on_server(lambda: server.loop.service.due.is_waiting_for_trigger), "it may still come"
     look(server)
     assert time_passes(server)
     assert "nothing was heard of it for 4 s; call sim.setStepping(True)" in client.ask("sim.step")["err"]
@@ -90,7 +90,7 @@ def test_a_client_that_thinks_keeps_its_stepping(server: ZmqWorld) -> None:
         look(server)
         if peer.silent_looks > 1:
             assert server.wait_until(lambda: peer.silent_looks == 0)
-    assert server.on_server(lambda: server.loop.is_waiting_for_trigger)
+    assert server.on_server(lambda: server.loop.service.due.is_waiting_for_trigger)
 
 
 def test_a_library_without_ping_keeps_its_stepping(server: ZmqWorld) -> None:
@@ -99,7 +99,7 @@ def test_a_library_without_ping_keeps_its_stepping(server: ZmqWorld) -> None:
     start_stepping(client)
     for _ in range(2 * LOOKS):
         look(server)
-    assert server.on_server(lambda: server.loop.is_waiting_for_trigger)
+    assert server.on_server(lambda: server.loop.service.due.is_waiting_for_trigger)
     client.socket.close()
 
 
@@ -135,13 +135,13 @@ def test_a_client_whose_function_held_others_rests_as_long(
     """Else it would leave them one simulation step for each second."""
     monkeypatch.setattr(connection, "SILENCE", 2 * LEAST_REST)
     rests: list[bool] = []
-    suspend = server.loop.suspend
+    suspend = server.loop.service.queue.suspend
 
     def noted(client: str, is_behind: bool) -> None:
         rests.append(is_behind)
         suspend(client, is_behind)
 
-    monkeypatch.setattr(server.loop, "suspend", noted)
+    monkeypatch.setattr(server.loop.service.queue, "suspend", noted)
     slow, other = server.raw(), server.raw()
     other.ask("sim.startSimulation")
     assert "func" in slow.ask("sim.testCB", 1, "f_0@func", 2, 1)

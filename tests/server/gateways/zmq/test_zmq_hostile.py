@@ -97,7 +97,7 @@ def test_a_message_that_is_too_long_closes_the_connection(server: ZmqWorld) -> N
     client = server.raw()
     client.ask("sim.getSimulationTime")
     client.socket.send(bytes((64 << 20) + 1))
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)
 
 
 def test_a_peer_that_reads_no_answers_is_cut(server: ZmqWorld, caplog: pytest.LogCaptureFixture) -> None:
@@ -188,7 +188,7 @@ def test_the_limit_of_clients_holds(server: ZmqWorld, monkeypatch: pytest.Monkey
     assert "ret" in first.ask("sim.getSimulationTime")
     assert "limit 'clients'" in second.ask("sim.getSimulationTime")["err"]
     first.close()
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)
     assert "ret" in second.ask("sim.getSimulationTime")
 
 

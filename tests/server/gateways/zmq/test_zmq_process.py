@@ -46,12 +46,12 @@ def test_a_missing_package_is_named_with_the_extra(server: ZmqWorld, monkeypatch
     monkeypatch.setitem(sys.modules, "cbor2", None)
     assert extra_line("zmq") in gateway.missing()
     with pytest.raises(GatewayError, match="cbor2, which is missing"):
-        ZmqGateway(server.loop, "127.0.0.1:0")
+        ZmqGateway(server.loop.service, "127.0.0.1:0")
 
 
 def test_an_endpoint_for_everyone_is_warned_of(server: ZmqWorld, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
-        server.on_server(lambda: ZmqGateway(server.loop, "0.0.0.0:0").close())
+        server.on_server(lambda: ZmqGateway(server.loop.service, "0.0.0.0:0").close())
     assert "can do all that a client can" in caplog.text
     assert "SSH tunnel" in caplog.text
 

@@ -49,7 +49,7 @@ def test_steps_motions_waits_and_two_clients_are_repeated(tmp_path: Path) -> Non
         sim.stopSimulation()
         sim.startSimulation()
         server.close_clients()
-        assert server.wait_until(lambda: not server.loop.sessions)
+        assert server.wait_until(lambda: not server.loop.service.clients.sessions)
     seen = kinds(file)
     assert seen.count(Kind.JOINED_ZMQ) == 2
     assert Kind.CONTINUED in seen
@@ -62,8 +62,8 @@ def test_the_end_of_a_frozen_clients_stepping_is_repeated(tmp_path: Path) -> Non
         sim.setStepping(True)
         sim.startSimulation()
         sim.step()
-        (key,) = server.loop.sessions
-        server.on_server(lambda: server.loop.clients.end_stepping(key, "it was silent"))
+        (key,) = server.loop.service.clients.sessions
+        server.on_server(lambda: server.loop.service.clients.end_stepping(key, "it was silent"))
         assert server.wait_until(lambda: server.simulation.step_count > 10)
         with pytest.raises(Exception, match="the server ended the stepped mode of this client"):
             sim.step()

@@ -190,7 +190,7 @@ def test_a_client_that_goes_while_stepping_frees_the_simulation(server: ZmqWorld
     assert stays.getSimulationTime() == 0
     gone.send("sim.step")  # dies while it waits for an answer
     gone.close()
-    assert server.wait_until(lambda: len(server.loop.sessions) == 1)
+    assert server.wait_until(lambda: len(server.loop.service.clients.sessions) == 1)
     stays.step()
     assert stays.getSimulationTime() > 0
 
@@ -202,9 +202,9 @@ def test_a_client_with_several_connections_leaves_with_the_last(server: ZmqWorld
     assert second.ask("sim.setStepping", True) == {"ret": [1]}, "one client"
     first.close()
     second.ask("sim.getSimulationTime")
-    assert len(server.loop.sessions) == 1
+    assert len(server.loop.service.clients.sessions) == 1
     second.close()
-    assert server.wait_until(lambda: not server.loop.sessions)
+    assert server.wait_until(lambda: not server.loop.service.clients.sessions)
 
 
 def test_a_goodbye_ends_stepping(server: ZmqWorld) -> None:
@@ -216,7 +216,8 @@ def test_a_goodbye_ends_stepping(server: ZmqWorld) -> None:
 
 def test_calls_are_noted_with_the_steps_of_a_run_and_a_new_run_goes_on_from_one(server: ZmqWorld) -> None:
     sim = server.sim()
-    history = server.on_server(lambda: History(server.loop, 60.0))
+    history = server.on_server(lambda: History(server.loop.service, 60.0))
+    server.on_server(lambda: server.loop.service.watchers.add(history))
     start_stepping(sim)
     sim.step()
     sim.setFloatSignal("gain", 0.5)
@@ -230,11 +231,11 @@ def test_calls_are_noted_with_the_steps_of_a_run_and_a_new_run_goes_on_from_one(
     ]
     failed = [call for call in server.on_server(lambda: history.calls(2)).calls if call.has_failed]
     assert [call.function for call in failed] == ["sim.getObject"]
-    server.on_server(lambda: go_on(server.loop, history, 1))
+    server.on_server(lambda: go_on(server.loop.service, history, 1))
     assert sim.getSimulationTime() == pytest.approx(0.05)
     assert not sim.getFloatSignal("gain")
     sim.startSimulation()
     sim.step()
     assert sim.getSimulationTime() == pytest.approx(0.1)
     server.on_server(lambda: server.simulation.detach(history))
-    server.on_server(lambda: setattr(server.loop.executor, "log_of_calls", None))
+    server.on_server(lambda: server.loop.service.executor.note_in(None))

@@ -31,7 +31,7 @@ READING = sorted(
 def viewed(tmp_path: Path) -> Iterator[ZmqWorld]:
     """A server with a second port, at which the clients of the test connect."""
     with zmq_world(tmp_path) as server:
-        gateway = server.on_server(lambda: ZmqGateway(server.loop, "127.0.0.1:0", may_only_read=True))
+        gateway = server.on_server(lambda: ZmqGateway(server.loop.service, "127.0.0.1:0", may_only_read=True))
         server.port = gateway.port
         yield server
         server.close_clients()
@@ -62,7 +62,9 @@ def test_a_viewer_reads_and_changes_nothing(viewed: ZmqWorld) -> None:
         with pytest.raises(Exception, match=r"may change something, and .* is a viewer, who may only read"):
             change()
     assert sim.getObjectPosition(box) == pytest.approx([1, 0, 0.5])
-    roles = viewed.on_server(lambda: [each.may_only_read for each in viewed.loop.sessions.values()])
+    roles = viewed.on_server(
+        lambda: [each.may_only_read for each in viewed.loop.service.clients.sessions.values()]
+    )
     assert roles == [True]
 
 

@@ -65,12 +65,14 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
 
     def send(message_id: int, *names: str) -> None:
         calls = [Call(1000, 0, 0, name, [1] if "Joint" in name else []) for name in names]
-        world.loop.submit(world.transports[client].client, BatchWork(encode(Batch(message_id, 0, calls))))
+        world.loop.service.queue.submit(
+            world.transports[client].client, BatchWork(encode(Batch(message_id, 0, calls)))
+        )
 
     def runs_long() -> None:
         send(12, "simxGetJointPosition")
-        world.loop.serve_others()
-        seen.append((world.simulation.state, len(world.loop._inbox)))
+        world.loop.service.meanwhile.serve_others()
+        seen.append((world.simulation.state, len(world.loop.service.queue)))
 
     monkeypatch.setattr(world.simulation, "step", runs_long)
     send(11, "simxSynchronousTrigger", follows)
@@ -79,7 +81,7 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
     assert seen == [(SimulationState.RUNNING, int(is_stop))]
     world.settle()
     assert world.simulation.state is (SimulationState.STOPPED if is_stop else SimulationState.RUNNING)
-    assert len(world.loop._inbox) == 0
+    assert len(world.loop.service.queue) == 0
     world.close()
 
 

@@ -6,11 +6,12 @@ on; until then, and for a while at most, the simulation waits for it.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from simx_server.service.clients.watcher import Watcher
+from simx_server.service.watcher import Watcher
 
 if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession
@@ -22,17 +23,27 @@ WAIT = 4.0
 class Returning(Watcher):
     """Those that have not come back yet. Physics thread only."""
 
-    def __init__(self, clients: Mapping[str, tuple[str, bool]], text: str) -> None:
-        """Expect clients.
+    def __init__(self) -> None:
+        """Expect nobody."""
+        self._clients: dict[str, tuple[str, bool]] = {}
+        self._back: set[str] = set()
+        self.text = ""
+        self._until = -math.inf
+
+    def expect(self, clients: Mapping[str, tuple[str, bool]], text: str) -> None:
+        """Expect the clients of a server that has crashed just now, instead of others.
 
         Args:
             clients: id to name, and whether the client stepped the simulation.
             text: what happened, for them.
         """
-        self._clients = dict(clients)
-        self._back: set[str] = set()
-        self.text = text
+        self._clients, self._back, self.text = dict(clients), set(), text
         self._until = time.monotonic() + WAIT
+
+    @property
+    def is_awaiting(self) -> bool:
+        """Return whether the simulation may have to wait for clients."""
+        return bool(self._clients)
 
     def welcomes(self, session: ClientSession) -> bool:
         """Tell a client that joins what happened, if it is one of those; let it step again if it did.

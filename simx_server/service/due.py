@@ -1,0 +1,121 @@
+"""Decide when the next round of the loop is due: a simulation step, or only streams and regular work.
+
+This is where pacing is decided for steps: the clock (`clock.py`) while the simulation runs freely, the triggers of
+stepped clients, a film that holds steps. `calls/pacing.py` decides which calls wait for a step.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+from simx_server.simulation.simulation import SimulationState
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+    from .clients.returning import Returning
+    from .clients.sessions import ClientSession
+    from .clock import Pacer
+    from .watcher import Watchers
+
+IDLE_INTERVAL = 0.02
+"""Seconds between two executions of the streams while no simulation step is due."""
+
+HELD = 0.002
+"""Seconds until a held simulation step (`Part.holds_step`) is checked again."""
+
+_RUNNING = SimulationState.RUNNING
+
+_STREAMS, _IS_STEPPING = attrgetter("streams.by_id"), attrgetter("is_stepping")
+_WANTS_IDLE = attrgetter("wants_idle")
+"""Each turn asks for these; a generator would take three times as long."""
+
+
+class Due:
+    """Knows what the next round waits for. Physics thread."""
+
+    def __init__(
+        self,
+        world: World,
+        sessions: Mapping[str, ClientSession],
+        pacer: Pacer,
+        returning: Returning,
+        watchers: Watchers,
+    ) -> None:
+        self._world, self._simulation, self._sessions = world, world.simulation, sessions
+        self._pacer, self._returning, self._watchers = pacer, returning, watchers
+        self._next_idle_round = 0.0
+        self._is_paced = False
+
+    @property
+    def is_paced(self) -> bool:
+        """Return whether simulation steps follow the wall clock at present."""
+        return self._is_paced
+
+    @property
+    def is_running_freely(self) -> bool:
+        """Return whether simulation steps follow automatically: no client steps, and the simulation is running."""
+        if self._simulation.state is not _RUNNING:
+            return False
+        return True not in map(_IS_STEPPING, self._sessions.values())
+
+    @property
+    def is_waiting_for_trigger(self) -> bool:
+        """Return whether a running simulation waits until stepped clients trigger (parameter 45)."""
+        if self._simulation.state is _RUNNING:
+            for session in self._sessions.values():  # `any` takes three times as long
+                if session.is_waiting:
+                    return True
+        return False
+
+    @property
+    def is_advancing(self) -> bool:
+        """Return whether the next round makes a simulation step."""
+        return self._simulation.state is _RUNNING and not self.is_waiting_for_trigger
+
+    @property
+    def is_idle_wanted(self) -> bool:
+        """Return whether there is regular work for a simulation that is stopped or paused."""
+        if self._simulation.state is _RUNNING:
+            return False
+        return self._world.scripts.want_idle or any(map(_WANTS_IDLE, self._watchers.idlers))
+
+    def seconds_until_round(self) -> float:
+        """Return the seconds until a round is due, if nothing arrives before; infinity for none."""
+        if self._simulation.state is _RUNNING:
+            if self.is_running_freely:
+                if self._returning.is_awaiting and (awaited := self._returning.seconds_left()) > 0:
+                    return awaited
+                if not self._is_paced:
+                    self._is_paced = True
+                    self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
+                return self._pacer.seconds_left() or self._seconds_held(math.isinf(self._pacer.speed))
+            self._is_paced = False
+            if not self.is_waiting_for_trigger:
+                return self._seconds_held(True)
+            is_wanted = self._has_streams()
+        else:
+            self._is_paced = False
+            is_wanted = self.is_idle_wanted or self._has_streams()
+        return max(0.0, self._next_idle_round - time.monotonic()) if is_wanted else math.inf
+
+    def are_streams_due(self) -> bool:
+        """Return whether streams are to be computed now, although no simulation step is made."""
+        return (
+            time.monotonic() >= self._next_idle_round and not self.is_running_freely and self._has_streams()
+        )
+
+    def round_made(self) -> None:
+        """Note that a round was made."""
+        self._next_idle_round = time.monotonic() + IDLE_INTERVAL
+
+    def _has_streams(self) -> bool:
+        return any(map(_STREAMS, self._sessions.values()))
+
+    def _seconds_held(self, is_free: bool) -> float:
+        """Return the seconds to wait if the step is held; `is_free`: the step does not follow the wall clock."""
+        return HELD if is_free and self._simulation.is_held else 0.0
