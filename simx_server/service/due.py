@@ -93,29 +93,28 @@ class Due:
                 if not self._is_paced:
                     self._is_paced = True
                     self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
-                return self._pacer.seconds_left() or self._seconds_held(math.isinf(self._pacer.speed))
+                if (left := self._pacer.seconds_left()) > 0 or not math.isinf(self._pacer.speed):
+                    return left
+                return HELD if self._simulation.is_held else 0.0
             self._is_paced = False
             if not self.is_waiting_for_trigger:
-                return self._seconds_held(True)
-            is_wanted = self._has_streams()
+                return HELD if self._simulation.is_held else 0.0
         else:
             self._is_paced = False
-            is_wanted = self.is_idle_wanted or self._has_streams()
-        return max(0.0, self._next_idle_round - time.monotonic()) if is_wanted else math.inf
+            if self.is_idle_wanted:
+                return max(0.0, self._next_idle_round - time.monotonic())
+        if any(map(_STREAMS, self._sessions.values())):
+            return max(0.0, self._next_idle_round - time.monotonic())
+        return math.inf
 
     def are_streams_due(self) -> bool:
         """Return whether streams are to be computed now, although no simulation step is made."""
         return (
-            time.monotonic() >= self._next_idle_round and not self.is_running_freely and self._has_streams()
+            time.monotonic() >= self._next_idle_round
+            and not self.is_running_freely
+            and any(map(_STREAMS, self._sessions.values()))
         )
 
     def round_made(self) -> None:
         """Note that a round was made."""
         self._next_idle_round = time.monotonic() + IDLE_INTERVAL
-
-    def _has_streams(self) -> bool:
-        return any(map(_STREAMS, self._sessions.values()))
-
-    def _seconds_held(self, is_free: bool) -> float:
-        """Return the seconds to wait if the step is held; `is_free`: the step does not follow the wall clock."""
-        return HELD if is_free and self._simulation.is_held else 0.0

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 Stage = tuple[str, "Callable[[Service], Callable[[float], bool]]"]
-"""What a stage of a turn does, and its action: it takes the most seconds to wait; True ends the turn."""
+"""The description of a stage of a turn, and its action: it takes the most seconds to wait; True ends the turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Service:
     simulation: Simulation
     pacer: Pacer
     queue: Inbox
-    """What has arrived. Any thread may add to it."""
+    """Has the messages and events that wait. Any thread may add to it."""
 
     watchers: Watchers
     clients: Clients

@@ -127,7 +127,7 @@ class Ros2Gateway(Gateway, Part):
             return
         super().close()
         self._service.world.ros2_topics.serve(None)
-        for part in (self, *self._contents):
+        for part in self._contents:
             self._simulation.detach(part)
         self._session.close()
         self._client.leave()

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Serving:
-    """What may be executed within something else. Physics thread."""
+    """Decides which clients may be served within the work of another one. Physics thread."""
 
     def __init__(self, queue: Inbox, watchers: Watchers) -> None:
         self._queue, self._watchers = queue, watchers

@@ -24,7 +24,7 @@ class Returning(Watcher):
     """Those that have not come back yet. Physics thread only."""
 
     def __init__(self) -> None:
-        """Expect nobody."""
+        """Expect no client."""
         self._clients: dict[str, tuple[str, bool]] = {}
         self._back: set[str] = set()
         self.text = ""

@@ -41,7 +41,7 @@ class Slider(Stage):
     def __init__(self, world: RealWorld, client: int, browser: viser.ViserServer) -> None:
         self.history = History(world.loop.service, 60.0)
         world.loop.service.watchers.add(self.history)
-        super().__init__(world, client, browser)
+        super().__init__(world, client, browser, self.history)
         self.told: list[tuple[str, str]] = []
         self.panel = self.time = TimeSlider(self.gui, self.hands, lambda *told: self.told.append(told))
         v.simxSynchronous(client, True)

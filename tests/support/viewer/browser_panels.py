@@ -11,6 +11,7 @@ import viser
 from real_world import RealWorld
 
 from simx_client import Client
+from simx_server.history import History
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, SURVEY, Look, Survey
 from simx_server.viewer.page.composition import Panel
@@ -39,10 +40,16 @@ class Direct:
 class Stage:
     """A world and its feed, the elements of a page, and what a person does to them."""
 
-    def __init__(self, world: RealWorld, client: int, browser: viser.ViserServer) -> None:
+    def __init__(
+        self,
+        world: RealWorld,
+        client: int,
+        browser: viser.ViserServer,
+        history: History | None = None,
+    ) -> None:
         self.world, self.client, self.gui = world, client, browser.gui
         self.hands = cast(Hands, Direct(Client.of(client)))
-        self._feed = Feed(world.loop.service, "test", [19997])
+        self._feed = Feed(world.loop.service, "test", [19997], history)
         world.parts.scripts.add_ons[ADD_ON] = self._feed
         self._known = -1
         self.panel: Panel | None = None
