@@ -79,7 +79,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     cases: dict[str, Callable[[], object]] = {}
     for seconds in STEPS_S:
         client, handles = _world(stack, seconds)
-        cases[_loop_of(seconds)] = partial(_loop, client, handles)
+        cases[_loop_of(seconds)] = partial(control_loop, client, handles)
         cases[_bare_of(seconds)] = Physics(stack, seconds).step
     stopped, handles = _world(stack, 0.05, is_running=False)
     cases[READ] = partial(vrep.simxGetJointPosition, stopped, handles[0], vrep.simx_opmode_blocking)
@@ -107,7 +107,7 @@ def _world(stack: ExitStack, seconds: float, *, is_running: bool = True) -> tupl
     return client, handles
 
 
-def _loop(client: int, handles: list[int]) -> None:
+def control_loop(client: int, handles: list[int]) -> None:
     """One turn of the usual control loop."""
     for handle in handles:
         check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer))

@@ -159,7 +159,8 @@ def compose(findings: Sequence[Findings], *, conditions: Sequence[str]) -> str:
     lines = [
         "# What simx costs",
         "",
-        "Aims are ratios to a baseline of the same run, so they hold on any machine.",
+        "Aims are ratios to a baseline of the same run. A ratio of Python to C differs between machines; "
+        "counts do not (`python -m bench.counts`).",
     ]
     lines += [f"Figures and what is not an aim: [{DETAILS}]({DETAILS}).", ""]
     lines += _rivals([rival for found in findings for rival in found.rivals])

@@ -15,17 +15,19 @@ import time
 from collections import deque
 
 from simx_client.protocol.lane.frames import (
-    MEMORY,
+    FILE,
+    MESSAGE,
     BadFrame,
     Frames,
     frame,
     memory_frame,
     place_of,
+    read_file,
     receive_with_files,
+    token_frame,
 )
 from simx_client.protocol.lane.memory import MemoryReader
 from simx_client.protocol.lane.offer import (
-    Offer,
     folders,
     is_possible,
     is_private,
@@ -65,14 +67,16 @@ def open_lane(text: str) -> Lane | None:
     for folder in folders():
         path = path_of(folder, offer.name)
         if is_private(folder) and os.path.exists(path):
-            try:
-                return _connect(path, offer)
-            except (OSError, ValueError) as problem:
-                logger.debug("messages travel over Zenoh, as %s cannot be used: %s", path, problem)
+            for introduction in (token_frame(offer.token), frame(offer.token.encode())):
+                try:
+                    return _connect(path, introduction)
+                except (OSError, ValueError) as problem:  # a server of version 0.4 takes only the second one
+                    logger.debug("%s does not take the introduction: %s", path, problem)
+            logger.debug("messages travel over Zenoh, as %s cannot be used", path)
     return None
 
 
-def _connect(path: str, offer: Offer) -> Lane:
+def _connect(path: str, introduction: bytes) -> Lane:
     """Connect to a socket and take the memory of the values. Raises OSError, ValueError."""
     connected = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -80,7 +84,7 @@ def _connect(path: str, offer: Offer) -> Lane:
         connected.connect(path)
         if not is_same_user(connected):
             raise PermissionError("the server belongs to another user")
-        connected.sendall(frame(offer.token.encode()))
+        connected.sendall(introduction)
         expected = memory_frame(VALUES)
         data, files = receive_with_files(connected, len(expected))
         try:
@@ -211,19 +215,21 @@ class Lane:
             self._is_broken = True
 
     def _sort(self) -> None:
-        """Keep deliveries for the caller, and map the memories. Raises BadFrame, ValueError, OSError."""
+        """Keep deliveries for the caller, and map the memories of streams. Raises BadFrame, ValueError, OSError."""
         whole = self._frames.whole
         while whole:
             kind, payload = whole.popleft()
-            if kind != MEMORY:
+            if kind == MESSAGE:
                 self._deliveries.append(payload)
                 continue
-            place = place_of(payload)
             if not self._files:
-                raise BadFrame("a memory frame without a file descriptor")
+                raise BadFrame("a frame without its file descriptor")
             file = self._files.popleft()
             try:
-                self._memories[place] = MemoryReader(file)
+                if kind == FILE:
+                    self._deliveries.append(read_file(payload, file))
+                else:
+                    self._memories[place_of(payload)] = MemoryReader(file)
             finally:
                 os.close(file)
             self._values = self._memories[VALUES]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,20 @@ import pytest
 from processes import read_line, running, spawn, wait_until
 
 from simx_client.protocol.lane import offer
-from simx_client.protocol.lane.frames import MEMORY, MESSAGE, BadFrame, Frames, frame, memory_frame, place_of
+from simx_client.protocol.lane.frames import (
+    FILE,
+    MAX_FRAME,
+    MEMORY,
+    MESSAGE,
+    BadFrame,
+    Frames,
+    file_frame,
+    frame,
+    has_unread,
+    memory_frame,
+    place_of,
+    read_file,
+)
 from simx_client.protocol.lane.memory import MemoryReader, MemoryWriter
 
 pytestmark = pytest.mark.skipif(not offer.is_possible(), reason="the lane needs Linux")
@@ -95,7 +109,7 @@ def test_the_missing_bytes_of_a_frame_are_known() -> None:
     assert frames.missing == 65
 
 
-@pytest.mark.parametrize("data", [frame(b"x" * 11), b"\0\0\0\0\x02", b"\xff" * 5])
+@pytest.mark.parametrize("data", [frame(b"x" * 11), b"\0\0\0\0\x03", b"\xff" * 5])
 def test_frames_that_are_too_long_or_unknown_are_refused(data: bytes) -> None:
     with pytest.raises(BadFrame):
         Frames(10).add(data)
@@ -110,6 +124,49 @@ def test_frames_that_are_too_long_or_unknown_are_refused(data: bytes) -> None:
 def test_a_memory_frame_must_have_a_place() -> None:
     with pytest.raises(BadFrame):
         place_of(b"abc")
+
+
+# --- large messages as files --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def file() -> Iterator[int]:
+    made = os.memfd_create("test")
+    os.write(made, b"a large message")
+    yield made
+    os.close(made)
+
+
+def _length(length: int) -> bytes:
+    """Return the payload of a file frame."""
+    frames = Frames()
+    frames.add(file_frame(length))
+    ((kind, payload),) = frames.whole
+    assert kind == FILE
+    return payload
+
+
+def test_a_message_comes_as_a_file(file: int) -> None:
+    assert read_file(_length(15), file) == b"a large message"
+
+
+@pytest.mark.parametrize(
+    "payload", [b"", b"abc", bytes(9), _length(16), _length(MAX_FRAME + 1), _length((1 << 64) - 1)]
+)
+def test_a_file_of_another_length_than_its_frame_says_is_refused(file: int, payload: bytes) -> None:
+    with pytest.raises(BadFrame):
+        read_file(payload, file)
+
+
+def test_bytes_that_the_other_end_has_not_read_are_known() -> None:
+    near, far = socket.socketpair(socket.AF_UNIX)
+    with near, far:
+        assert not has_unread(near)
+        near.send(b"ab")
+        far.recv(1)
+        assert has_unread(near)
+        far.recv(1)
+        assert not has_unread(near)
 
 
 # --- memory -----------------------------------------------------------------------------------------

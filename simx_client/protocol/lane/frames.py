@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import os
 import socket
 import struct
 from collections import deque
@@ -14,11 +15,18 @@ MESSAGE = 0
 MEMORY = 1
 """Kind of a frame with the number of a place, whose shared memory comes with it as a file descriptor."""
 
+FILE = 2
+"""Kind of a frame with the length of a large message, which comes with it as a file descriptor.
+
+A client whose first frame has this kind takes such messages; older clients send their token as a `MESSAGE`.
+"""
+
 MAX_FRAME = 256 << 20
 """Maximum size of a server's message in bytes."""
 
 _HEAD = struct.Struct("<IB")
 _PLACE = struct.Struct("<I")
+_LENGTH = struct.Struct("<Q")
 
 _CLOSE_ON_EXEC = int(getattr(socket, "MSG_CMSG_CLOEXEC", 0))
 """A plain number: to combine flags of the module takes as long as the call."""
@@ -38,6 +46,38 @@ def frame(payload: bytes) -> bytes:
     return _HEAD.pack(len(payload), MESSAGE) + payload
 
 
+def token_frame(token: str) -> bytes:
+    """Return the first frame of a client that takes large messages as files."""
+    return _HEAD.pack(len(token), FILE) + token.encode()
+
+
+def file_frame(length: int) -> bytes:
+    """Return the frame that brings a message of this length as a file."""
+    return _HEAD.pack(_LENGTH.size, FILE) + _LENGTH.pack(length)
+
+
+def read_file(payload: bytes, file: int) -> bytes:
+    """Return the message of a file frame.
+
+    Args:
+        payload: the frame's.
+        file: the descriptor that came with it; it stays open.
+
+    Raises:
+        BadFrame: the length is missing, too large, or not that of the file.
+        OSError: the file cannot be read.
+    """
+    if len(payload) != _LENGTH.size:
+        raise BadFrame("a file frame without a length")
+    length = int(_LENGTH.unpack(payload)[0])
+    if length > MAX_FRAME:
+        raise BadFrame(f"a file of {length} bytes; the limit is {MAX_FRAME}")
+    message = os.pread(file, length, 0)
+    if len(message) != length:
+        raise BadFrame(f"a file of {len(message)} bytes in place of {length}")
+    return message
+
+
 def memory_frame(place: int) -> bytes:
     """Return the frame that brings the memory of a place."""
     return _HEAD.pack(_PLACE.size, MEMORY) + _PLACE.pack(place)
@@ -55,6 +95,18 @@ def send_with_file(connected: socket.socket, data: bytes, file: int, flags: int 
     # socket.send_fds ignores its flags
     rights = (socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", [file]))
     return connected.sendmsg([data], [rights], flags)
+
+
+def has_unread(connected: socket.socket) -> bool:
+    """Return whether the other end has not read all that was sent to it; True if the system does not tell."""
+    import fcntl  # Windows has neither this nor the lane
+    import termios
+
+    try:
+        count = fcntl.ioctl(connected, termios.TIOCOUTQ, bytes(4))
+    except OSError:
+        return True
+    return count != bytes(4)
 
 
 def receive_with_files(connected: socket.socket, size: int, flags: int = 0) -> tuple[bytes, Sequence[int]]:
@@ -129,6 +181,6 @@ class Frames:
         length, kind = _HEAD.unpack_from(data, begin)
         if length > self.longest:
             raise BadFrame(f"a frame of {length} bytes; the limit is {self.longest}")
-        if kind not in (MESSAGE, MEMORY):
+        if kind not in (MESSAGE, MEMORY, FILE):
             raise BadFrame(f"a frame of the unknown kind {kind}")
         return length, kind

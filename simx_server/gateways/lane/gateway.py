@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import MAX_BATCH
-from simx_client.protocol.lane.frames import MESSAGE, BadFrame, Frames
+from simx_client.protocol.lane.frames import FILE, MESSAGE, BadFrame, Frames
 from simx_client.protocol.lane.offer import (
     Offer,
     is_possible,
@@ -180,7 +180,7 @@ class LaneGateway(Listening["_Peer"], Offers):
         while whole and not self._loop.has_much_waiting(peer.client):
             kind, payload = whole.popleft()
             if kind != MESSAGE:
-                peer.problem = "it sends memory"
+                peer.problem = "it sends memory or files"
                 return
             self._loop.submit(peer.client, BatchWork(payload))
 
@@ -203,14 +203,16 @@ class LaneGateway(Listening["_Peer"], Offers):
 
     def _introduce(self, peer: _Peer) -> None:
         """Recognise a client by its token, and send it the memory of its values."""
-        _, token = peer.frames.whole.popleft()
+        kind, token = peer.frames.whole.popleft()
         guest = self._guests.get(token.decode("ascii", "replace"))
         if guest is None:
             peer.problem = "it has no valid token"
             return
         forget = partial(self._forget, peer)
         try:
-            link = LaneLink(self._loop, guest.client, peer.socket, guest.first, forget)
+            link = LaneLink(
+                self._loop, guest.client, peer.socket, guest.first, forget, takes_files=kind == FILE
+            )
         except OSError as problem:
             peer.problem = f"there is no memory for its client: {problem}"
         else:

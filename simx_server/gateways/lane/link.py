@@ -1,4 +1,4 @@
-"""The link back to one client: replies by the socket, values and images of streams by shared memory.
+"""The link back to one client: replies by the socket or as files, values and images of streams by shared memory.
 
 The socket takes small replies at once. A thread sends what it does not take, so that the physics thread waits for no
 client. It exists only until everything is sent.
@@ -16,7 +16,13 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.lane.frames import frame, memory_frame, send_with_file
+from simx_client.protocol.lane.frames import (
+    file_frame,
+    frame,
+    has_unread,
+    memory_frame,
+    send_with_file,
+)
 from simx_client.protocol.lane.memory import MemoryWriter
 from simx_server.gateways.zenoh.posting import MUCH_UNSENT
 from simx_server.service.answers.link import Link, PackingLink
@@ -28,6 +34,9 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
+
+LARGE = 1 << 16
+"""Bytes of a reply that is sent as a file."""
 
 VALUES = 0
 """Place of the newest values; the other places have images."""
@@ -84,6 +93,8 @@ class LaneLink(PackingLink):
         connected: socket.socket,
         first: PackingLink,
         closed: Callable[[], object],
+        *,
+        takes_files: bool,
     ) -> None:
         """Make a link, and send the client the memory of its values.
 
@@ -91,12 +102,14 @@ class LaneLink(PackingLink):
             connected: a blocking socket; it belongs to the link from now on.
             first: the link that the client has come by; it remains for what finds no memory.
             closed: called once, before the socket is closed.
+            takes_files: the client takes large replies as files.
 
         Raises:
             OSError: no memory or file descriptor is free.
         """
         self._loop, self._client, self._socket, self._first = loop, client, connected, first
         self._closed: Callable[[], object] = closed
+        self._takes_files = takes_files
         self._lock = threading.Lock()
         self._memories = [MemoryWriter(VALUES_ROOM)]
         self._places: dict[int, int] = {}
@@ -117,7 +130,8 @@ class LaneLink(PackingLink):
 
     def put_replies(self, payload: bytes) -> None:
         with self._lock:
-            self._send(frame(payload))
+            if len(payload) < LARGE or not self._takes_files or not self._send_as_file(payload):
+                self._send(frame(payload))
         now = time.perf_counter()
         if now < self._answered + 2 * LOOK:  # a client in a loop calls again at once
             self._loop.sockets.expect()
@@ -204,6 +218,30 @@ class LaneLink(PackingLink):
         self._send(memory_frame(place), self._memories[place].file)
 
     # --- the socket, under the lock --------------------------------------------------------------
+
+    def _send_as_file(self, payload: bytes) -> bool:
+        """Send a large reply as a file: a socket takes it in parts, each with a wait for the client.
+
+        Return False if it has to go by the socket: the system gives no file, or the client has not read what it was
+        sent before. The system counts only the frame of such a reply, so a client that reads nothing gets one of them.
+        """
+        if self._unsent or self.is_closed or has_unread(self._socket):
+            return False
+        try:
+            file = os.memfd_create("simx", os.MFD_CLOEXEC)
+            try:
+                written = os.write(file, payload)
+            except OSError:
+                os.close(file)
+                raise
+        except OSError as problem:
+            logger.debug("a reply for client %s goes by the socket: %s", self._client, problem)
+            return False
+        if written < len(payload):
+            os.close(file)
+            return False
+        self._send(file_frame(len(payload)), file)
+        return True
 
     def _send(self, data: bytes, file: int | None = None) -> None:
         """Send a frame, or leave it to the thread; close its file when it is sent."""

@@ -21,9 +21,10 @@ from simx_client.client import Client
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import BY_NAME
-from simx_client.protocol.lane.frames import frame, memory_frame
+from simx_client.protocol.lane.frames import frame, memory_frame, read_file
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.messages import Batch, Call, Operation, Reply
+from simx_client.transport import lane
 from simx_client.transport.lane import Lane
 from simx_client.transport.lanes import Lanes
 
@@ -143,6 +144,59 @@ def test_messages_of_megabytes_pass_in_both_directions(lasting: tuple[ServerProc
     data = bytes(range(256)) * 20_000
     assert v.simxSetStringSignal(client, "big", data, BLOCKING) == 0
     assert v.simxGetStringSignal(client, "big", BLOCKING) == (0, bytearray(data))
+
+
+def test_a_large_answer_comes_as_a_file_unless_an_earlier_one_is_unread(
+    lasting: tuple[ServerProcess, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = connect(lasting[0])
+    sizes: list[int] = []
+    monkeypatch.setattr(
+        lane, "read_file", lambda *arguments: sizes.append(len(found := read_file(*arguments))) or found
+    )
+    data = bytes(range(256)) * 4000
+    assert v.simxSetStringSignal(client, "big", data, BLOCKING) == 0
+    assert v.simxGetStringSignal(client, "big", BLOCKING) == (0, bytearray(data))
+    assert len(sizes) == 1
+    assert sizes[0] > len(data)
+    connection, link = CLIENTS.get(client), link_of(client)
+    assert connection is not None
+    assert link is not None
+    answers: list[Reply] = []
+    with monkeypatch.context() as reading_nothing:
+        reading_nothing.setattr(link, "_take_in", lambda: None)
+        for number in (1, 2):
+            connection.send_together([(Marshal(BY_NAME["simxGetStringSignal"]), ["big"], answers.append)])
+            assert wait_until(lambda number=number: link._values.sent == link._frames.count + number, 10.0)
+    connection.receive_until(lambda: len(answers) == 2, time.monotonic() + 20.0, is_soon=False)
+    assert [reply.values for reply in answers] == [[data]] * 2
+    assert len(sizes) == 2, "a client that reads nothing is sent one file"
+    v.simxFinish(client)
+
+
+def test_a_client_of_an_old_version_gets_large_answers_by_the_socket(
+    lasting: tuple[ServerProcess, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lane, "token_frame", lambda token: frame(token.encode()))
+    monkeypatch.setattr(lane, "read_file", lambda *_: pytest.fail("it knows no files"))
+    client = connect(lasting[0])
+    assert link_of(client) is not None
+    data = bytes(range(256)) * 4000
+    assert v.simxSetStringSignal(client, "big", data, BLOCKING) == 0
+    assert v.simxGetStringSignal(client, "big", BLOCKING) == (0, bytearray(data))
+    v.simxFinish(client)
+
+
+def test_a_server_of_an_old_version_gets_the_introduction_that_it_knows(
+    lasting: tuple[ServerProcess, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        lane, "token_frame", lambda token: b"\0\0\0\0\x7f"
+    )  # a kind that this server does not know
+    client = connect(lasting[0])
+    assert link_of(client) is not None
+    assert v.simxGetPingTime(client)[0] == 0
+    v.simxFinish(client)
 
 
 def test_the_socket_is_for_this_user_alone_and_goes_with_the_server(scene: Path, sockets: Path) -> None:
