@@ -40,16 +40,21 @@ class Build(BuildHookInterface[Any]):
 
 
 def compile_module(root: Path) -> str:
-    """Compile the module; return why it cannot be, or an empty text."""
-    module = root / MODULE
-    module.unlink(missing_ok=True)
+    """Compile the module; return why it cannot be, or an empty text. An old module is never left then."""
+    problem = _compile(root)
+    if problem:
+        (root / MODULE).unlink(missing_ok=True)
+    return problem
+
+
+def _compile(root: Path) -> str:
     if sys.platform == "win32":
         return "it is compiled on Linux and macOS only"
     if (headers := find_headers()) is None:
         return "the package mujoco, whose headers are needed, is not installed"
     if (compiler := find_compiler()) is None:
         return "there is no C compiler"
-    source, new = root / SOURCE, module.with_suffix(".new")
+    source, new = root / SOURCE, root / MODULE.with_suffix(".new")
     command = [
         *compiler,
         *shlex.split(os.environ.get("CFLAGS", "")),
@@ -64,7 +69,7 @@ def compile_module(root: Path) -> str:
     if done.returncode:
         new.unlink(missing_ok=True)
         return f"the C compiler failed: {done.stderr.strip() or done.stdout.strip()}"
-    new.replace(module)
+    new.replace(root / MODULE)  # at once, since programs may be starting
     return ""
 
 

@@ -75,5 +75,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
         for seconds in (LONG, SHORT):
             physics = Physics(stack, seconds, scene)
             cases[_step(scene, seconds)] = physics.simulation.step
+            slow = Physics(stack, seconds, scene, in_python=True)
+            cases[f"{_step(scene, seconds)}, physics in Python"] = slow.simulation.step
             cases[_bare(scene, seconds)] = physics.step
     return side_by_side("step", cases, rounds=2 * effort.rounds, calls=effort.count(150))

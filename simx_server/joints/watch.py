@@ -86,9 +86,6 @@ class Watch:
         self._cost = GLANCE
         """Duration of a physics step in seconds, from the last ones."""
         self._has_warned = False
-        self._bad: tuple[mujoco.MjData, NDArray[np.intc]] | None = None
-        """The data, and a view of MuJoCo's counts of its diverged positions, velocities and accelerations."""
-
         self._read_next = 0.0
         """When the thread's time is read again: reading it takes as long as a small physics step."""
 
@@ -97,13 +94,8 @@ class Watch:
         """When the simulation step and its last physics steps started, and the thread's time then."""
         self._count = self._done = 0
 
-    def begin(self, data: mujoco.MjData, count: int) -> None:
+    def begin(self, count: int) -> None:
         """Note that the `count` physics steps of a simulation step start."""
-        if self._bad is None or self._bad[0] is not data:
-            self._bad = data, data.warning.number[_DIVERGED]
-        bad = self._bad[1]
-        if bad.tobytes() != _NONE:
-            bad.fill(0)
         self._began = self._before = time.perf_counter()
         if self._began >= self._read_next or self._thread != threading.get_ident():
             self._thread, self._thread_time = threading.get_ident(), time.thread_time()
@@ -126,18 +118,23 @@ class Watch:
                 left = max(1, min(most, left))
         return self._done + left
 
-    def made(self, done: int) -> None:
+    @property
+    def has_points(self) -> bool:
+        """Return whether the pieces have a fixed length, as a recording or a replay has to know where they end."""
+        return self._sim.interruptions.physics_point is not None
+
+    def made(self, done: int, *, has_diverged: bool) -> None:
         """Check the progress after some physics steps.
 
         Args:
             done: number of physics steps made in this simulation step.
+            has_diverged: whether MuJoCo has found bad numbers in them.
 
         Raises:
             StepFailed: the simulation step cannot be completed.
         """
-        assert self._bad is not None
         size, self._done = done - self._done, done
-        if self._bad[1].tobytes() != _NONE:
+        if has_diverged:
             raise StepFailed(DIVERGED)
         now = time.perf_counter()
         self._cost = cost = (now - self._before) / size or 1e-9
@@ -184,4 +181,19 @@ def _too_slow(seconds: float, sim: LiveScene) -> str:
 
 
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
-_NONE = bytes(np.zeros(_DIVERGED.stop - _DIVERGED.start, np.intc))
+
+
+class Divergence:
+    """MuJoCo's counts of diverged positions, velocities and accelerations of one state."""
+
+    def __init__(self, data: mujoco.MjData) -> None:
+        self._counts: NDArray[np.intc] = data.warning.number[_DIVERGED]
+
+    def forget(self) -> None:
+        """Set the counts to 0."""
+        self._counts.fill(0)
+
+    @property
+    def is_found(self) -> bool:
+        """Return whether any was found since the counts were 0."""
+        return bool(self._counts.any())

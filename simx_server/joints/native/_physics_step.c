@@ -204,6 +204,10 @@ typedef struct {
   char is_finite;
   char has_deep_contacts;
 
+  /* of the last run */
+  char has_diverged; /* MuJoCo has found bad numbers */
+  double seconds;
+
   PyThreadState* thread; /* while the interpreter's lock is released */
   Py_ssize_t made;
 } PhysicsStep;
@@ -679,9 +683,12 @@ static int one_step(PhysicsStep* s, int flags) {
   return WELL;
 }
 
-static int has_diverged(const mjData* d) {
-  return d->warning[mjWARN_BADQPOS].number || d->warning[mjWARN_BADQVEL].number || d->warning[mjWARN_BADQACC].number;
+static int* bad_counts(mjData* d, int which) {
+  static const int kinds[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
+  return &d->warning[kinds[which]].number;
 }
+
+static char has_diverged(mjData* d) { return *bad_counts(d, 0) || *bad_counts(d, 1) || *bad_counts(d, 2); }
 
 static char are_finite(const double* values, Py_ssize_t count) {
   for (Py_ssize_t i = 0; i < count; i++) {
@@ -713,14 +720,17 @@ static void finish(PhysicsStep* s, int flags) {
 
 /* Make physics steps `made` to `end` of the `count` of a simulation step, as many as fit into the time. */
 static int advance(PhysicsStep* s, Py_ssize_t end, Py_ssize_t count, double limit, int flags) {
-  const mjData* d = s->d;
+  mjData* d = s->d;
   double *force = real(s, MEAN_FORCE), *sensed = real(s, MEAN_SENSED);
   size_t forces = (size_t)length(s, MEAN_FORCE), values = s->has_cells ? (size_t)length(s, MEAN_SENSED) : 0;
   if (s->made == 0) {
     memset(force, 0, forces * sizeof(double));
     memset(sensed, 0, values * sizeof(double));
+    for (int i = 0; i < 3; i++) {
+      *bad_counts(d, i) = 0;
+    }
   }
-  double start = end - s->made > 1 ? seconds() : 0;
+  double start = seconds();
   while (s->made < end) {
     int result = one_step(s, flags);
     if (result != WELL) {
@@ -734,7 +744,9 @@ static int advance(PhysicsStep* s, Py_ssize_t end, Py_ssize_t count, double limi
     }
     hold_kinematic(s);
     s->made++;
-    if (has_diverged(d) || (s->made < end && seconds() - start > limit)) {
+    s->has_diverged = has_diverged(d);
+    s->seconds = seconds() - start;
+    if (s->has_diverged || s->seconds > limit) {
       break;
     }
   }
@@ -975,6 +987,8 @@ static PyMethodDef methods[] = {{"run", run, METH_VARARGS, run_doc}, {NULL, NULL
 
 static PyMemberDef members[] = {
   {"is_finite", T_BOOL, offsetof(PhysicsStep, is_finite), READONLY, NULL},
+  {"has_diverged", T_BOOL, offsetof(PhysicsStep, has_diverged), READONLY, NULL},
+  {"seconds", T_DOUBLE, offsetof(PhysicsStep, seconds), READONLY, NULL},
   {"has_deep_contacts", T_BOOL, offsetof(PhysicsStep, has_deep_contacts), READONLY, NULL},
   {NULL, 0, 0, 0, NULL},
 };

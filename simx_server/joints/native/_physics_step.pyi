@@ -17,6 +17,8 @@ class NoRoom(Exception): ...
 class PhysicsStep:
     is_finite: bool
     has_deep_contacts: bool
+    has_diverged: bool
+    seconds: float
     def __init__(
         self,
         model: mujoco.MjModel,

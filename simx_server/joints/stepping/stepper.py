@@ -17,7 +17,7 @@ import numpy as np
 from simx_server.joints import watch as watching
 from simx_server.joints.native.loading import compiled_module
 from simx_server.joints.servo import Entry
-from simx_server.joints.watch import DIVERGED, StepFailed, Watch, are_finite
+from simx_server.joints.watch import DIVERGED, Divergence, StepFailed, Watch, are_finite
 
 from . import kinematics
 from .cyclic_springs import CyclicSprings
@@ -97,6 +97,7 @@ class Stepper:
         self._force = np.zeros(data.actuator_force.shape)
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
         self._sensed = np.zeros(data.sensordata.shape)
+        self._divergence = Divergence(data)
 
         self._is_constant = not (
             self._motors
@@ -172,9 +173,10 @@ class Stepper:
         corrections = flags & (LIMIT_SEPARATION | KEEP_DOWN)
         if self._is_constant and not (average_force or self._has_cells or within or corrections):
             flags |= LAST_FORCE
-        self._watch.begin(self._data, count)
+        self._watch.begin(count)
         if self._module is not None and not within:
             return self._run_compiled(count, flags)
+        self._divergence.forget()
         if flags & LAST_FORCE:
             self._run_constant(count)
         else:
@@ -192,13 +194,15 @@ class Stepper:
         if step is None:
             step = self._step = self._compile()
         while done < count:
-            self._stiff_springs.refresh()
-            end = watch.next_end(stops=True)
+            if self._stiff_springs:
+                self._stiff_springs.refresh()
+            end = watch.next_end(stops=True) if done or watch.has_points else count
             try:
                 done = step.run(done, end, count, watching.GLANCE, flags)
             except self._no_room:
                 raise no_room(self._data) from None
-            watch.made(done)
+            if step.has_diverged or done < count or step.seconds > watching.GLANCE:
+                watch.made(done, has_diverged=step.has_diverged)
         if not step.is_finite:
             raise StepFailed(DIVERGED)
         return step.has_deep_contacts
@@ -210,7 +214,7 @@ class Stepper:
             end = watch.next_end()
             mujoco.mj_step(model, data, end - done)
             done = end
-            watch.made(done)
+            watch.made(done, has_diverged=self._divergence.is_found)
         self._force[:] = data.actuator_force
 
     def _run(self, count: int, within: Sequence[Within]) -> None:
@@ -240,7 +244,7 @@ class Stepper:
                 for follow in after:
                     follow(index, count)
             done = end
-            watch.made(done)
+            watch.made(done, has_diverged=self._divergence.is_found)
         if count > 1:
             total /= count
             if has_cells:

@@ -96,7 +96,8 @@ class LuaInterpreter:
         self._time_limit = time_limit
         self._depth = 0
         self._has_ended = False
-        self._deadline = 0.0
+        self._deadline: float | None = None
+        """When the thread's processor time ends the call; set at the first check, since reading that clock is slow."""
         self._serve_next = 0.0
         self._end_by = 0.0
         self._waiting: dict[int, Waiting] = {}
@@ -187,7 +188,7 @@ class LuaInterpreter:
         if self._has_ended:
             raise ScriptError(f"{self.name}: the script has ended")
         if not self._depth:
-            self._deadline = time.thread_time() + self._time_limit
+            self._deadline = None
             self._api.switching.spent = self._api.switching.edited = 0.0
             self._api.switching.calls = 0
             now = time.monotonic()
@@ -232,6 +233,8 @@ class LuaInterpreter:
         """Check the clock for Lua's hook; the server answers other clients meanwhile, without cost to the script."""
         if self._raised:
             return True
+        if self._deadline is None:
+            self._deadline = time.thread_time() + self._time_limit - self._api.switching.spent
         if time.monotonic() > self._serve_next:
             before = time.thread_time()
             self._api.serve_others()
