@@ -22,7 +22,8 @@ import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_server.app.server import open_world
-from simx_server.gateways.loopback.gateway import LoopbackTransport
+from simx_server.gateways.embedded.transport import EmbeddedTransport
+from simx_server.gateways.embedded.turns import Turns
 from simx_server.handlers import HANDLERS
 from simx_server.service.clock import Pacer
 from simx_server.service.server_loop import ServerLoop
@@ -65,7 +66,8 @@ def frames() -> Iterator[Image]:
     with ExitStack() as stack:
         simulation = open_world(Settings(scene="ur5_rg2_kinect_ball"), stack)
         loop = ServerLoop(simulation, HANDLERS, Pacer(math.inf))
-        connection = Connection(lambda: LoopbackTransport(loop), where="film")
+        turns = Turns(loop)
+        connection = Connection(lambda: EmbeddedTransport(loop, turns, "film", "film", 0), where="film")
         client = CLIENTS.add(connection)
         connection.connect(1.0)
         stack.callback(vrep.simxFinish, client)

@@ -93,7 +93,7 @@ class Limits:
     """For scenes of more than 400 colliding shapes; MuJoCo needs about 3 us for each pair in each physics step."""
     step_seconds: int = _count(2, "seconds of processor time for a physics step")
     """The server answers no calls within a physics step."""
-    pictures: int = _count(32, "pictures that wait to be rendered")
+    pictures: int = _count(32, "images that wait to be rendered")
     """Each may hold a copy of the scene's state."""
     images: int = _size(512 << 20, "of images that vision sensors keep", 16 << 30)
     """Images set by clients, and images kept for scripts."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import compileall
+import gc
 import logging
 import os
 import signal
 import subprocess
 import sys
+import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -19,6 +21,7 @@ from real_world import Open, RealWorld, World
 
 import simx_client as v
 from simx_server.scene.trial import helper as trial_helper
+from simx_server.sensors.opengl import backend as opengl
 
 # A shell ignores Ctrl-C for what it starts in the background, and every process that a test starts would inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -27,23 +30,30 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 TESTS = Path(__file__).parent
 LONGEST = (
     "test_soak.py",
-    "test_zenoh.py",
-    "test_scenes_of_others.py",
-    "test_faults.py",
-    "test_security.py",
-    "test_scripts_safety.py",
-    "test_namespaces.py",
-    "test_models_vehicles.py",
+    "test_every_function.py",
     "test_fleets_on_ray.py",
-    "test_fleet.py",
+    "test_samples_run.py",
+    "test_models_stock.py",
+    "test_view_browser.py",
+    "test_watchdog.py",
+    "test_security.py",
+    "test_docs_pages.py",
+    "test_call_costs.py",
     "test_faults_timeouts.py",
-    "test_discovery.py",
-    "test_run_script.py",
-    "test_faults_stops.py",
+    "test_zenoh.py",
+    "test_lane_gateway.py",
+    "test_scripts_python_limits.py",
+    "test_faults.py",
+    "test_gym_stable_baselines3.py",
+    "test_classroom_browser.py",
     "test_models_line_tracer.py",
-    "test_legacy_scripts.py",
+    "test_filming.py",
+    "test_gym_environments.py",
+    "test_namespaces.py",
+    "test_loading_beside.py",
+    "test_scenes_of_others.py",
     "test_tutorial_program.py",
-    "test_scripts_contacts.py",
+    "test_scenes_of_vrep_as_folders.py",
 )
 """Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
 
@@ -69,6 +79,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def _write_rewritten_tests() -> None:
     """Have pytest rewrite the asserts of all tests once, in two processes, so that xdist's workers need not."""
+    if all(map(_is_rewritten, TESTS.rglob("test_*.py"))):
+        return
     command = [
         sys.executable,
         "-m",
@@ -90,6 +102,24 @@ def _write_rewritten_tests() -> None:
     ]
     for process in begun:
         process.wait()
+
+
+def _is_rewritten(path: Path) -> bool:
+    """Whether pytest has written the module of a test since the test was last changed."""
+    tag = f"{sys.implementation.cache_tag}-pytest-{pytest.__version__}"
+    rewritten = path.parent / "__pycache__" / f"{path.stem}.{tag}.pyc"
+    return rewritten.exists() and rewritten.stat().st_mtime > path.stat().st_mtime
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without the garbage collector, which would search 12,000 tests again and again and find nothing."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -183,3 +213,21 @@ def shared_trial_helper() -> Iterator[None]:
     trial_helper.start, trial_helper.Helper.close = begin, close
     for each in shared:
         each.close()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def shared_probes() -> Iterator[None]:
+    """Worlds within this process share the test images of OpenGL: each would start a process that draws one."""
+    probed: set[tuple[str, tuple[tuple[str, str], ...]]] = set()
+
+    def probe(name: str, give_up: threading.Event) -> str | None:
+        variables = sorted(item for item in os.environ.items() if item[0] != "PYTEST_CURRENT_TEST")
+        place = (name, tuple(variables))
+        wrong = None if place in probed else before(name, give_up)
+        if wrong is None:
+            probed.add(place)
+        return wrong
+
+    before, opengl.probe_in_child = opengl.probe_in_child, probe
+    yield
+    opengl.probe_in_child = before

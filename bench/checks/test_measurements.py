@@ -144,7 +144,7 @@ def test_cost_is_measured_by_servers(monkeypatch: pytest.MonkeyPatch) -> None:
     sweep_of(servers.measure(TINY), ["1", "2"])
 
 
-def test_pictures_are_told_in_their_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_images_are_told_in_their_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rendering, "CAMERAS", {rendering.TUTORIAL: (rendering.CAMERA,)})
     found = picture.measure(TINY)
     told = {row.what for row in found.rows}
@@ -197,6 +197,6 @@ def test_worlds_for_learning_are_counted_here_and_in_processes(monkeypatch: pyte
 
 
 @pytest.mark.usefixtures("without_opengl")
-def test_cost_is_measured_by_picture_size(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cost_is_measured_by_image_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizes, "SIZES", ((16, 12), (32, 24)))
     sweep_of(sizes.measure(TINY), ["16 x 12", "32 x 24"])

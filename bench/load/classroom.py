@@ -108,7 +108,7 @@ def _memory(everything: list[int], started: Class) -> list[float]:
 
 def _look_at_all(started: Class, seats: int) -> None:
     for number in range(1, seats + 1):
-        started.look(f"/seat/{number}/picture")
+        started.look(f"/seat/{number}/image")
     json.loads(started.look("/class"))
 
 

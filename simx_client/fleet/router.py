@@ -59,7 +59,7 @@ def options(endpoint: str) -> dict[str, Any]:
 def rules() -> dict[str, Any]:
     """Return Zenoh's ``access_control`` section: what servers and clients of any realm do, in both directions."""
     asked = [key("*") for key in (keys.hello, keys.status, keys.health, keys.metrics)]
-    sent = [keys.reply("*", "*"), keys.stream("*", "*"), keys.picture("*", "*")]
+    sent = [keys.reply("*", "*"), keys.stream("*", "*"), keys.image("*", "*")]
     names = [keys.client("*"), keys.ANY_ALIVE]
     listed = [
         rule("questions", BOTH, asked, "query", "declare_queryable", "reply"),

@@ -44,7 +44,7 @@ _SENSORS = "tests/conformance/test_sensor_functions.py::"
 _SIGNALS = "tests/conformance/test_signal_functions.py::"
 _SCRIPTS = "tests/conformance/test_script_and_file_functions.py::"
 _MODES = "tests/client/test_modes.py::"
-_ZENOH = "tests/server/gateways/test_zenoh.py::"
+_ZENOH = "tests/server/gateways/zenoh/test_zenoh.py::"
 
 DIFFERENCES: tuple[Difference, ...] = (
     Difference(
@@ -251,7 +251,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A negative port is the port of its absolute value.",
         "It meant shared memory in V-REP; connections within one machine are as fast without.",
-        "tests/server/gateways/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
+        "tests/server/gateways/zenoh/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
         "simxStart",
         when="a negative port",
     ),
@@ -298,7 +298,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Velocities are zero when stopped;",
         "V-REP went on giving the last values of the run.",
-        "tests/server/scene/test_frames_poses.py::test_measured_velocity_is_the_difference_of_the_last_two_passes",
+        "tests/server/scene/test_frames_poses.py::test_measured_velocity_is_the_difference_of_the_last_two_steps",
         "simxGetObjectVelocity",
         when="a stop",
     ),
@@ -431,7 +431,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Any options but 0 mean a grey image.",
         "With 2 and the like V-REP sent colours, of which its Python binding took the first third.",
-        _SENSORS + "test_a_grey_picture_is_the_mean_of_the_colours",
+        _SENSORS + "test_a_grey_image_is_the_mean_of_the_colours",
         "simxGetVisionSensorImage",
         when="a grey image",
     ),
@@ -489,7 +489,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "The first simxGetJointForce of a run may be that of the last physics step,",
         "in scenes without position controllers. All later ones are means over the simulation step, as in V-REP.",
-        "tests/server/joints/test_joints_modes.py::test_force_is_the_motors_mean_over_the_pass",
+        "tests/server/joints/test_joints_modes.py::test_force_is_the_motors_mean_over_the_step",
         "simxGetJointForce",
     ),
     Difference(

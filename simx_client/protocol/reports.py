@@ -198,14 +198,14 @@ class Metrics(Health, MetricsAdditions):
 
     scene: str
     window: float
-    passes: Steps
+    steps: Steps
     calls: Calls
     commands: dict[str, Command]
     """Commands that were executed or failed, by name."""
 
     clients: list[Client]
     streams: int
-    pictures: Images
+    images: Images
     process: Process
     log: Log
 
@@ -222,16 +222,23 @@ def decode_health(payload: bytes) -> Health:
 
 def decode_metrics(payload: bytes) -> Metrics:
     """Read and check a server's metrics. Raises CodecError."""
-    return cast(Metrics, _decode(payload, Metrics))
+    return cast(Metrics, _decode(payload, Metrics, _FORMER))
 
 
-def _decode(payload: bytes, kind: type) -> Any:
+_FORMER = {"passes": "steps", "pictures": "images"}
+"""Fields by their names in servers of version 0.4."""
+
+
+def _decode(payload: bytes, kind: type, former: Mapping[str, str] = types.MappingProxyType({})) -> Any:
     if len(payload) > MAX_REPORT:
         raise CodecError(f"report of {len(payload)} bytes; at most {MAX_REPORT} are read")
     try:
         value = json.loads(payload)
     except (ValueError, RecursionError) as error:
         raise CodecError(f"not a report: {error}") from None
+    for old, new in former.items():
+        if old in _mapping(value, kind.__name__):
+            value.setdefault(new, value.pop(old))
     _check(value, kind, kind.__name__)
     return value
 

@@ -285,7 +285,7 @@ class ZenohTransport:
             keys.stream(realm, self.client), zenoh.handlers.RingChannel(1)
         )
         self._image_streams = session.declare_subscriber(
-            keys.picture(realm, self.client), direct(self._on_image, indirect=False)
+            keys.image(realm, self.client), direct(self._on_image, indirect=False)
         )
         self._server = session.liveliness().declare_subscriber(
             keys.alive(realm), direct(self._on_server, indirect=False), history=True

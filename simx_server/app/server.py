@@ -331,6 +331,8 @@ def run_server(
                     recorder.started()
                 simulation.start()
             wait_until_warm(world.rendering, lambda: loop.is_ending)
+            if recorder is not None:
+                recorder.write_out()  # a crash right after the start leaves a recording
             if not loop.is_ending:
                 say_ready(gateways, world)
             heap.give_back()  # loading a large scene leaves half of its memory unused

@@ -43,7 +43,7 @@ def make_loop(world: World, settings: Settings) -> ServerLoop:
     pacer, parameters = Pacer(settings.speed), world.parameters
     starting_port = settings.temporary_port if settings.auto_start else None
     loop = ServerLoop(world, HANDLERS, pacer, starting_port=starting_port)
-    loop.metrics.pictures = world.rendering.times
+    loop.metrics.images = world.rendering.times
     loop.watches.append(world.rendering.watch)
     parameters.pace = pacer
     parameters.is_waiting_for_trigger = lambda: loop.is_waiting_for_trigger

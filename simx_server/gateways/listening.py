@@ -63,25 +63,25 @@ class Listening(Gateway, Generic[P]):
     """Why a connection has to make room for another one, for the log."""
 
     def __init__(
-        self, loop: ServerLoop, listeners: Sequence[socket.socket], log: logging.Logger, door: str = ""
+        self, loop: ServerLoop, listeners: Sequence[socket.socket], log: logging.Logger, gateway: str = ""
     ) -> None:
         """Accept connections from now on.
 
         Args:
             listeners: sockets that listen; they belong to the gateway from now on.
             log: takes what outsiders do wrong, in bounds.
-            door: keeps places for its clients, see `Places`; empty for none.
+            gateway: name by which it keeps places for its clients, see `Places`; empty for none.
         """
         super().__init__(loop)
-        self._listeners, self._door = listeners, door
+        self._listeners, self._gateway = listeners, gateway
         self._log = OutsiderLog(log)
         self._peers: dict[P, None] = {}
         """The open connections in the order in which they came."""
 
         self._is_accepting = False
         self._next_look = 0.0
-        if door:
-            loop.clients.places.open(door)
+        if gateway:
+            loop.clients.places.open(gateway)
         for listener in listeners:
             listener.setblocking(False)
         self._go_on_accepting()
@@ -181,8 +181,8 @@ class Listening(Gateway, Generic[P]):
             self._end(peer)
         for listener in self._listeners:
             listener.close()
-        if self._door:
-            self._loop.clients.places.close(self._door)
+        if self._gateway:
+            self._loop.clients.places.close(self._gateway)
 
     @abstractmethod
     def _end(self, peer: P) -> None:

@@ -38,6 +38,20 @@ class Followers:
     def __bool__(self) -> bool:
         return bool(self.handles)
 
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the arrays by name, for the compiled form."""
+        return {
+            "qpos": self._qpos,
+            "dof": self._dof,
+            "lead_qpos": self._lead_qpos,
+            "lead_dof": self._lead_dof,
+            "factor": self._factor,
+            "shift": self._shift,
+            "low": self._low,
+            "high": self._high,
+        }
+
     def wanted(self, data: mujoco.MjData) -> np.ndarray:
         """Return the position per joint, rad or m, within its limits."""
         return np.clip(data.qpos[self._lead_qpos] * self._factor + self._shift, self._low, self._high)

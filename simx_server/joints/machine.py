@@ -315,12 +315,16 @@ class Machine:
         """Return whether scripts are called between the physics steps of a simulation step."""
         return bool(self._asked) or self._accompany is not None
 
-    def step(self, count: int, *within: Within) -> None:
+    def step(self, count: int, flags: int = 0, *within: Within) -> bool:
         """Make `count` physics steps under the controllers.
 
         Args:
             count: number of steps.
+            flags: what they do besides, see `stepper.LIMIT_SEPARATION`.
             within: called within each of them, beside `within_steps`.
+
+        Returns:
+            Whether shapes overlap deeply.
 
         Raises:
             StepFailed: the simulation step cannot be completed.
@@ -328,7 +332,7 @@ class Machine:
         """
         self._measured.begin()
         calls = within if self.within_steps is None else (self.within_steps, *within)
-        self._current_stepper().step(count, average_force=self._average_force, within=calls)
+        return self._current_stepper().step(count, flags, average_force=self._average_force, within=calls)
 
     @property
     def mean_sensed(self) -> np.ndarray:
@@ -455,7 +459,7 @@ class Machine:
 
     def _make_stepper(self) -> Stepper:
         return Stepper(
-            self._sim.model, self._sim.data, self._entries(), self._watch.pieces, self._asked, self._accompany
+            self._sim.model, self._sim.data, self._entries(), self._watch, self._asked, self._accompany
         )
 
     def _entries(self) -> list[Entry]:

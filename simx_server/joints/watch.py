@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -56,6 +56,17 @@ DIVERGED = (
 )
 
 
+def are_finite(data: mujoco.MjData) -> bool:
+    """Return whether all positions and velocities are finite.
+
+    The square of a vector's length is finite, except for numbers beyond 1e154, and takes a quarter of the time.
+    """
+    positions, velocities = data.qpos, data.qvel
+    return math.isfinite(positions.dot(positions) + velocities.dot(velocities)) or bool(
+        np.isfinite(positions).all() and np.isfinite(velocities).all()
+    )
+
+
 class StepFailed(Exception):
     """A simulation step cannot be completed, and the run is to be stopped.
 
@@ -82,49 +93,66 @@ class Watch:
         """When the thread's time is read again: reading it takes as long as a small physics step."""
 
         self._thread, self._thread_time = 0, 0.0
+        self._began = self._before = self._worked = 0.0
+        """When the simulation step and its last physics steps started, and the thread's time then."""
+        self._count = self._done = 0
 
-    def pieces(self, data: mujoco.MjData, count: int) -> Iterator[range]:
-        """Yield which physics steps (from 0, of `count`) to make at once, one range after the other.
-
-        Raises:
-            StepFailed: the simulation step cannot be completed.
-        """
+    def begin(self, data: mujoco.MjData, count: int) -> None:
+        """Note that the `count` physics steps of a simulation step start."""
         if self._bad is None or self._bad[0] is not data:
             self._bad = data, data.warning.number[_DIVERGED]
         bad = self._bad[1]
         if bad.tobytes() != _NONE:
             bad.fill(0)
-        point = self._sim.interruptions.physics_point
-        began = before = time.perf_counter()
-        if began >= self._read_next or self._thread != threading.get_ident():
+        self._began = self._before = time.perf_counter()
+        if self._began >= self._read_next or self._thread != threading.get_ident():
             self._thread, self._thread_time = threading.get_ident(), time.thread_time()
-            self._read_next = began + READ_EVERY
-        worked, longest = self._thread_time, self._sim.limits.step_seconds
-        done = 0
-        while True:
-            size = count - done
-            if size > 1:
-                if point is not None:
-                    most = RECORDED_AT_ONCE
-                else:
-                    most = min(MOST_AT_ONCE, max(FIRST_AT_ONCE, done), int(GLANCE / self._cost))
-                size = max(1, min(most, size))
-            yield range(done, done + size)
-            done += size
-            if bad.tobytes() != _NONE:
-                raise StepFailed(DIVERGED)
-            now = time.perf_counter()
-            self._cost = cost = (now - before) / size or 1e-9
-            before = now
-            # A process that was suspended for a while has not worked during that time.
-            if cost > longest and (seconds := (time.thread_time() - worked) / done) > longest:
-                raise TooSlow(_too_slow(seconds, self._sim))
-            if done == count:
-                return
-            if now - began > SERVES_AFTER:
-                self._look_around(now - began, done, count)
-            if point is not None:
-                point()
+            self._read_next = self._began + READ_EVERY
+        self._worked = self._thread_time
+        self._count, self._done = count, 0
+
+    def next_end(self, *, stops: bool = False) -> int:
+        """Return up to which physics step (from 0, of `count`) to go at once.
+
+        Args:
+            stops: the caller's steps stop automatically when `GLANCE` has passed, or when physics diverges.
+        """
+        left = self._count - self._done
+        if left > 1:
+            if self._sim.interruptions.physics_point is not None:
+                left = min(left, RECORDED_AT_ONCE)
+            elif not stops:
+                most = min(MOST_AT_ONCE, max(FIRST_AT_ONCE, self._done), int(GLANCE / self._cost))
+                left = max(1, min(most, left))
+        return self._done + left
+
+    def made(self, done: int) -> None:
+        """Check the progress after some physics steps.
+
+        Args:
+            done: number of physics steps made in this simulation step.
+
+        Raises:
+            StepFailed: the simulation step cannot be completed.
+        """
+        assert self._bad is not None
+        size, self._done = done - self._done, done
+        if self._bad[1].tobytes() != _NONE:
+            raise StepFailed(DIVERGED)
+        now = time.perf_counter()
+        self._cost = cost = (now - self._before) / size or 1e-9
+        self._before = now
+        # A process that was suspended for a while has not worked during that time.
+        longest = self._sim.limits.step_seconds
+        if cost > longest and (seconds := (time.thread_time() - self._worked) / done) > longest:
+            raise TooSlow(_too_slow(seconds, self._sim))
+        if done == self._count:
+            return
+        if now - self._began > SERVES_AFTER:
+            self._look_around(now - self._began, done, self._count)
+        point = self._sim.interruptions.physics_point
+        if point is not None:
+            point()
 
     def _look_around(self, seconds: float, done: int, count: int) -> None:
         """Serve others, warn or abort within a simulation step that has lasted a while."""

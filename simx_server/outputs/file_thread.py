@@ -36,7 +36,7 @@ class FileThread(Generic[_Item]):
         self.path = file.path
         self.has_failed = False
         self._file = file
-        self._queue: SimpleQueue[_Item | None] = SimpleQueue()
+        self._queue: SimpleQueue[_Item | threading.Event | None] = SimpleQueue()
         self._come = self._gone = 0
         self._counting = threading.Lock()
         self._thread = threading.Thread(target=self._run, name=f"simx-{self.KIND}", daemon=True)
@@ -52,6 +52,13 @@ class FileThread(Generic[_Item]):
             with self._counting:
                 self._come += 1
             self._queue.put(item)
+
+    def write_out(self) -> None:
+        """Write now what waits, and return when it is written; a kill loses none of it."""
+        if not self.has_failed:
+            is_written = threading.Event()
+            self._queue.put(is_written)
+            is_written.wait(self.LONGEST_WAIT)
 
     def close(self) -> None:
         """Write what waits, and end the file."""
@@ -100,7 +107,8 @@ class FileThread(Generic[_Item]):
         finally:
             self._file.close()
             while not self._queue.empty():
-                self._queue.get()
+                if isinstance(item := self._queue.get(), threading.Event):
+                    item.set()
 
     def _write_all(self) -> None:
         due = time.monotonic() + PERIOD
@@ -112,8 +120,14 @@ class FileThread(Generic[_Item]):
             else:
                 if item is None:
                     return
-                self._write(item)
-                self._gone += 1
+                if isinstance(item, threading.Event):
+                    try:
+                        self._flush()
+                    finally:
+                        item.set()
+                else:
+                    self._write(item)
+                    self._gone += 1
             if time.monotonic() >= due:
                 self._flush()
                 due = time.monotonic() + PERIOD

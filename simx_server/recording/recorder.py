@@ -71,7 +71,7 @@ class Recorder(Part, Watcher):
         self._numbers: dict[str, int] = {}
         self._known: dict[str, bytes] = {}
         self._copied = 0
-        self._passes = 0
+        self._steps = 0
         self._points = 0
         self._loop: RecordedLoop | None = None
         self._world: World
@@ -125,6 +125,10 @@ class Recorder(Part, Watcher):
         points = self._world.simulation.interruptions
         points.script_point = points.physics_point = self._count_point
 
+    def write_out(self) -> None:
+        """Write now what has been recorded, so that a crash loses none of it."""
+        self._log.write_out()
+
     def close(self) -> None:
         """End the recording."""
         self._log.put(Kind.END)
@@ -173,8 +177,8 @@ class Recorder(Part, Watcher):
             self._log.put_packed(_IDLE)
             return
         self._log.put(Kind.PASS, state.of_step(self._world.simulation.data))
-        self._passes += 1
-        if self._passes % DIGEST_EVERY == 0:
+        self._steps += 1
+        if self._steps % DIGEST_EVERY == 0:
             self._log.put(Kind.STATE, False, state.digests(self._world))
 
     def ending(self) -> None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Outcome(NamedTuple):
     """The extent of a replay that was equal to the recording in all compared states."""
 
-    passes: int
+    steps: int
     batches: int
     compared: int
     """States of the simulation."""
@@ -50,7 +50,7 @@ class Outcome(NamedTuple):
             if self.has_end
             else "; the recording goes no further: its server was killed, or could not write on"
         )
-        what = f"{self.passes} passes and {self.batches} messages of clients, {self.compared} states compared"
+        what = f"{self.steps} simulation steps and {self.batches} messages of clients, {self.compared} states compared"
         return what + cut
 
 
@@ -70,12 +70,12 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
     world.scripts.add_ons[WINDOWS] = Windows()
     world.scripts.add_ons[ADD_ON] = Feed(loop, "replay", ())  # repeats the single steps of a web viewer
     states = _States(world)
-    passes = batches = 0
+    steps = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
         kind = event[0]
         if kind == Kind.END:
-            return Outcome(passes, batches, states.compared, True, "")
-        passes += kind == Kind.PASS
+            return Outcome(steps, batches, states.compared, True, "")
+        steps += kind == Kind.PASS
         batches += sum(record[0] == Kind.BATCH for record in (event, *belonging))
         is_before_step = following is not None and following[0] in (Kind.PASS, Kind.IDLE)
         for record in belonging:
@@ -99,9 +99,9 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
             states.compare(event, is_before_step=is_before_step, is_last=following is None)
         except Divergence as problem:
             raise Divergence(
-                f"in pass {passes} of the recording, {simulation.time:.3f} s after the start of that run: {problem}"
+                f"in pass {steps} of the recording, {simulation.time:.3f} s after the start of that run: {problem}"
             ) from None
-    return Outcome(passes, batches, states.compared, False, recording.damage)
+    return Outcome(steps, batches, states.compared, False, recording.damage)
 
 
 class _States(Part):
@@ -138,7 +138,7 @@ class _States(Part):
         """Compare the state after an event. Raises Divergence.
 
         Args:
-            is_before_pass: stops in the following simulation step are recorded by now, and still to come.
+            is_before_step: stops in the following simulation step are recorded by now, and still to come.
             is_last: the recording was cut off behind this event, perhaps before its stop was written.
         """
         if event[0] == Kind.PASS:

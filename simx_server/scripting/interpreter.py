@@ -148,7 +148,7 @@ class Api(Protocol):
     def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
         """Return for each namespace (``sim``) its constants by name, and every function's name with None.
 
-        All entries of ``sim`` also exist as globals with their old names, see `flat_name`.
+        All entries of ``sim`` also exist as globals with their old names: ``simGetObjectPosition``.
         """
         ...
 
@@ -263,10 +263,3 @@ def no_such_plugin(name: str, namespaces: Iterable[str]) -> str:
     return f"this server has no plug-in {name}" + (
         f": {known}" if known else f"; namespaces that scripts find are {', '.join(namespaces)}"
     )
-
-
-def flat_name(name: str, *, is_function: bool) -> str:
-    """Return the old name of a member of ``sim``: ``getObjectPosition`` is ``simGetObjectPosition``, ``handle_self``
-    is ``sim_handle_self``.
-    """
-    return f"sim{name[:1].upper()}{name[1:]}" if is_function else f"sim_{name}"

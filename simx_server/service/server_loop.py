@@ -127,7 +127,7 @@ class ServerLoop(Part):
         """Read sockets from another thread while the physics thread, which reads them otherwise, is busy."""
 
         self.unfinished = Unfinished(lambda: simulation.limits)
-        """Counts what is held of messages that have not arrived completely, at all doors."""
+        """Counts what is held of messages that have not arrived completely, at all gateways."""
 
         self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing, self.readers_while_busy)
         self._is_serving = False

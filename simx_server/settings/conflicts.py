@@ -21,7 +21,7 @@ DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit", "
 
 def refuse_conflicts(settings: Settings) -> None:
     """Raise SettingError for the first conflict. A variable may hold a setting that only other runs need."""
-    for conflicts in (_ports, _count, _ros2, _recording, _pictures, _without_clients):
+    for conflicts in (_ports, _count, _ros2, _recording, _images, _without_clients):
         for name, problem in conflicts(settings):
             raise SettingError(f"{settings.origins[name]}: {problem}")
 
@@ -113,7 +113,7 @@ def _recording(settings: Settings) -> Conflicts:
         )
 
 
-def _pictures(settings: Settings) -> Conflicts:
+def _images(settings: Settings) -> Conflicts:
     """Yield conflicts of outputs: a snapshot does not serve, and a film belongs to one server."""
     others: dict[str, tuple[str, ...]] = {
         "snapshot": ("video", "state_log", "record"),

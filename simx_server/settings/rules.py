@@ -25,7 +25,7 @@ LAST_ROS_DOMAIN = 232
 """The highest domain that ROS 2 allows."""
 
 LARGEST_SIDE = 4096
-"""Pixels of the longest side of an image, see sensors/picture.py."""
+"""Pixels of the longest side of an image, see scene/cameras/image.py."""
 
 
 class SettingError(StartError, ValueError):

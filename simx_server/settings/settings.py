@@ -248,7 +248,7 @@ class Settings:
     )
     snapshot: Path | None = _setting(
         None,
-        "write one picture and leave (--camera NAME, --size WxH)",
+        "write one image and leave (--camera NAME, --size WxH)",
         rules.new_file(".png"),
         unset="nothing",
         needs_process=True,
@@ -278,23 +278,23 @@ class Settings:
     )
     camera: str | None = _setting(
         None,
-        "camera or vision sensor that is pictured",
+        "camera or vision sensor of the image or film",
         rules.matching(r"\S+", "the name of a camera or vision sensor", "NAME"),
         unset="an overview",
         is_told_elsewhere=True,
     )
     size: tuple[int, int] | None = _setting(
         None,
-        "pixels of what is pictured",
+        "pixels of the image or film",
         rules.IMAGE_SIZE,
         unset="the vision sensor's, else 1280x720",
         is_told_elsewhere=True,
     )
     fps: float | None = _setting(
         None,
-        "pictures per simulated second",
+        "images per simulated second",
         rules.between(1.0, 240.0),
-        unset="one for each pass, 25 at most",
+        unset="one for each simulation step, 25 at most",
         is_told_elsewhere=True,
     )
     record: Path | None = _setting(

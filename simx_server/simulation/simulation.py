@@ -8,21 +8,21 @@ length, so it does not drift.
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Callable, Collection
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
-import numpy as np
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.foresight import Foresight
-from simx_server.joints.stepping.stepper import Within
-from simx_server.joints.watch import DIVERGED, StepFailed, TooSlow
+from simx_server.joints.stepping import kinematics
+from simx_server.joints.stepping.sliding import lifts_what_slides
+from simx_server.joints.stepping.stepper import KEEP_DOWN, LIMIT_SEPARATION, UPDATE, Within
+from simx_server.joints.watch import StepFailed, TooSlow
 from simx_server.limits import Limits
 from simx_server.scene import properties
 from simx_server.scene.finding.scene_files import SceneFiles
@@ -36,26 +36,13 @@ from .interruptions import Interruptions
 from .part import Part
 from .physics_callbacks import PhysicsCalls
 from .saved_state import Snapshot
-from .separation import has_deep_contacts, limit_separation
 from .sleepers import Sleepers
-from .sliding import keep_down, lifts_what_slides
 from .surfaces import Surfaces
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
 
 logger = logging.getLogger(__name__)
-
-
-def _are_finite(data: mujoco.MjData) -> bool:
-    """Return whether all positions and velocities are finite.
-
-    The square of a vector's length is finite, except for numbers beyond 1e154, and takes a quarter of the time.
-    """
-    positions, velocities = data.qpos, data.qvel
-    return math.isfinite(positions.dot(positions) + velocities.dot(velocities)) or bool(
-        np.isfinite(positions).all() and np.isfinite(velocities).all()
-    )
 
 
 DEFAULT_TIME_STEP = 0.05
@@ -189,7 +176,9 @@ class Simulation:
         timestep = self._time_step / count
         if abs(timestep - self.model.opt.timestep) > 1e-12:
             logger.info(
-                "physics step is %.6g s, a whole fraction of the pass of %.6g s", timestep, self._time_step
+                "physics step is %.6g s, a whole fraction of the simulation step of %.6g s",
+                timestep,
+                self._time_step,
             )
         self.model.opt.timestep = timestep
         self.joints.forget_run()
@@ -361,9 +350,6 @@ class Simulation:
             self._make_physics()
         except (StepFailed, mujoco.FatalError) as error:
             self._give_up(error)
-            return
-        self._moved()
-        self.refresh()
 
     def measure_joints(self) -> None:
         """Measure the velocities of joints at the end of the physics of a simulation step."""
@@ -376,38 +362,46 @@ class Simulation:
             part.step_finished()
 
     def _make_physics(self) -> None:
-        """Make the physics steps.
+        """Make the physics steps, and update the kinematics.
 
         Raises:
             StepFailed: physics diverges or takes too long.
             mujoco.FatalError: MuJoCo failed.
         """
         if not self.dynamics_enabled:
+            self._moved()
+            self.refresh()
             return
-        within: tuple[Within, ...] = (limit_separation,) if self.is_rearranged or self.has_overlaps else ()
+        flags = LIMIT_SEPARATION if self.is_rearranged or self.has_overlaps else 0
         if lifts_what_slides(self.model):
-            within += (keep_down,)
-        if self.foresight.is_needed(self.model):
-            within += (self.foresight.look,)
+            flags |= KEEP_DOWN
+        within: tuple[Within, ...] = (self.foresight.look,) if self.foresight.is_needed(self.model) else ()
         if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
             self.is_rearranged = False
             if self.model.ngeom > FEW:
                 self._check_room()
+        sleepers = self.sleepers
         with physics_warnings.OnceAKind():
-            if self.sleepers.are_to_wake:
+            if sleepers.are_to_wake:
                 self.refresh()
-            try:
-                if self.sleepers.must_stay_awake:
-                    with self.sleepers.kept_awake():
-                        self.joints.step(self.substeps, *within)
-                else:
-                    self.joints.step(self.substeps, *within)
-            finally:
-                self.foresight.restore()
-        self.has_overlaps = has_deep_contacts(self.data)
-        # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
-        if not _are_finite(self.data):
-            raise StepFailed(DIVERGED)
+            if sleepers.must_stay_awake:
+                with sleepers.kept_awake():
+                    self._step_joints(flags, within)
+                is_updated = False
+            else:
+                self._step_joints(flags | UPDATE, within)
+                is_updated = not sleepers.are_to_wake  # clients are served within a long step
+        self._moved()
+        if is_updated:
+            self._stale = False
+        else:
+            self.refresh()
+
+    def _step_joints(self, flags: int, within: tuple[Within, ...]) -> None:
+        try:
+            self.has_overlaps = self.joints.step(self.substeps, flags, *within)
+        finally:
+            self.foresight.restore()
 
     def _check_room(self) -> None:
         """Refuse a state in which one physics step might take very long.
@@ -505,21 +499,10 @@ class Simulation:
             return
         if self.sleepers.are_to_wake:
             with self.sleepers.woken():
-                self._update()
+                kinematics.update(self.model, self.data)
         else:
-            self._update()
+            kinematics.update(self.model, self.data)
         self._stale = False
-
-    def _update(self) -> None:
-        """Compute everything that follows from positions."""
-        model, data = self.model, self.data
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
-        if model.nflex:
-            mujoco.mj_flex(model, data)
-        if model.ntendon:
-            mujoco.mj_tendon(model, data)
 
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Continue with an edited scene whose state was carried over (see `scene/editing/editing.py`)."""

@@ -9,13 +9,13 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from loopback import LoopbackTransport
 from mode_model import Model, ModelServer, Question, Result
 from plain_world import World
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 pytestmark = pytest.mark.slow
 

@@ -172,7 +172,7 @@ def test_who_does_not_reconnect_has_no_streams_left(plain: World) -> None:
     assert v.simxGetJointPosition(client, 1, BUFFER) == (1, 0.0)
 
 
-def test_pictures_are_streamed_again(plain: World) -> None:
+def test_images_are_streamed_again(plain: World) -> None:
     client = plain.client()
     v.simxGetVisionSensorImage(client, 5, 0, STREAMING)
     plain.settle()

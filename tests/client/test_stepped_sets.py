@@ -55,7 +55,7 @@ def forever(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("simx_client.connection.trigger_batching.BATCHING_TIME", 3600.0)
 
 
-def test_sets_leave_with_the_trigger_in_order_and_act_on_its_pass(forever, world, stepping):
+def test_sets_leave_with_the_trigger_in_order_and_act_on_its_step(forever, world, stepping):
     cid, sent = stepping
     for joint, value in ((1, 0.5), (2, 1.5), (1, 0.75)):
         v.simxSetJointPosition(cid, joint, value, ONESHOT)

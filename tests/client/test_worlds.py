@@ -116,7 +116,7 @@ threading.Event().wait()
         assert wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers), 30.0)
 
 
-def test_a_world_draws_pictures(scene: Path) -> None:
+def test_a_world_draws_images(scene: Path) -> None:
     with Worlds("ur5_rg2_kinect", 2, processes=2, timeout=60) as worlds:  # the first image may take seconds
         cameras = worlds.each(lambda calls, _: calls.simxGetObjectHandle("kinect_rgb"))
         pictures = worlds.each(lambda calls, place: calls.simxGetVisionSensorImage(cameras[place].value, 0))

@@ -1,6 +1,6 @@
 """Connection and client helpers (the reference's 3.1), over the in-process transport where one is needed.
 
-simxStart itself needs a network: see ``test_over_zenoh.py`` and ``tests/server/gateways/test_zenoh.py``.
+simxStart itself needs a network: see ``test_over_zenoh.py`` and ``tests/server/gateways/zenoh/test_zenoh.py``.
 """
 
 from __future__ import annotations

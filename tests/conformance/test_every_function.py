@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -16,12 +17,14 @@ from conforming import (
     ONESHOT,
     REMOTE_ERROR,
     REMOVE,
+    SCENE,
     STREAMING,
     Declaration,
     assert_types,
     covered,
     sample,
 )
+from real_world import RealWorld
 
 import simx_client as v
 from simx_client.protocol.commands import BY_NAME
@@ -58,6 +61,21 @@ SUCCEEDS_WITHOUT_AN_OBJECT: dict[str, Any] = {
 """Answers of the functions for which the reference names no remote error with a meaningless argument."""
 
 GIVES_A_NEW_HANDLE = {"simxCreateDummy", "simxAuxiliaryConsoleOpen"}
+
+
+@pytest.fixture(scope="module")
+def untouched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealWorld]:
+    """A world whose loop never turns: no call of a client is executed, so tests can share it."""
+    world = RealWorld(SCENE, workspace=tmp_path_factory.mktemp("workspace"))
+    yield world
+    world.close()
+
+
+@pytest.fixture(params=["by messages", "embedded"])
+def waiting(request: pytest.FixtureRequest, untouched: RealWorld) -> Iterator[int]:
+    """A new client of that world."""
+    yield untouched.embedded_client() if request.param == "embedded" else untouched.client()
+    v.simxFinish(-1)
 
 
 def of_each(declarations: list[Declaration]) -> Any:
@@ -103,9 +121,9 @@ def test_an_unknown_client_gives_64_and_defaults(function: Declaration) -> None:
 
 
 @of_each(QUEUED)
-def test_without_a_reply_every_mode_gives_novalue_and_defaults(cid: int, function: Declaration) -> None:
+def test_without_a_reply_every_mode_gives_novalue_and_defaults(waiting: int, function: Declaration) -> None:
     for mode in (BUFFER, BUFFER + 7, REMOVE, DISCONTINUE):
-        assert_is(call(function, cid, mode), function.failure(NOVALUE))
+        assert_is(call(function, waiting, mode), function.failure(NOVALUE))
 
 
 @of_each(QUEUED)
@@ -126,12 +144,12 @@ def test_the_first_streaming_call_gives_novalue(cid: int, function: Declaration)
 
 
 @of_each(QUEUED)
-def test_a_blocking_call_while_paused_gives_timeout_and_novalue(cid: int, function: Declaration) -> None:
-    v.simxPauseCommunication(cid, True)
+def test_a_blocking_call_while_paused_gives_timeout_and_novalue(waiting: int, function: Declaration) -> None:
+    v.simxPauseCommunication(waiting, True)
     rc = v.simx_return_timeout_flag | NOVALUE
     if function.name == "simxReadStringStream":
         rc = v.simx_return_illegal_opmode_flag
-    assert_is(call(function, cid, BLOCKING), function.failure(rc))
+    assert_is(call(function, waiting, BLOCKING), function.failure(rc))
 
 
 @of_each([function for function in QUEUED if function.name not in GIVES_A_NEW_HANDLE])

@@ -254,7 +254,7 @@ def test_a_joint_as_reference_means_its_moving_frame_and_its_own_pose_ignores_it
 
 
 @of("simxGetObjectVelocity")
-def test_velocity_is_measured_over_the_last_pass(cid: int, simx: Any, handle: Any) -> None:
+def test_velocity_is_measured_over_the_last_step(cid: int, simx: Any, handle: Any) -> None:
     falling, shoulder, upper = handle("falling"), handle("shoulder"), handle("upper")
     start_stepped(cid)
     assert simx(cid, falling, BLOCKING) == (OK, [0.0] * 3, [0.0] * 3)

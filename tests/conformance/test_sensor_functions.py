@@ -93,7 +93,7 @@ def test_a_broken_force_sensor_lets_go_and_says_so(cid: int, simx: Any, handle: 
 
 
 @of("simxReadVisionSensor")
-def test_statistics_of_a_picture_are_15_numbers_of_least_greatest_and_mean(
+def test_statistics_of_an_image_are_15_numbers_of_least_greatest_and_mean(
     cid: int, simx: Any, handle: Any
 ) -> None:
     sensor = handle("colour")
@@ -136,7 +136,7 @@ def test_proximity_sensors_that_are_not_handled_any_more_are_8(cid: int, simx: A
 
 
 @of("simxGetVisionSensorImage")
-def test_a_picture_is_signed_bytes_from_the_bottom_row_up(cid: int, simx: Any, handle: Any) -> None:
+def test_an_image_is_signed_bytes_from_the_bottom_row_up(cid: int, simx: Any, handle: Any) -> None:
     code, resolution, image = simx(cid, handle("colour"), 0, BLOCKING)
     assert (code, resolution, len(image)) == (OK, [8, 6], 8 * 6 * 3)
     assert isinstance(image, list)
@@ -150,14 +150,14 @@ def test_a_picture_is_signed_bytes_from_the_bottom_row_up(cid: int, simx: Any, h
 
 @of("simxGetVisionSensorImage")
 @pytest.mark.parametrize("options", [1, 3, 2])
-def test_a_grey_picture_is_the_mean_of_the_colours(cid: int, simx: Any, handle: Any, options: int) -> None:
+def test_a_grey_image_is_the_mean_of_the_colours(cid: int, simx: Any, handle: Any, options: int) -> None:
     code, resolution, image = simx(cid, handle("colour"), options, BLOCKING)
     assert (code, resolution, len(image)) == (OK, [8, 6], 48)
     assert set(image) == {85}
 
 
 @of("simxGetVisionSensorImage")
-def test_a_picture_streams_and_what_is_no_sensor_is_8(world: Any, cid: int, simx: Any, handle: Any) -> None:
+def test_an_image_streams_and_what_is_no_sensor_is_8(world: Any, cid: int, simx: Any, handle: Any) -> None:
     sensor = handle("colour")
     assert simx(cid, sensor, 0, STREAMING) == (NOVALUE, [], [])
     image = simx(cid, sensor, 0, BLOCKING)[2]
@@ -172,7 +172,7 @@ def test_a_picture_streams_and_what_is_no_sensor_is_8(world: Any, cid: int, simx
 
 @of("simxSetVisionSensorImage")
 @pytest.mark.parametrize("kind", [list, tuple, bytes, lambda image: np.array(image, dtype=np.uint8)])
-def test_a_picture_is_replaced_by_signed_or_unsigned_values(
+def test_an_image_is_replaced_by_signed_or_unsigned_values(
     cid: int, simx: Any, handle: Any, kind: Any
 ) -> None:
     sensor = handle("colour")
@@ -185,7 +185,7 @@ def test_a_picture_is_replaced_by_signed_or_unsigned_values(
 
 
 @of("simxSetVisionSensorImage")
-def test_a_picture_of_another_size_is_8(cid: int, simx: Any, handle: Any) -> None:
+def test_an_image_of_another_size_is_8(cid: int, simx: Any, handle: Any) -> None:
     sensor = handle("colour")
     assert simx(cid, sensor, [0] * 48, 0, BLOCKING) == REMOTE_ERROR
     assert simx(cid, sensor, [7] * 48, 1, BLOCKING) == OK, "grey has one byte a pixel"

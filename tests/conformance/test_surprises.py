@@ -100,7 +100,7 @@ def test_04_a_blocking_script_call_returns_its_own_outputs(cid: int) -> None:
     assert call(cid, "robot", 1, "echo", [2], [], [], b"", BLOCKING)[1] == [2]
 
 
-def test_05_blocking_calls_are_answered_between_passes(world: Any, cid: int, handle: Any) -> None:
+def test_05_blocking_calls_are_answered_between_steps(world: Any, cid: int, handle: Any) -> None:
     lid = handle("lid")
     start_stepped(cid)
     for _ in range(10):
@@ -151,7 +151,7 @@ def test_09_message_info_is_1_for_success_and_moves_only_with_replies(world: Any
     assert v.simxGetInMessageInfo(cid, state) == (1, 1)
 
 
-def test_10_pictures_are_bottom_row_first_signed_and_seen_along_plus_z(cid: int, handle: Any) -> None:
+def test_10_images_are_bottom_row_first_signed_and_seen_along_plus_z(cid: int, handle: Any) -> None:
     sensor = handle("colour")
     _, size, image = v.simxGetVisionSensorImage(cid, sensor, 0, BLOCKING)
     rows = np.array(image).reshape(size[1], size[0], 3)

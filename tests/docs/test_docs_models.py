@@ -29,7 +29,7 @@ def test_every_shipped_scene_is_on_the_page() -> None:
 
 
 @pytest.mark.parametrize("scene", ROWS)
-def test_a_scene_of_the_page_has_its_picture_its_files_and_its_objects(scene: str) -> None:
+def test_a_scene_of_the_page_has_its_image_its_files_and_its_objects(scene: str) -> None:
     picture, _, files, names = ROWS[scene].groups()
     assert (PAGE.parent / picture).is_file()
     for file in re.findall(r"`([^`]+\.ttm)`", files):

@@ -18,11 +18,10 @@ MOST_FILES = 15
 
 MAY_IMPORT_THE_CLIENT = (
     "simx_server.viewer.page",
-    "simx_server.gateways.loopback.gateway",
     "simx_server.gateways.embedded",
     "simx_server.app.embedding",
 )
-"""The web viewer is a client; the gateways within a process implement the client's transport."""
+"""The web viewer is a client; the gateway within a process implements the client's transport."""
 
 
 def files(package: str) -> list[Path]:

@@ -128,7 +128,7 @@ def test_the_set_lies_as_yolo_wants_it_and_has_a_preview(collected: SimpleNamesp
 
 
 @needs_torch
-def test_training_lowers_the_loss_until_learned_pictures_are_known(
+def test_training_lowers_the_loss_until_learned_images_are_known(
     collected: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     train = example("train", monkeypatch)
@@ -151,7 +151,7 @@ def test_training_lowers_the_loss_until_learned_pictures_are_known(
 
 
 @needs_torch
-def test_labels_follow_their_pictures_when_these_are_turned_and_tinted(
+def test_labels_follow_their_images_when_these_are_turned_and_tinted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     train = example("train", monkeypatch)

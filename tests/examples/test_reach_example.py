@@ -20,7 +20,7 @@ COUNT = 2
 example = partial(import_from, FOLDER)
 
 
-def test_the_curve_is_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_curve_is_an_image(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     curve = example("curve", monkeypatch)
     target = tmp_path / "new folder" / "curve.png"
     curve.draw(target, [100, 200, 300], [-50.0, -20.0, -10.0], "three episodes")

@@ -16,12 +16,12 @@ from typing import Any
 
 import msgpack
 from hypothesis import strategies as st
+from loopback import LoopbackTransport
 from real_world import RealWorld
 
 from simx_client.protocol.codec import decode_delivery
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 from .scene import SCENE
 

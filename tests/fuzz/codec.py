@@ -170,7 +170,7 @@ def one(data: bytes, folder: Path = Path("/tmp")) -> None:
             chunk = keys.check_chunk(rest.decode("utf-8", "surrogateescape"))
         except ValueError:
             return
-        for key in (keys.hello(chunk), keys.call(chunk, chunk), keys.picture(chunk, chunk, 1)):
+        for key in (keys.hello(chunk), keys.call(chunk, chunk), keys.image(chunk, chunk, 1)):
             assert keys.realm_of(key) == chunk
             assert not set(key) & set("*?#$ \n")
     elif how == b"\x04":

@@ -63,7 +63,7 @@ class Peer:
         chance, realm, name = self._chance, self._realm, self._chance.choice(NAMES)
         at = chance.choice((realm, realm, realm, "*", "**", "other"))
         made = (
-            *(keys.call(at, name), keys.reply(at, name), keys.stream(at, name), keys.picture(at, name, 1)),
+            *(keys.call(at, name), keys.reply(at, name), keys.stream(at, name), keys.image(at, name, 1)),
             *(keys.client(at, name), keys.hello(at), keys.status(at), keys.health(at), keys.metrics(at)),
             *(
                 keys.alive(at),

@@ -118,7 +118,7 @@ def test_two_quadricopters_fly_and_a_stop_brings_the_targets_back(world: Open) -
 
 
 @pytest.mark.parametrize("time_step", [0.01, 0.02])
-def test_quadricopter_flies_at_other_lengths_of_a_pass(world: Open, time_step: float) -> None:
+def test_quadricopter_flies_at_other_lengths_of_a_step(world: Open, time_step: float) -> None:
     _, client = world("quadricopter")
     vrep.simxSetFloatingParameter(client, vrep.sim_floatparam_simulation_time_step, time_step, BLOCKING)
     flight = Flight(client)

@@ -125,14 +125,14 @@ def test_the_edited_list_is_handed_back(camera: tuple[int, int]) -> None:
     assert_upright(np.flipud(np.array(blocking(camera), np.uint8).reshape(HEIGHT, WIDTH, 3)))
 
 
-def test_without_a_picture_both_lists_are_empty(camera: tuple[int, int]) -> None:
+def test_without_an_image_both_lists_are_empty(camera: tuple[int, int]) -> None:
     clientID, _ = camera
     res, resolution, image = vrep.simxGetVisionSensorImage(clientID, 777776, 0, vrep.simx_opmode_blocking)
     assert res == vrep.simx_return_remote_error_flag
     assert (resolution, image) == ([], [])
 
 
-def test_wait_for_the_first_picture_then_buffer_in_the_loop(camera: tuple[int, int]) -> None:
+def test_wait_for_the_first_image_then_buffer_in_the_loop(camera: tuple[int, int]) -> None:
     clientID, sensor = camera
     res, resolution, image = vrep.simxGetVisionSensorImage(clientID, sensor, 0, vrep.simx_opmode_streaming)
     assert (res, resolution, image) == (vrep.simx_return_novalue_flag, [], [])
@@ -150,7 +150,7 @@ def test_wait_for_the_first_picture_then_buffer_in_the_loop(camera: tuple[int, i
     vrep.simxGetVisionSensorImage(clientID, sensor, 0, vrep.simx_opmode_discontinue)
 
 
-def test_the_picture_in_the_buffer_is_of_the_step_that_was_triggered(camera: tuple[int, int]) -> None:
+def test_the_image_in_the_buffer_is_of_the_step_that_was_triggered(camera: tuple[int, int]) -> None:
     """As in V-REP, where sensing belonged to the step; a robot that follows a line drives by it."""
     clientID, sensor = camera
     wall = handle(clientID, "wall")

@@ -94,7 +94,7 @@ def test_a_handle_asked_for_with_oneshot_is_0_first_and_right_later(world: Idiom
     assert again == (0, handle(clientID, "cube"))
 
 
-def test_a_streamed_set_is_applied_pass_after_pass(world: IdiomWorld, clientID: int) -> None:
+def test_a_streamed_set_is_applied_step_after_step(world: IdiomWorld, clientID: int) -> None:
     shoulder = handle(clientID, "shoulder")
     vrep.simxSetJointTargetVelocity(clientID, shoulder, 1.0, vrep.simx_opmode_streaming)
     start_stepped(clientID)

@@ -10,13 +10,13 @@ import msgpack
 import pytest
 from fuzz import codec as target
 from fuzz.calls import Victim
+from loopback import LoopbackTransport
 from plain_world import World
 
 from simx_client.protocol import codec
 from simx_client.protocol.codec import CodecError, decode_batch, decode_callers, encode
 from simx_client.protocol.kinds import KINDS
 from simx_client.protocol.messages import STATUS_REMOTE_ERROR, Batch, Call
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.limits import Limits
 
 pytestmark = pytest.mark.slow

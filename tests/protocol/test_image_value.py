@@ -228,7 +228,7 @@ def test_consumers_that_read_list_memory_fail_loudly_before_the_first_touch() ->
 
 
 @pytest.mark.parametrize("kind", [VisionImage, DepthBuffer])
-def test_a_list_made_while_a_picture_was_waited_for_is_used_once_and_only_if_it_has_the_right_length(
+def test_a_list_made_while_an_image_was_waited_for_is_used_once_and_only_if_it_has_the_right_length(
     kind: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[int] = []
@@ -261,7 +261,7 @@ def test_a_list_made_while_a_picture_was_waited_for_is_used_once_and_only_if_it_
 
 
 @pytest.mark.parametrize("kind", [VisionImage, DepthBuffer])
-def test_no_list_is_made_in_advance_where_pictures_of_two_sizes_take_turns(
+def test_no_list_is_made_in_advance_where_images_of_two_sizes_take_turns(
     kind: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[int] = []

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgpack
 import pytest
+from loopback import LoopbackTransport
 from processes import server
 from real_world import RealWorld
 
@@ -20,7 +21,6 @@ from simx_client.protocol import codec
 from simx_client.protocol.codec import CodecError
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, choose_version, no_common_version
 from simx_client.protocol.zenoh import link
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 

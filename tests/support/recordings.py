@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgpack
+from loopback import LoopbackTransport
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped
 
 import simx_client as v
@@ -20,7 +21,6 @@ from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import Batch, Call
 from simx_server.app.server import attach_outputs, open_world, serve
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.recording import Recorder
 from simx_server.recording.log_file import MAGIC, LogReader

@@ -19,7 +19,10 @@ ALL = sorted(path for path in FOLDER.rglob("*") if path.suffix in (".ttt", ".ttm
 needs_samples = pytest.mark.skipif(not ALL, reason="the sample files of V-REP are not here")
 
 each_sample = pytest.mark.parametrize(
-    "path", ALL or [pytest.param(None, marks=needs_samples)], ids=lambda path: path.stem if path else "none"
+    "path",
+    ALL or [pytest.param(None, marks=needs_samples)],
+    ids=lambda path: path.stem if path else "none",
+    scope="module",  # all tests of a file with one sample follow each other
 )
 
 

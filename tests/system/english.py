@@ -119,22 +119,22 @@ def strings(node: ast.expr | None) -> Iterator[tuple[str, int]]:
             yield each.value, each.lineno
 
 
-def takers_of_help(tree: ast.Module) -> Iterator[tuple[str, int]]:
+def takers_of_help(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, int]]:
     """Yield the functions of a module that have a parameter ``help``, and its position."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef):
             names = [each.arg for each in node.args.args]
             if "help" in names:
                 yield node.name, names.index("help")
 
 
-def texts(tree: ast.Module) -> Iterator[tuple[str, int]]:
+def texts(nodes: Sequence[ast.AST]) -> Iterator[tuple[str, int]]:
     """Yield docstrings, help texts and log lines of a module with the lines where they start.
 
     Help texts are arguments named ``help``, also of a function of the module that takes such an argument by position.
     """
-    helpers = dict(takers_of_help(tree))
-    for node in ast.walk(tree):
+    helpers = dict(takers_of_help(nodes))
+    for node in nodes:
         if isinstance(node, ast.Expr):
             yield from strings(node.value if isinstance(node.value, ast.Constant) else None)
         elif isinstance(node, ast.Call):
@@ -164,9 +164,9 @@ def comments(source: str) -> Iterator[tuple[str, int]]:
         yield "\n".join(block), last - len(block) + 1
 
 
-def moods(tree: ast.Module) -> Iterator[tuple[int, str]]:
+def moods(nodes: Sequence[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield the functions whose docstring does not start with a verb in the imperative."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             text = ast.get_docstring(node) or ""
             if NOUN.match(text):
@@ -179,16 +179,25 @@ def moods(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def module_findings(path: Path) -> Iterator[tuple[int, str]]:
     """Yield the findings in the texts of a Python file."""
     source = path.read_text(encoding="utf-8")
-    tree = ast.parse(source)
-    for text, line in [*texts(tree), *comments(source)]:
+    nodes = list(ast.walk(ast.parse(source)))
+    for text, line in [*texts(nodes), *comments(source)]:
         yield from search(re.sub(r"``.*?``", blank, text, flags=re.DOTALL), line)
-    yield from moods(tree)
+    yield from moods(nodes)
+
+
+def blocks(tree: ast.Module) -> Iterator[ast.AST]:
+    """Yield a module and its statements, also those inside others, without their expressions: a tenth of the nodes."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        yield (node := waiting.pop())
+        inner = (ast.stmt, ast.excepthandler, ast.match_case)
+        waiting += (child for child in ast.iter_child_nodes(node) if isinstance(child, inner))
 
 
 def docstring_findings(path: Path) -> Iterator[tuple[int, str]]:
     """Yield the findings in the docstrings of a test; they state facts, so the mood is free."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
+    for node in blocks(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             text = ast.get_docstring(node, clean=False) or ""
             if text:

@@ -226,7 +226,7 @@ def test_the_report_says_on_what_and_beside_what_load_it_was_made() -> None:
         assert word in told
 
 
-def test_a_plot_is_a_small_picture_of_its_panels(tmp_path: Path) -> None:
+def test_a_plot_is_a_small_image_of_its_panels(tmp_path: Path) -> None:
     curve = [(1.0, 3.0), (2.0, 30.0), (64.0, 0.5)]
     panels = [
         Panel("a", "x", {"cost": curve}, {"least": [(1.0, 0.0)]}),
@@ -297,7 +297,7 @@ def test_a_scene_is_measured_beside_its_physics(monkeypatch: pytest.MonkeyPatch)
     assert all(figure and figure > 0 for figure in figures)
 
 
-def test_a_ring_of_sensors_is_measured_beside_the_bare_pass() -> None:
+def test_a_ring_of_sensors_is_measured_beside_the_bare_step() -> None:
     found = sensors.measure(TINY)
     assert {sensors.PASS, sensors.ONE, sensors.RING, sensors.RING_ALONE} <= {row.what for row in found.rows}
 

@@ -86,7 +86,7 @@ def test_every_command_line_of_status_is_right() -> None:
 
 def test_every_field_of_the_table_is_told() -> None:
     rows = re.findall(r"^\| `([a-z]+)[.`]", PAGE, re.MULTILINE)
-    assert set(rows) >= {"passes", "calls", "commands", "clients", "pictures", "process", "log"}
+    assert set(rows) >= {"steps", "calls", "commands", "clients", "images", "process", "log"}
     assert set(rows) <= Metrics.__annotations__.keys() | {"simx"}
 
 

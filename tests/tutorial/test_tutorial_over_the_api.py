@@ -89,7 +89,7 @@ def pixel(cid, point):
     return round(column), round(row)
 
 
-def test_the_three_things_have_the_colours_of_the_authors_picture(tutorial):
+def test_the_three_things_have_the_colours_of_the_authors_image(tutorial):
     _, cid, pictures = tutorial
     rgb = pictures["kinect_rgb"]
     assert_colour(rgb, pixel(cid, (-0.644, 0.274, 0.2)), (186, 218, 0))  # top of the yellow cylinder
@@ -109,7 +109,7 @@ def test_the_balls_centre_is_where_the_camera_numbers_project_it(tutorial):
     assert (rows.min() + rows.max()) / 2 == pytest.approx(row, abs=2)
 
 
-def test_the_depth_picture_is_grey_and_follows_the_formula_at_the_balls_centre(tutorial):
+def test_the_depth_image_is_grey_and_follows_the_formula_at_the_balls_centre(tutorial):
     _, cid, pictures = tutorial
     grey = pictures["kinect_depth"]
     assert (grey[:, :, 0] == grey[:, :, 1]).all()
@@ -124,7 +124,7 @@ def test_the_depth_picture_is_grey_and_follows_the_formula_at_the_balls_centre(t
     assert int(grey[row, column, 0]) == pytest.approx(255 * (depth - NEAR) / (FAR - NEAR), abs=2)
 
 
-def test_the_depth_buffer_agrees_with_the_depth_picture(tutorial):
+def test_the_depth_buffer_agrees_with_the_depth_image(tutorial):
     _, cid, pictures = tutorial
     code, resolution, buffer = v.simxGetVisionSensorDepthBuffer(cid, handle_of(cid, "kinect_depth"), BLOCKING)
     assert (code, resolution, len(buffer)) == (0, [640, 480], 640 * 480)
@@ -142,7 +142,7 @@ def test_grey_scale_is_the_integer_mean_and_a_third_of_the_values(tutorial):
     assert (np.array(image, dtype=np.uint8).reshape(480, 640)[::-1] == mean).all()
 
 
-def test_the_first_picture_at_the_start_pose_is_all_black():
+def test_the_first_image_at_the_start_pose_is_all_black():
     world = RealWorld("ur5_rg2_kinect")
     cid = world.client()
     try:

@@ -15,15 +15,15 @@ _Value = Callable[[Metrics], float | None]
 SINGLE: tuple[tuple[str, str, str, _Value], ...] = (
     ("age_seconds", "gauge", "Since the server was started.", lambda m: m["age"]),
     ("problems", "gauge", "What has gone wrong in recent seconds.", lambda m: len(m["problems"])),
-    ("passes_total", "counter", "Simulation steps as clients see them.", lambda m: m["passes"]["count"]),
-    ("simulated_seconds_total", "counter", "Simulated time.", lambda m: m["passes"]["simulated"]),
-    ("real_time_factor", "gauge", "Recent.", lambda m: m["passes"]["real_time_factor"]),
-    ("lost_seconds_total", "counter", "Wall time the simulation fell behind.", lambda m: m["passes"]["lost"]),
+    ("steps_total", "counter", "Simulation steps as clients see them.", lambda m: m["steps"]["count"]),
+    ("simulated_seconds_total", "counter", "Simulated time.", lambda m: m["steps"]["simulated"]),
+    ("real_time_factor", "gauge", "Recent.", lambda m: m["steps"]["real_time_factor"]),
+    ("lost_seconds_total", "counter", "Wall time the simulation fell behind.", lambda m: m["steps"]["lost"]),
     ("calls_total", "counter", "Calls of clients.", lambda m: m["calls"]["count"]),
     ("clients", "gauge", "Clients that are there.", lambda m: len(m["clients"])),
     ("streams", "gauge", "Armed streams.", lambda m: m["streams"]),
-    ("pictures_waiting", "gauge", "Images not started.", lambda m: m["pictures"]["waiting"]),
-    ("pictures_failed_total", "counter", "Images not made.", lambda m: m["pictures"]["failed"]),
+    ("images_waiting", "gauge", "Images not started.", lambda m: m["images"]["waiting"]),
+    ("images_failed_total", "counter", "Images not made.", lambda m: m["images"]["failed"]),
     ("resident_memory_bytes", "gauge", "Of the process.", lambda m: m["process"]["memory"]),
     ("open_fds", "gauge", "Of the process.", lambda m: m["process"]["open_files"]),
     ("cpu_seconds_total", "counter", "Of the process.", lambda m: m["process"]["processor_seconds"]),
@@ -48,9 +48,9 @@ def _lines(servers: Sequence[Measured]) -> Iterator[str]:
         for metrics in measured:
             if (value := value_of(metrics)) is not None:
                 yield _sample(name, _of(metrics), value)
-    yield from _head("pass_seconds", "summary", "Of one simulation step, without streams and calls.")
+    yield from _head("step_seconds", "summary", "Of one simulation step, without streams and calls.")
     for metrics in measured:
-        yield from _summary("pass_seconds", _of(metrics), metrics["passes"]["times"])
+        yield from _summary("step_seconds", _of(metrics), metrics["steps"]["times"])
     yield from _head("command_seconds", "summary", "On the simulating thread, for calls and streams.")
     for metrics in measured:
         for name, command in metrics["commands"].items():
@@ -59,10 +59,10 @@ def _lines(servers: Sequence[Measured]) -> Iterator[str]:
     for metrics in measured:
         for name, command in metrics["commands"].items():
             yield _sample("failed_total", {**_of(metrics), "command": name}, command["failed"])
-    yield from _head("picture_seconds", "summary", "On the render thread.")
+    yield from _head("image_seconds", "summary", "On the render thread.")
     for metrics in measured:
-        for name, times in metrics["pictures"]["cameras"].items():
-            yield from _summary("picture_seconds", {**_of(metrics), "camera": name}, times)
+        for name, times in metrics["images"]["cameras"].items():
+            yield from _summary("image_seconds", {**_of(metrics), "camera": name}, times)
 
 
 def _of(metrics: Metrics) -> dict[str, str]:

@@ -35,28 +35,28 @@ def description(server: Measured) -> list[str]:
 
 
 def _summary(metrics: Metrics) -> Iterator[str]:
-    passes, calls, pictures = metrics["passes"], metrics["calls"], metrics["pictures"]
+    steps, calls, images = metrics["steps"], metrics["calls"], metrics["images"]
     process, log = metrics["process"], metrics["log"]
     window = f"last {metrics['window']:.0f} s"
     problems = metrics["problems"] or ["good"]
     yield f"  health    {problems[0]}"
     for problem in problems[1:]:
         yield f"            {problem}"
-    speed = "max" if passes["speed"] is None else f"{passes['speed']:g} x"
-    p50, p99 = _percentiles(passes["times"])
+    speed = "max" if steps["speed"] is None else f"{steps['speed']:g} x"
+    p50, p99 = _percentiles(steps["times"])
     yield (
-        f"  steps     {passes['per_second']:.1f} /s, {passes['real_time_factor']:.2f} x real time ({window}; asked: "
-        f"{speed}); each of {passes['time_step'] * 1000:g} ms takes {duration(p50)} (p50), {duration(p99)} (p99); "
-        f"{passes['lost']:.2f} s lost"
+        f"  steps     {steps['per_second']:.1f} /s, {steps['real_time_factor']:.2f} x real time ({window}; asked: "
+        f"{speed}); each of {steps['time_step'] * 1000:g} ms takes {duration(p50)} (p50), {duration(p99)} (p99); "
+        f"{steps['lost']:.2f} s lost"
     )
     yield (
         f"  calls     {calls['per_second']:.1f} /s, {calls['count']} in all, {calls['failed']} failed; "
         f"{metrics['streams']} streams"
     )
-    if pictures["cameras"] or pictures["waiting"] or pictures["failed"]:
+    if images["cameras"] or images["waiting"] or images["failed"]:
         yield (
-            f"  images    made with {pictures['backend'] or 'nothing yet'}, {pictures['waiting']} waiting, "
-            f"{pictures['failed']} failed"
+            f"  images    made with {images['backend'] or 'nothing yet'}, {images['waiting']} waiting, "
+            f"{images['failed']} failed"
         )
     files = "" if process["open_files"] is None else f", {process['open_files']} open files"
     yield (
@@ -96,7 +96,7 @@ def _commands(metrics: Metrics) -> list[str]:
 
 
 def _cameras(metrics: Metrics) -> list[str]:
-    cameras: Mapping[str, Timing] = metrics["pictures"]["cameras"]
+    cameras: Mapping[str, Timing] = metrics["images"]["cameras"]
     return _table(_timing_head("CAMERA"), [_timing_cells(name, times) for name, times in cameras.items()])
 
 
@@ -104,7 +104,7 @@ def _errors(metrics: Metrics) -> Iterator[str]:
     failed = {name: each for name, each in metrics["commands"].items() if each["last_error"]}
     worst = sorted(failed.items(), key=lambda item: -item[1]["failed"])[:ERRORS_SHOWN]
     texts = [f"{command['failed']} x {command['last_error']}" for _, command in worst]
-    texts += [f"picture: {error}" for error in [metrics["pictures"]["last_error"]] if error]
+    texts += [f"image: {error}" for error in [metrics["images"]["last_error"]] if error]
     texts += [
         f"log: {text}" for text in (metrics["log"]["last_error"], metrics["log"]["last_warning"]) if text
     ]

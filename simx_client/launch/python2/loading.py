@@ -28,6 +28,9 @@ _INSTALLED = tuple(
     for folder in (
         *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
         Path(__file__).parents[2],  # this package
+        Path(__file__)
+        .parents[2]
+        .with_name("simx_server"),  # --embed imports it; beside this package in a source tree
     )
 )
 _INSTALLED_ANYWHERE = {"site-packages", "dist-packages"}

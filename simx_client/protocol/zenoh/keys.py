@@ -82,5 +82,5 @@ def stream(realm: str, client: str) -> str:
     return f"{ROOT}/{realm}/stream/{client}"
 
 
-def picture(realm: str, client: str, call_id: int | str = "*") -> str:
+def image(realm: str, client: str, call_id: int | str = "*") -> str:
     return f"{ROOT}/{realm}/picture/{client}/{call_id}"

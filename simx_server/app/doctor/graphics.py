@@ -34,7 +34,7 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
     working = [name for name, wrong in wrongs.items() if wrong is None]
     for name, wrong in wrongs.items():
         if wrong is None:
-            yield Finding(OK, "graphics", f"{name} rendered a test picture")
+            yield Finding(OK, "graphics", f"{name} rendered a test image")
         elif name == asked:
             text = f"MUJOCO_GL asks for {name}, which cannot render: {wrong}"
             yield Finding(PROBLEM, "graphics", text, f"unset MUJOCO_GL; or {install_advice(name)}")
@@ -42,9 +42,9 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
             advice = "" if working else install_advice(name)
             yield Finding(OK if working else WARNING, "graphics", f"{name} cannot render: {wrong}", advice)
     if asked == RAYCAST:
-        yield Finding(OK, "graphics", "MUJOCO_GL asks for pictures by casting rays, which needs no OpenGL")
+        yield Finding(OK, "graphics", "MUJOCO_GL asks for images by casting rays, which needs no OpenGL")
     elif not working and asked is None:
-        yield Finding(WARNING, "graphics", "pictures are made by casting rays, which is slower", INSTALL_HINT)
+        yield Finding(WARNING, "graphics", "images are made by casting rays, which is slower", INSTALL_HINT)
 
 
 def check_image(scene: str | None) -> Finding:
@@ -54,15 +54,15 @@ def check_image(scene: str | None) -> Finding:
         found = run_probe("simx_server.app.doctor.image_probe", *arguments, timeout=IMAGE_TIMEOUT)
     except ProbeFailed as error:
         advice = "see what is said of graphics above; MUJOCO_GL=disable casts rays in place of OpenGL"
-        return Finding(PROBLEM, "picture", f"no test picture: {error}", advice)
+        return Finding(PROBLEM, "image", f"no test image: {error}", advice)
     if found["sensor"] is None:
-        return Finding(OK, "picture", f"the scene {found['scene']} has no vision sensor to make one with")
+        return Finding(OK, "image", f"the scene {found['scene']} has no vision sensor to make one with")
     text = (
         f"{found['sensor']} of {found['scene']}, {found['width']}x{found['height']} with {found['backend']}: "
         f"{found['colours']} colours, brightness {found['darkest']} to {found['brightest']}, "
-        f"surfaces on {found['covered']:.0%} of it; {found['milliseconds']:.0f} ms a picture"
+        f"surfaces on {found['covered']:.0%} of it; {found['milliseconds']:.0f} ms an image"
     )
     if found["colours"] < 2:
         advice = "try another back end: MUJOCO_GL=osmesa, or MUJOCO_GL=disable for rays"
-        return Finding(WARNING, "picture", f"{text}; it is blank", advice)
-    return Finding(OK, "picture", text)
+        return Finding(WARNING, "image", f"{text}; it is blank", advice)
+    return Finding(OK, "image", text)

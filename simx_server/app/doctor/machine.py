@@ -77,9 +77,9 @@ def check_cores() -> Finding:
     """Check how many cores this process may use."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if cores < 2:
-        text = "1 core: physics, pictures, Zenoh and the script share it"
+        text = "1 core: physics, images, Zenoh and the script share it"
         return Finding(
-            WARNING, "cores", text, "expect less than real time with pictures; give it a second core"
+            WARNING, "cores", text, "expect less than real time with images; give it a second core"
         )
     return Finding(OK, "cores", f"{cores} cores")
 
@@ -91,9 +91,23 @@ def check_memory(free: int | None = None) -> Finding:
         return Finding(OK, "memory", f"not known on {platform.system()}")
     text = f"{free >> 20} MB free"
     if free < LEAST_MEMORY:
-        advice = f"end other programs; a server with pictures takes about {LEAST_MEMORY >> 20} MB"
+        advice = f"end other programs; a server with images takes about {LEAST_MEMORY >> 20} MB"
         return Finding(WARNING, "memory", text, advice)
     return Finding(OK, "memory", text)
+
+
+def check_physics_steps() -> Finding:
+    """Check in which form physics steps run; it is the same physics in both."""
+    topic = "physics steps"
+    try:
+        from simx_server.joints.native.loading import form
+    except ImportError as error:
+        return Finding(WARNING, topic, f"not known: {error}")
+    module, reason = form()
+    if module is not None:
+        return Finding(OK, topic, reason)
+    advice = "with a C compiler, install the package again; physics is the same without, and up to five times slower"
+    return Finding(WARNING, topic, f"in Python: {reason}", advice)
 
 
 def _available_memory() -> int | None:

@@ -204,7 +204,7 @@ class SeatView:
         """Return the seat's newest image of one size as JPEG.
 
         Raises:
-            NoPicture: there is none; the text has the reason.
+            NoImage: there is none; the text has the reason.
         """
         kept = self._kept[size]
         if time.monotonic() - kept.at <= IMAGE_AGE[size]:

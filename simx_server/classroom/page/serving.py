@@ -75,7 +75,7 @@ class ClassPage:
         self._seat_routes: Mapping[tuple[str, str], Callable[[Request, Seat], Awaitable[Response]]] = {
             ("GET", "state"): self._state,
             ("GET", "lines"): self._lines,
-            ("GET", "picture"): self._image,
+            ("GET", "image"): self._image,
             ("POST", "reset"): self._reset,
         }
 

@@ -63,7 +63,7 @@ class EmbeddedTransport(PackingLink):
         self._replied: Instant | None = None
         """When the client took the newest values, or got its newest direct reply."""
 
-        self._pictures: dict[int, bytes] = {}
+        self._images: dict[int, bytes] = {}
         self._prepared: dict[str, DirectCall] = {}
 
     # --- the client's side: messages -------------------------------------------------------------
@@ -133,10 +133,10 @@ class EmbeddedTransport(PackingLink):
         return None
 
     def images(self) -> list[bytes]:
-        if not self._pictures:
+        if not self._images:
             return []
-        pictures, self._pictures = self._pictures, {}
-        return list(pictures.values())
+        images, self._images = self._images, {}
+        return list(images.values())
 
     def close(self) -> None:
         """Leave the server, or have it end this session after the piece of work in which this is called."""
@@ -273,7 +273,7 @@ class EmbeddedTransport(PackingLink):
         self._came.set()
 
     def put_image(self, stream_id: int, payload: bytes) -> None:
-        self._pictures[stream_id] = payload
+        self._images[stream_id] = payload
         self._came.set()
 
     def publish(self, values: NewestValues) -> None:

@@ -56,7 +56,7 @@ MUCH_WORK = 0.002
 MOST_UNREAD = 64 << 20
 """Bytes for a client that takes nothing, above which it is dropped."""
 
-DOOR = "legacy"
+GATEWAY = "legacy"
 """Clients of all these ports share their places."""
 
 READ, MOST_READ = 1 << 16, 1 << 20
@@ -95,7 +95,7 @@ class Connection(Link):
         self.client = f"legacy/{uuid.uuid4().hex}"
         self.name = f"legacy {peer}"
         self._loop, self._socket, self._port, self._log = loop, connected, port, log
-        self._entrance = Entrance(DOOR, peer.rpartition(":")[0])
+        self._entrance = Entrance(GATEWAY, peer.rpartition(":")[0])
         self._containers = Containers(lambda: loop.simulation.limits, pace)
         self._arrived = bytearray()
         """Bytes that were read from the socket and not used."""

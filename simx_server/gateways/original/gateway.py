@@ -16,7 +16,7 @@ from simx_server.gateways.exposure import plain_exposure
 from simx_server.gateways.gateway import Opening
 from simx_server.gateways.listening import Listening
 
-from .connection import DOOR, Connection
+from .connection import GATEWAY, Connection
 
 if TYPE_CHECKING:
     from simx_server.service.server_loop import ServerLoop
@@ -71,7 +71,7 @@ class OriginalGateway(Listening[Connection]):
         self.endpoints = [f"legacy/{address}" for address in addresses]
         if warning := plain_exposure(addresses):
             logger.warning("%s", warning)
-        super().__init__(loop, listeners, logger, DOOR)
+        super().__init__(loop, listeners, logger, GATEWAY)
 
     def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> Connection:
         connected.setblocking(True)  # its thread reads it

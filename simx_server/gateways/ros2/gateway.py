@@ -30,6 +30,7 @@ from .annotated.helper import SET_STEPPING, TRIGGER
 from .client import Ros2Client
 from .content.catalogue import CONTENT
 from .endpoints import Content, Context, Moment, Offer
+from .node import Node
 from .offered import Offered
 from .scripts import ScriptTopics
 from .wire.endpoint import Endpoint
@@ -87,26 +88,19 @@ class Ros2Gateway(Gateway, Part):
         log, throttle = OutsiderLog(logger), Throttle(options.readers)
         self._guard = Guard(log, throttle, lambda: loop.simulation.limits.waiting_bytes)
         self._postman = Postman(Care(), partial(loop.suspend, self._client.key))
-        self._scripts = ScriptTopics(
+        node = Node(
             options.place,
             options.distribution,
             self._types,
             self._client,
             self._guard,
             self._postman.send,
-            self._keep_endpoints,
         )
+        self._scripts = ScriptTopics(node, self._keep_endpoints)
         context = Context(loop.world, self._client, options.place, options.distribution)
         self._contents = [content(context) for content in CONTENT]
         loop.simulation.attach(*self._contents)
-        self._offered = Offered(
-            options.place,
-            options.distribution,
-            self._types,
-            self._client,
-            self._guard,
-            self._postman.send,
-        )
+        self._offered = Offered(node)
         self._seen: tuple[object, int] = (None, -1)
         """Scene and model version when the offers were listed."""
 

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
 
-from simx_server import ros2_messages as messages
 from simx_server.errors import CommandError
 
 from .desk import Desk, Intake, Outlet
 from .endpoints import Commanded, Followed, Offer, Published, Served
+from .node import Node
 from .wire.endpoint import Endpoint
-from .wire.names import Distribution, Place
-from .wire.publisher import Publisher
 from .wire.service import Service
-from .wire.subscription import Guard, Subscription
-
-if TYPE_CHECKING:
-    from .client import Ros2Client
+from .wire.subscription import Subscription
 
 Name = tuple[object, ...]
 """Kind, name, type and QoS of an offer: a later one with the same keeps the endpoint."""
@@ -26,24 +20,9 @@ Name = tuple[object, ...]
 class Offered:
     """Everything that the node offers at present, apart from topics and services of scripts."""
 
-    def __init__(
-        self,
-        place: Place,
-        distribution: Distribution,
-        types: messages.Types,
-        client: Ros2Client,
-        guard: Guard,
-        send_later: Callable[[Callable[[], object], int], object],
-    ) -> None:
-        """Offer nothing yet.
-
-        Args:
-            types: those of the distribution.
-            guard: judges what arrives.
-            send_later: sends an answer of this many bytes, on another thread if it may take long.
-        """
-        self._place, self._distribution, self._types = place, distribution, types
-        self._client, self._guard, self._send_later = client, guard, send_later
+    def __init__(self, node: Node) -> None:
+        """Offer nothing yet."""
+        self._node, self._client = node, node.client
         self._known: dict[Name, Outlet | Intake | Desk] = {}
         self.outlets: Sequence[Outlet] = ()
         self.desks: Sequence[Desk] = ()
@@ -76,7 +55,7 @@ class Offered:
                 name = (Served, topic, kind)
         if name in self._known:
             problem = "two objects have it; the first one keeps it: give the other a different name in its annotation"
-            self._client.failed(self._place.full(topic), CommandError(problem))
+            self._client.failed(self._node.place.full(topic), CommandError(problem))
             return
         made = before.get(name)
         match offer:
@@ -92,30 +71,21 @@ class Offered:
         self._known[name] = made
 
     def _outlet(self, offer: Published) -> Outlet:
-        type_, described = self._types.messages[offer.type], messages.BY_NAME[offer.type]
-        full_name = self._place.full(offer.topic)
-        publisher = Publisher(self._place, full_name, described, offer.qos, self._distribution)
-        return Outlet(offer, publisher, type_, self._client)
+        publisher = self._node.publisher(self._node.place.full(offer.topic), offer.type, offer.qos)
+        return Outlet(offer, publisher, self._node.types.messages[offer.type], self._client)
 
     def _intake(self, offer: Commanded) -> Intake:
         def arrived(_: Subscription) -> None:
             self._client.post(intake.serve)
 
-        subscription = Subscription(
-            self._place,
-            self._place.full(offer.topic),
-            messages.BY_NAME[offer.type],
-            offer.qos,
-            self._distribution,
-            is_listed=offer.is_listed,
-            guard=self._guard,
-            arrived=arrived,
+        subscription = self._node.subscription(
+            self._node.place.full(offer.topic), offer.type, offer.qos, arrived, is_listed=offer.is_listed
         )
-        intake = Intake(offer, subscription, self._types.messages[offer.type], self._client)
+        intake = Intake(offer, subscription, self._node.types.messages[offer.type], self._client)
         return intake
 
     def _desk(self, offer: Served) -> Desk:
-        type_ = self._types.services[offer.type]
+        type_ = self._node.types.services[offer.type]
 
         def arrived(_: Service) -> None:
             self._client.post(desk.serve, desk.wants_stop)
@@ -123,15 +93,6 @@ class Offered:
         def refusal(why: str) -> bytes:
             return type_.response.encode(desk.offer.refusal(why))
 
-        service = Service(
-            self._place,
-            self._place.full(offer.service),
-            messages.SERVICES[offer.type],
-            self._distribution,
-            guard=self._guard,
-            arrived=arrived,
-            refusal=refusal,
-            send_later=self._send_later,
-        )
+        service = self._node.service(self._node.place.full(offer.service), offer.type, arrived, refusal)
         desk = Desk(offer, service, type_, self._client)
         return desk

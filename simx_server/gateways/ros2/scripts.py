@@ -4,61 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simx_client.protocol.nearest import did_you_mean
-from simx_server import ros2_messages as messages
 from simx_server.errors import CommandError
 from simx_server.parts.communication.ros2_topics import TopicQuality
 from simx_server.ros2_messages import MessageError, MessageType, ServiceType
 from simx_server.sensors.vision.futures import then
 
+from .node import Node
 from .wire.endpoint import Endpoint
-from .wire.names import Distribution, Place, is_name
+from .wire.names import is_name
 from .wire.publisher import Publisher
 from .wire.qos import Qos
 from .wire.service import Request, Service
 from .wire.service_client import ServiceClient
-from .wire.subscription import Guard, Subscription
-
-if TYPE_CHECKING:
-    from .client import Ros2Client
 
 
 class ScriptTopics:
     """The endpoints of scripts, which the gateway declares."""
 
-    def __init__(
-        self,
-        place: Place,
-        distribution: Distribution,
-        types: messages.Types,
-        client: Ros2Client,
-        guard: Guard,
-        send_later: Callable[[Callable[[], object], int], object],
-        changed: Callable[[], object],
-    ) -> None:
+    def __init__(self, node: Node, changed: Callable[[], object]) -> None:
         """Offer nothing yet.
 
         Args:
-            types: those of the distribution.
-            guard: judges what arrives.
-            send_later: sends an answer, whose size in bytes it gets, on another thread if it may take long.
             changed: called when `endpoints` has changed.
         """
         self.endpoints: list[Endpoint] = []
-        self._place, self._distribution, self._types = place, distribution, types
-        self._client, self._guard = client, guard
-        self._send_later, self._changed = send_later, changed
+        self._node, self._client, self._types = node, node.client, node.types
+        self._changed = changed
 
     def knows(self, kind: str) -> bool:
         return kind in self._types.messages or kind in self._types.services
 
     def publish(self, topic: str, kind: str, quality: TopicQuality) -> _ScriptPublisher:
         type_ = self._message(kind)
-        publisher = Publisher(
-            self._place, self._full(topic), messages.BY_NAME[kind], _qos(quality), self._distribution
-        )
+        publisher = self._node.publisher(self._full(topic), kind, _qos(quality))
         self.add(publisher)
         return _ScriptPublisher(self, publisher, type_)
 
@@ -78,15 +59,8 @@ class ScriptTopics:
             else:
                 receive(message)
 
-        subscription = Subscription(
-            self._place,
-            self._full(topic),
-            messages.BY_NAME[kind],
-            _qos(quality),
-            self._distribution,
-            is_listed=True,
-            guard=self._guard,
-            arrived=lambda _: self._client.post(take),
+        subscription = self._node.subscription(
+            self._full(topic), kind, _qos(quality), lambda _: self._client.post(take)
         )
         self.add(subscription)
         return _Closable(self, subscription)
@@ -99,15 +73,11 @@ class ScriptTopics:
             if request is not None:
                 self._answer(server, type_, request, answer)
 
-        server = Service(
-            self._place,
+        server = self._node.service(
             self._full(service),
-            messages.SERVICES[kind],
-            self._distribution,
-            guard=self._guard,
-            arrived=lambda _: self._client.post(take),
-            refusal=lambda why: type_.response.encode(_refused(type_, why)),
-            send_later=self._send_later,
+            kind,
+            lambda _: self._client.post(take),
+            lambda why: type_.response.encode(_refused(type_, why)),
         )
         self.add(server)
         return _Closable(self, server)
@@ -133,7 +103,7 @@ class ScriptTopics:
 
     def client(self, service: str, kind: str) -> _ScriptClient:
         type_ = self._service(kind)
-        made = ServiceClient(self._place, self._full(service), messages.SERVICES[kind], self._distribution)
+        made = self._node.service_client(self._full(service), kind)
         self.add(made)
         return _ScriptClient(self, made, type_)
 
@@ -150,7 +120,7 @@ class ScriptTopics:
     def _full(self, name: str) -> str:
         """Return the full name of a topic or service of a script. Raises CommandError."""
         plain = name if name.startswith(("/", "~")) else f"/{name}"
-        full = self._place.full(plain)
+        full = self._node.place.full(plain)
         if not is_name(full):
             raise CommandError(
                 f"'{name[:80]}' is not a name of ROS 2; valid are letters, digits, underscores, and slashes between "

@@ -20,7 +20,7 @@ def rules(realm: str) -> dict[str, Any]:
     """Return Zenoh's ``access_control`` section for a server with this realm."""
     asked = [key("*") for key in (keys.hello, keys.status, keys.health, keys.metrics)]
     own = [key(realm) for key in (keys.hello, keys.status, keys.health, keys.metrics)]
-    sent = [keys.reply(realm, "*"), keys.stream(realm, "*"), keys.picture(realm, "*")]
+    sent = [keys.reply(realm, "*"), keys.stream(realm, "*"), keys.image(realm, "*")]
     listed = [
         # allowed for messages that arrive
         rule("ask", ["ingress"], asked, "query"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import re
@@ -40,6 +41,7 @@ from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
 from .access import has_rules, rules
+from .held import HeldBytes
 from .offers import Offers
 from .posting import Care, Postman
 from .throttle import Throttle
@@ -56,6 +58,9 @@ MOST_PRESENT = 10_000
 """Names of clients to remember before they say hello, which they do at once; the oldest are forgotten first. A client
 that says hello after 10,000 others have come has to connect again.
 """
+
+_ADMIN_SPACE = "adminspace/enabled"
+"""The option by which a Zenoh session answers which peers have declared what."""
 
 _OF_ANOTHER_GATEWAY = object()
 """In place of the secret of a client that has not joined at this gateway; it equals no attachment."""
@@ -150,8 +155,10 @@ class ZenohGateway(Gateway, Part):
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._entrance = Entrance(f"zenoh {self.realm}")
-        loop.clients.places.open(self._entrance.door)
+        loop.clients.places.open(self._entrance.gateway)
         super().__init__(loop)
+        # An operator with own access rules decides who may read the admin space.
+        self._held = HeldBytes(self._session, self.realm, loop.unfinished) if self._has_admin_space else None
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -165,8 +172,9 @@ class ZenohGateway(Gateway, Part):
                 config = link.configured_by(zenoh, config_file, defaults)
             except zenoh.ZError as error:
                 raise GatewayError(f"{config_file} is no Zenoh configuration: {link.reason(error)}") from None
-        if not has_rules(config):
-            link.configure(config, {"access_control": rules(self.realm)})
+        if not has_rules(config):  # which keep others out of the admin space
+            link.configure(config, {"access_control": rules(self.realm), _ADMIN_SPACE: True})
+        self._has_admin_space: bool = json.loads(config.get_json(_ADMIN_SPACE))
         if warning := exposure(self.endpoints, config):
             logger.warning("%s", warning)
         try:
@@ -205,6 +213,7 @@ class ZenohGateway(Gateway, Part):
     def _take_in(self) -> Callable[[Any], None]:
         """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
         is_from, submit, slow_down = self._is_from, self._loop.submit_as, self._throttle.slow_down
+        completed = self._held.completed if self._held else None
         begin, to_bytes = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
         def read(payload: Any) -> BatchWork:
@@ -213,8 +222,12 @@ class ZenohGateway(Gateway, Part):
         def take_in(sample: Any) -> None:
             client, payload = str(sample.key_expr)[begin:], sample.payload
             size = len(payload)
-            if not is_from(client, sample) or not submit(client, payload, size, read):
-                slow_down(size)
+            if is_from(client, sample):
+                if completed is not None:
+                    completed(client, size)
+                if submit(client, payload, size, read):
+                    return
+            slow_down(size)
 
         return take_in
 
@@ -314,6 +327,8 @@ class ZenohGateway(Gateway, Part):
             )
             postman = Postman(self._care, partial(self._loop.suspend, client))
             ended = partial(self._secrets.pop, client, None)
+            if self._held is not None:
+                self._held.completed(client, 0)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
             its_link = self._offers.invite(client, zenoh_link)
             try:
@@ -393,7 +408,9 @@ class ZenohGateway(Gateway, Part):
     def _end(self, clients: Sequence[str] = ()) -> None:
         """Have a thread close the session, after which clients leave."""
         super().close()
-        self._loop.clients.places.close(self._entrance.door)
+        if self._held is not None:
+            self._held.stop()
+        self._loop.clients.places.close(self._entrance.gateway)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True
         )
@@ -465,7 +482,7 @@ class ZenohLink(PackingLink):
         self._put(self._stream.put, payload)
 
     def put_image(self, stream_id: int, payload: bytes) -> None:
-        key = keys.picture(self._realm, self._client, stream_id)
+        key = keys.image(self._realm, self._client, stream_id)
         self._put(self._session.put, key, payload, congestion_control=self._drop)
 
     def _put(self, put: Callable[..., None], *arguments: Any, **options: Any) -> None:

@@ -103,7 +103,7 @@ class ZmqClients(Part):
         answer: Callable[[Peer, Any], object],
         *,
         first_handle: int = FIRST_HANDLE,
-        door: str = "",
+        gateway: str = "",
     ) -> None:
         """Make an empty list.
 
@@ -111,9 +111,9 @@ class ZmqClients(Part):
             peers: the open connections by number.
             answer: sends a message to a connection.
             first_handle: that of the first client's script.
-            door: the gateway's name.
+            gateway: its name.
         """
-        self._door = door
+        self._gateway = gateway
         self.loop, self.world = loop, loop.world
         self.answer = answer
         self._peers = peers
@@ -137,7 +137,7 @@ class ZmqClients(Part):
             peer: the connection by which it comes.
             port: the gateway's.
         """
-        key, entrance = peer.key, Entrance(self._door, peer.address)
+        key, entrance = peer.key, Entrance(self._gateway, peer.address)
         client = self._clients.get(key)
         if client is not None:
             return REPEAT if client.is_leaving else None  # it has come back at once

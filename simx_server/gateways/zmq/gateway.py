@@ -112,8 +112,8 @@ class ZmqGateway(Listening[SocketPeer]):
         self._pack = packer()
         listener = _listen(address)
         host, self.port = listener.getsockname()[:2]
-        door = "zmq-viewers" if may_only_read else "zmq"
-        endpoint = f"{door}/{f'[{host}]' if ':' in host else host}:{self.port}"
+        name = "zmq-viewers" if may_only_read else "zmq"
+        endpoint = f"{name}/{f'[{host}]' if ':' in host else host}:{self.port}"
         self.endpoints = (endpoint,)
         if not is_loopback(host):
             logger.warning(
@@ -134,7 +134,7 @@ class ZmqGateway(Listening[SocketPeer]):
             self._by_number,
             self.answer,
             first_handle=FIRST_HANDLE + may_only_read * _VIEWERS,
-            door=endpoint,
+            gateway=endpoint,
         )
         loop.simulation.attach(self._clients)
         self._farewell_ends = 0.0

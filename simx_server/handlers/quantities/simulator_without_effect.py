@@ -26,7 +26,7 @@ _OFF = {
         stop_toolbarbutton_enabled
     """,
     "this server has no such module": "ik_handling_enabled gcs_handling_enabled mill_handling_enabled",
-    "the pictures of this server are drawn without it": "fog_enabled mirrors_enabled aux_clip_planes_enabled",
+    "the images of this server are drawn without it": "fog_enabled mirrors_enabled aux_clip_planes_enabled",
     "this server records no videos": "video_recording_triggered",
 }
 """Switches that are always off, with the reason."""
@@ -34,8 +34,8 @@ _OFF = {
 _ON = {
     "models are always copied whole here": "full_model_copy_from_api",
     "joints always move here": "joint_motion_handling_enabled",
-    "pictures are always drawn beside the physics here": "threaded_rendering_enabled",
-    "the pictures of this server are always drawn with it": "shape_textures_are_visible",
+    "images are always drawn beside the physics here": "threaded_rendering_enabled",
+    "the images of this server are always drawn with it": "shape_textures_are_visible",
 }
 """Switches that are always on, with the reason."""
 

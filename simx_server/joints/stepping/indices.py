@@ -1,9 +1,14 @@
-"""Indices that are adjacent: a view of an array costs less than its items."""
+"""Arrays of indices. Of adjacent ones, a view of an array costs less than its items."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+Columns = dict[str, NDArray[Any]]
+"""Arrays of numbers (float64) and indices (intp), one item per joint: the compiled form shares them."""
 
 
 def as_slice(indices: NDArray[np.intp]) -> slice | None:

@@ -12,6 +12,8 @@ from simx_server.joints.dependency import Followers
 from simx_server.joints.profiles import Profiles
 from simx_server.joints.servo import Entry, Rule
 
+from .indices import Columns
+
 
 class Kinematic:
     """Puts the joints where they belong after every physics step, in arrays.
@@ -50,14 +52,37 @@ class Kinematic:
     def __bool__(self) -> bool:
         return self._exists
 
+    @property
+    def needs_python(self) -> bool:
+        """Return whether a motion profile moves a joint, which the compiled form does not know."""
+        return bool(self._profiles)
+
+    @property
+    def columns(self) -> Columns:
+        """Return the arrays by name, for the compiled form."""
+        return {
+            "still.qpos": self._still_qpos,
+            "still.value": self._still,
+            "still.dof": self._still_dof,
+            "moving.qpos": self._moving_qpos,
+            "moving.dof": self._moving_dof,
+            "moving.value": self._moving,
+            "moving.rate": self._rate,
+            "moving.low": self._low,
+            "moving.high": self._high,
+            "rewound.qpos": self._rewound,
+            "rewound.start": self._start,
+            **{f"follower.{name}": values for name, values in self._followers.columns.items()},
+        }
+
     def hold(self, data: mujoco.MjData) -> None:
         """Undo the effect of the physics step on them."""
         data.qpos[self._still_qpos] = self._still
         data.qvel[self._still_dof] = 0.0
         data.qpos[self._rewound] = self._start
         if self._moving.size:
-            before = self._moving
-            self._moving = np.clip(before + self._rate * self._step, self._low, self._high)
+            before = self._moving.copy()
+            self._moving[:] = np.clip(before + self._rate * self._step, self._low, self._high)
             data.qpos[self._moving_qpos] = self._moving
             data.qvel[self._moving_dof] = (self._moving - before) / self._step
         if self._profiles:

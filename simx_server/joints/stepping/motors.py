@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from simx_server.joints.servo import Entry, is_motor
 from simx_server.joints.watch import StepFailed
 
-from .indices import as_slice
+from .indices import Columns, as_slice
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Makes one physics step."""
@@ -31,6 +31,14 @@ _ROW_TYPES = {
     "joint": int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF),
     "tendon": int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON),
 }
+
+
+def no_room(data: mujoco.MjData) -> StepFailed:
+    """Return the reason why a motor has no constraint."""
+    return StepFailed(
+        f"MuJoCo's memory ({data.narena} bytes) has no room for the constraints of {data.ncon} contacts, so "
+        "motors would do nothing: have fewer contacts, or a larger <size memory=...> in the scene"
+    )
 
 
 class Motors:
@@ -62,6 +70,27 @@ class Motors:
 
     def __bool__(self) -> bool:
         return bool(self._bindings)
+
+    @property
+    def columns(self) -> Columns:
+        """Return the arrays by name, for the compiled form."""
+        bindings, frictions = self._bindings, self._with_friction
+        return {
+            "motor.ctrl": np.array([b.ctrl for b in bindings], dtype=np.intp),
+            "motor.out": np.array([b.out for b in bindings], dtype=np.intp),
+            "motor.gear": np.array([b.gear for b in bindings]),
+            "motor.row": self._rows,
+            "motor.dof": np.array([b.dof for b in bindings if b.element == "joint"], dtype=np.intp),
+            "motor.tendon": np.array([b.id for b in bindings if b.element == "tendon"], dtype=np.intp),
+            "friction.place": np.array([place for place, _ in frictions], dtype=np.intp),
+            "friction.actuator": np.array([b.actuator for _, b in frictions], dtype=np.intp),
+            "friction.loss": np.array([b.friction for _, b in frictions]),
+        }
+
+    @property
+    def rows_in_all(self) -> int:
+        """Return the number of MuJoCo's constraints for friction loss while no body sleeps."""
+        return self._rows_in_all
 
     def stepped(self, within: Sequence[Callable[[mujoco.MjModel, mujoco.MjData], Any]]) -> Step:
         """Return what makes a physics step with these motors.
@@ -110,10 +139,7 @@ class Motors:
             for b in self._bindings
         ]
         if None in rows:
-            raise StepFailed(
-                f"MuJoCo's memory ({data.narena} bytes) has no room for the constraints of {data.ncon} contacts, so "
-                "motors would do nothing: have fewer contacts, or a larger <size memory=...> in the scene"
-            )
+            raise no_room(data)
         return np.array(rows, dtype=np.intp)
 
     def _commanding(self, data: mujoco.MjData) -> Callable[[], object]:

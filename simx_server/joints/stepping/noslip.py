@@ -22,7 +22,9 @@ class Noslip:
     """Suspends the noslip pass of one model for single physics steps."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        self._base = _bases(model)[model.geom_bodyid]
+        self.base = _bases(model)[model.geom_bodyid].astype(np.intp)
+        """By geom: what its body moves with."""
+
         self._suspended = 0
 
     def suspend(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -31,12 +33,16 @@ class Noslip:
             return
         if model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
             return
+        if self.has_immobile(model, data):
+            self._suspended, model.opt.noslip_iterations = int(model.opt.noslip_iterations), 0
+
+    def has_immobile(self, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+        """Return whether a contact between parts of one mechanism cannot move along some friction."""
         contact = data.contact
-        base = self._base[contact.geom]
+        base = self.base[contact.geom]
         chosen = (base[:, 0] == base[:, 1]) & (contact.efc_address >= 0) & (contact.dim > 2)
         addresses = contact.efc_address[chosen]
-        if addresses.size and _has_immobile(model, data, addresses):
-            self._suspended, model.opt.noslip_iterations = int(model.opt.noslip_iterations), 0
+        return bool(addresses.size) and _has_immobile(model, data, addresses)
 
     def restore(self, model: mujoco.MjModel) -> None:
         """Let the next step have the pass again."""

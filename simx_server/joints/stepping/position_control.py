@@ -14,7 +14,7 @@ from simx_server.joints.dependency import Followers
 from simx_server.joints.servo import MOST_VELOCITY, Entry, Rule
 from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 
-from .indices import as_slice
+from .indices import Columns, as_slice
 
 Control = Callable[[int, int], object]
 """Called at each physics step: its index in the simulation step (from 0), and their number."""
@@ -58,14 +58,21 @@ class PositionControl:
         self._sum = np.zeros(len(loops))
         self._last = np.full(len(loops), np.nan)
         self._error = np.zeros(len(loops))
-        ctrl = np.array([b.ctrl for b, _, _ in loops], dtype=np.intp)
+        self._ctrl = ctrl = np.array([b.ctrl for b, _, _ in loops], dtype=np.intp)
+        self._gear = np.array([b.gear for b, _, _ in loops])
+        self._cyclic = np.array([s.cyclic for _, s, _ in loops], dtype=np.intp)
+        self._of_joints = np.array([b.qpos for b, _, _ in loops if b.element == "joint"], dtype=np.intp)
+        self._of_tendons = np.array([b.id for b, _, _ in loops if b.element == "tendon"], dtype=np.intp)
+        self._offset = np.array([s.offset for b, s, _ in loops if b.element == "tendon"])
+        self._led = Followers(model, entries, Rule.POSITION)
+        self._led_places = np.array([self._index[handle] for handle in self._led.handles], dtype=np.intp)
         commands = _view(data.ctrl, ctrl)
         self._command = np.zeros(len(loops)) if commands is None else commands
-        self._positions, self._gather = self._measuring(loops)
+        self._positions, self._gather = self._measuring()
         self._before_gain, self._after_gain, self._after_limit = (
-            self._before_gains(model, entries, loops),
+            self._before_gains(),
             self._pid() if np.any(self._integral) or np.any(self._derivative) else None,
-            self._after_limits(loops, None if commands is not None else ctrl),
+            self._after_limits(None if commands is not None else ctrl),
         )
 
     def __bool__(self) -> bool:
@@ -90,6 +97,32 @@ class PositionControl:
             if source is not None:
                 self._sum[index] = memory.sums[source]
                 self._last[index] = memory.errors[source]
+
+    @property
+    def columns(self) -> Columns:
+        """Return the arrays by name, for the compiled form."""
+        own = {
+            "target": self._target,
+            "gain": self._gain,
+            "limit": self._limit,
+            "integral": self._integral,
+            "derivative": self._derivative,
+            "sum": self._sum,
+            "last": self._last,
+            "ctrl": self._ctrl,
+            "gear": self._gear,
+            "cyclic": self._cyclic,
+            "qpos": self._of_joints,
+            "tendon": self._of_tendons,
+            "offset": self._offset,
+        }
+        led = self._led.columns
+        return {
+            **{f"position.{name}": values for name, values in own.items()},
+            "led.place": self._led_places,
+            **{f"led.{name}": led[name] for name in ("factor", "shift", "low", "high")},
+            "led.qpos": led["lead_qpos"],
+        }
 
     def control(self) -> Control:
         """Return the function that commands all motors: without a condition or a look-up for what no joint has."""
@@ -120,17 +153,14 @@ class PositionControl:
 
         return run
 
-    def _measuring(self, loops: Sequence[Entry]) -> tuple[np.ndarray, Callable[[], None] | None]:
+    def _measuring(self) -> tuple[np.ndarray, Callable[[], None] | None]:
         """Return the positions, and what brings them up to date; None if they are a view of MuJoCo's array."""
-        data, places = self._data, [b.qpos for b, _, _ in loops if b.element == "joint"]
-        qpos = np.array(places, dtype=np.intp)
-        tendons = np.array([b.id for b, _, _ in loops if b.element == "tendon"], dtype=np.intp)
+        data, qpos, tendons, offset = self._data, self._of_joints, self._of_tendons, self._offset
         adjacent = None if tendons.size else _view(data.qpos, qpos)
         if adjacent is not None:
             return adjacent, None
-        positions = np.zeros(len(loops))
-        of_joints, of_tendons = positions[: len(places)], positions[len(places) :]
-        offset = np.array([s.offset for b, s, _ in loops if b.element == "tendon"])
+        positions = np.zeros(len(self._index))
+        of_joints, of_tendons = positions[: len(qpos)], positions[len(qpos) :]
 
         def gather() -> None:
             data.qpos.take(qpos, out=of_joints, mode="clip")
@@ -139,14 +169,10 @@ class PositionControl:
 
         return positions, gather
 
-    def _before_gains(
-        self, model: mujoco.MjModel, entries: Sequence[Entry], loops: Sequence[Entry]
-    ) -> Callable[[], None] | None:
+    def _before_gains(self) -> Callable[[], None] | None:
         """Return what computes the errors of joints that follow others, or that turn the short way round."""
         data, target, error, positions = self._data, self._target, self._error, self._positions
-        led = Followers(model, entries, Rule.POSITION)
-        led_index = np.array([self._index[handle] for handle in led.handles], dtype=np.intp)
-        cyclic = np.array([i for i, (_, s, _) in enumerate(loops) if s.cyclic], dtype=np.intp)
+        led, led_index, cyclic = self._led, self._led_places, np.flatnonzero(self._cyclic)
         if not led and not cyclic.size:
             return None
 
@@ -172,16 +198,14 @@ class PositionControl:
 
         return add_terms
 
-    def _after_limits(self, loops: Sequence[Entry], ctrl: np.ndarray | None) -> Callable[[], object] | None:
+    def _after_limits(self, ctrl: np.ndarray | None) -> Callable[[], object] | None:
         """Return what makes controls of the limited commands.
 
         Args:
-            loops: the controllers.
             ctrl: places of the controls, if the commands are not a view of them.
         """
         steps: list[Callable[[], object]] = []
-        data, command = self._data, self._command
-        gear = np.array([b.gear for b, _, _ in loops])
+        data, command, gear = self._data, self._command, self._gear
         if not np.all(gear == 1.0):
             steps.append(lambda: np.multiply(command, gear, command))
         if ctrl is not None:

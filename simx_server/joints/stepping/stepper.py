@@ -1,27 +1,39 @@
-"""Make one simulation step with the joint controllers: vectorised, no allocations or look-ups per physics step.
+"""Make one simulation step with the joint controllers: in C, or in Python where the compiled module cannot.
 
-A scene with constant commands over the simulation step is stepped in one call, which releases the interpreter lock
-only once.
+Python has something to do between or within the physics steps where scripts control motors or are called, where motion
+profiles move joints, and where surfaces move. Both forms share the arrays of the controllers, and give equal numbers.
+The Python form is vectorised, without allocations or look-ups per physics step; a scene with constant commands over the
+simulation step is stepped in one call, which releases the interpreter lock only once.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
 
-from simx_server.joints.servo import Entry, Rule
+from simx_server.joints import watch as watching
+from simx_server.joints.native.loading import compiled_module
+from simx_server.joints.servo import Entry
+from simx_server.joints.watch import DIVERGED, StepFailed, Watch, are_finite
 
+from . import kinematics
+from .cyclic_springs import CyclicSprings
 from .grip import Grip
+from .indices import Columns
 from .kinematic import Kinematic
-from .motors import Motors, Step
+from .motors import Motors, Step, no_room
 from .noslip import Noslip
 from .position_control import Control, PositionControl, PositionMemory
 from .scripted import Ask, ScriptedJoints
+from .separation import has_deep_contacts, limit_separation
+from .sliding import keep_down
 from .stiff_springs import StiffSprings
+
+if TYPE_CHECKING:
+    from simx_server.joints.native._physics_step import PhysicsStep
 
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
@@ -31,8 +43,17 @@ over.
 Within = Callable[[mujoco.MjModel, mujoco.MjData], object]
 """Called within each physics step, after MuJoCo's constraints are known and before it computes accelerations."""
 
-Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
-"""Divides the physics steps of a simulation step, and checks the progress in between: see `watch.Watch`."""
+LIMIT_SEPARATION, KEEP_DOWN, LAST_FORCE, UPDATE = 1, 2, 4, 8
+"""Parts of a step, as a sum: corrections of contacts (`separation.py`, `sliding.py`), no averages, kinematics
+at the end. The compiled module has the same numbers.
+"""
+
+_CORRECTIONS: dict[int, tuple[Within, ...]] = {
+    0: (),
+    LIMIT_SEPARATION: (limit_separation,),
+    KEEP_DOWN: (keep_down,),
+    LIMIT_SEPARATION | KEEP_DOWN: (limit_separation, keep_down),
+}
 
 
 class Memory(NamedTuple):
@@ -56,18 +77,18 @@ class Stepper:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         entries: Sequence[Entry],
-        pieces: Pieces,
+        watch: Watch,
         asked: Mapping[int, Ask] | None = None,
         accompany: Accompany | None = None,
     ) -> None:
         """Build the arrays; `asked` holds by joint handle the scripts that control a motor."""
-        self._pieces = pieces
+        self._watch = watch
         self._accompany = accompany
         self._scripted = ScriptedJoints(model, entries, asked or {})
         self._model = model
         self._data = data
         self._position = PositionControl(model, data, entries)
-        self._springs = _CyclicSprings(entries)
+        self._springs = CyclicSprings(entries)
         self._stiff_springs = StiffSprings(model, entries)
         self._motors = Motors(model, data, entries)
         self._grip = Grip(model)
@@ -77,7 +98,22 @@ class Stepper:
         self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
         self._sensed = np.zeros(data.sensordata.shape)
 
+        self._is_constant = not (
+            self._motors
+            or self._position
+            or self._springs
+            or self._kinematic
+            or self._accompany
+            or self._scripted
+        )
+        """Nothing has to run between, or within, the physics steps of a simulation step."""
+
         self._before, self._after = self._controllers()
+        needs_python = bool(self._scripted or accompany or self._kinematic.needs_python)
+        self._module = None if needs_python else compiled_module()
+        self._step: PhysicsStep | None = None
+        """The compiled form, from the first simulation step on."""
+        self._no_room: type[Exception] = StepFailed if self._module is None else self._module.NoRoom
 
     def _controllers(self) -> tuple[Sequence[Control], Sequence[Control]]:
         """Return what runs before and after each physics step, in this order."""
@@ -100,18 +136,6 @@ class Stepper:
         return before, after
 
     @property
-    def is_constant(self) -> bool:
-        """Return whether nothing has to run between, or within, the physics steps of a simulation step."""
-        return not (
-            self._motors
-            or self._position
-            or self._springs
-            or self._kinematic
-            or self._accompany
-            or self._scripted
-        )
-
-    @property
     def mean_force(self) -> np.ndarray:
         """Return the actuator forces (N, N m; at the actuator), mean over the last simulation step."""
         return self._force
@@ -125,21 +149,73 @@ class Stepper:
         """Give a running position controller or spring a new target; return False when the joint has none here."""
         return self._position.retarget(handle, value) or self._springs.retarget(handle, value)
 
-    def step(self, count: int, *, average_force: bool, within: Sequence[Within] = ()) -> None:
-        """Make `count` physics steps, with calls of `within` in each.
+    def step(
+        self, count: int, flags: int = 0, *, average_force: bool = False, within: Sequence[Within] = ()
+    ) -> bool:
+        """Make `count` physics steps.
 
-        Without `average_force` and controllers, forces are those of the last one.
+        With `within` or a correction a model with integrator RK4 is stepped with Euler's method: MuJoCo's halves of a
+        step have no RK4.
 
-        With `within` a model with integrator RK4 is stepped with Euler's method: MuJoCo's halves of a step have no RK4.
+        Args:
+            count: number of physics steps.
+            flags: the sum of `LIMIT_SEPARATION`, `KEEP_DOWN` and `UPDATE` that are wanted.
+            average_force: whether forces are averaged also without controllers; else they are those of the last step.
+            within: called within each step, before the corrections.
 
-        Raises the exceptions of `pieces`.
+        Returns:
+            Whether shapes overlap deeply.
+
+        Raises:
+            StepFailed: see `Watch.made`; or the result is not finite.
         """
-        model, data = self._model, self._data
-        if self.is_constant and not average_force and not self._has_cells and not within:
-            for piece in self._pieces(data, count):
-                mujoco.mj_step(model, data, len(piece))
-            self._force[:] = data.actuator_force
-            return
+        corrections = flags & (LIMIT_SEPARATION | KEEP_DOWN)
+        if self._is_constant and not (average_force or self._has_cells or within or corrections):
+            flags |= LAST_FORCE
+        self._watch.begin(self._data, count)
+        if self._module is not None and not within:
+            return self._run_compiled(count, flags)
+        if flags & LAST_FORCE:
+            self._run_constant(count)
+        else:
+            self._run(count, (*within, *_CORRECTIONS[corrections]))
+        # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
+        if not are_finite(self._data):
+            raise StepFailed(DIVERGED)
+        if flags & UPDATE:
+            kinematics.update(self._model, self._data)
+        return has_deep_contacts(self._data)
+
+    def _run_compiled(self, count: int, flags: int) -> bool:
+        """Do the same in C, which lets other threads run meanwhile."""
+        step, watch, done = self._step, self._watch, 0
+        if step is None:
+            step = self._step = self._compile()
+        while done < count:
+            self._stiff_springs.refresh()
+            end = watch.next_end(stops=True)
+            try:
+                done = step.run(done, end, count, watching.GLANCE, flags)
+            except self._no_room:
+                raise no_room(self._data) from None
+            watch.made(done)
+        if not step.is_finite:
+            raise StepFailed(DIVERGED)
+        return step.has_deep_contacts
+
+    def _run_constant(self, count: int) -> None:
+        """Make physics steps without anything between them."""
+        model, data, watch, done = self._model, self._data, self._watch, 0
+        while done < count:
+            end = watch.next_end()
+            mujoco.mj_step(model, data, end - done)
+            done = end
+            watch.made(done)
+        self._force[:] = data.actuator_force
+
+    def _run(self, count: int, within: Sequence[Within]) -> None:
+        """Make the physics steps in Python, and average forces and sensors."""
+        model, data, watch, done = self._model, self._data, self._watch, 0
         step = (
             self._motors.stepped((*within, self._grip.hold, self._noslip.suspend))
             if self._motors
@@ -151,8 +227,10 @@ class Stepper:
         total.fill(0.0)
         if has_cells:
             sensed.fill(0.0)
-        for piece in self._pieces(data, count):
-            for index in piece:
+        while done < count:
+            self._stiff_springs.refresh()
+            end = watch.next_end()
+            for index in range(done, end):
                 for control in before:
                     control(index, count)
                 step(model, data)
@@ -161,10 +239,35 @@ class Stepper:
                     accumulate(sensed, sensor_values, sensed)
                 for follow in after:
                     follow(index, count)
+            done = end
+            watch.made(done)
         if count > 1:
             total /= count
             if has_cells:
                 sensed /= count
+
+    def _compile(self) -> PhysicsStep:
+        """Return the compiled form of these controllers, which shares their arrays."""
+        assert self._module is not None
+        table: Columns = {
+            **self._position.columns,
+            **self._springs.columns,
+            **self._stiff_springs.columns,
+            **self._motors.columns,
+            **self._kinematic.columns,
+            "geom.base": self._noslip.base,
+            "mean.force": self._force,
+            "mean.sensed": self._sensed,
+        }
+        return self._module.PhysicsStep(
+            self._model,
+            self._data,
+            table,
+            self._motors.rows_in_all,
+            self._has_cells,
+            self._grip.hold,
+            self._noslip.has_immobile,
+        )
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
@@ -194,30 +297,3 @@ def _halved(within: Sequence[Within]) -> Step:
         mujoco.mj_step2(model, data)
 
     return step
-
-
-class _CyclicSprings:
-    """Springs that pull the short way round; those of other joints need no control between the physics steps."""
-
-    def __init__(self, entries: Sequence[Entry]) -> None:
-        chosen = [(b, s) for b, s, r in entries if r == Rule.SPRING and s.cyclic]
-        self._index = {binding.handle: i for i, (binding, _) in enumerate(chosen)}
-        self._qpos = np.array([b.qpos for b, _ in chosen], dtype=np.intp)
-        self._ctrl = np.array([b.ctrl for b, _ in chosen], dtype=np.intp)
-        self._gear = np.array([b.gear for b, _ in chosen])
-        self._target = np.array([s.target_position for _, s in chosen])
-
-    def __bool__(self) -> bool:
-        return bool(self._index)
-
-    def retarget(self, handle: int, value: float) -> bool:
-        index = self._index.get(handle)
-        if index is None:
-            return False
-        self._target[index] = value
-        return True
-
-    def control(self, data: mujoco.MjData) -> None:
-        position = data.qpos[self._qpos]
-        error = np.remainder(self._target - position + math.pi, 2 * math.pi) - math.pi
-        data.ctrl[self._ctrl] = (position + error) * self._gear

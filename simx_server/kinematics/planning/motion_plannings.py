@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.collection import ALL
-from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation, numbers_of
+from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.registered import Registry
 from simx_server.simulation.part import Part
 
 from .planned_chain import IGNORES_OBSTACLES, IGNORES_SELF, Kept, PlannedChain
+from .planning_world import PlanningWorld, entity
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
@@ -82,9 +83,9 @@ class MotionPlannings(Part):
         kept: list[Kept] = []
         far, near = task.clearances
         if task.robot and not options & IGNORES_OBSTACLES:
-            kept.append(Kept((self._entity(world, task.robot), self._entity(world, task.obstacles)), far))
+            kept.append(Kept((_entity(world, task.robot), _entity(world, task.obstacles)), far))
         if task.own and not options & IGNORES_SELF:
-            kept.append(Kept((self._entity(world, task.own), self._entity(world, task.own_others)), near))
+            kept.append(Kept((_entity(world, task.own), _entity(world, task.own_others)), near))
         handles = [self._sim.scene.resolve(name) for name in task.joints]
         weights = task.weights or (1.0,) * len(handles)
         if len(weights) != len(handles):
@@ -97,16 +98,10 @@ class MotionPlannings(Part):
         names = self._sim.scene.by_names()
         return all(joint in names for joint in task.joints)
 
-    def _entity(self, world: PlanningWorld, name: str) -> int:
-        """Return the handle of an object or a collection. Raises CommandError."""
-        if name == "all":
-            return ALL
-        found = self._sim.scene.by_name(name)
-        if found is None:
-            found = world.collections.find(name.removeprefix(ENTITY_PREFIX))
-        if found is None:
-            raise CommandError(f"the task names '{name}', which is no object or collection any more")
-        return found
+
+def _entity(world: PlanningWorld, name: str) -> int:
+    """Return the handle of an object or a collection, or ALL. Raises CommandError."""
+    return ALL if name == "all" else entity(world, name)
 
 
 def _read(name: str, note: Annotation) -> MotionPlanning:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.collection import ALL
-from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation, numbers_of
+from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.geometry.curve import ControlPoint
 from simx_server.scene.poses.frames import get_pose
 from simx_server.scene.poses.poses import Pose, add, compose, inverse, subtract
@@ -21,6 +21,7 @@ from simx_server.scene.registered import Registry
 from simx_server.simulation.part import Part
 
 from .paths import Failure, Progress
+from .planning_world import PlanningWorld, entity
 from .tasks import ROTATIONS, Solving, SpaceKind, StateSpace, Task, coordinates, pose_at
 
 if TYPE_CHECKING:
@@ -161,15 +162,6 @@ class PathPlannings(Part):
         names = self._sim.scene.by_names()
         return all(name in names for name in (planning.path, planning.start, planning.goal))
 
-    def _entity(self, world: PlanningWorld, name: str) -> int:
-        """Return the handle of an object or a collection. Raises CommandError."""
-        found = self._sim.scene.by_name(name)
-        if found is None:
-            found = world.collections.find(name.removeprefix(ENTITY_PREFIX))
-        if found is None:
-            raise CommandError(f"the task names '{name}', which is no object or collection any more")
-        return found
-
     def _prepared(self, world: PlanningWorld, handle: int, seconds: float, step: float) -> _Search:
         """Return a search from where the objects are now. Raises CommandError."""
         planning, sim = self._get(handle), self._sim
@@ -191,8 +183,8 @@ class PathPlannings(Part):
         space = StateSpace(planning.name, planning.kind, robot, tuple(low), tuple(high))
         task = Task(planning.name, [space], start=coordinates(planning.kind, present), goals=[last])
         if planning.robot:
-            obstacles = ALL if planning.obstacles == "all" else self._entity(world, planning.obstacles)
-            task.pairs = [(self._entity(world, planning.robot), obstacles)]
+            obstacles = ALL if planning.obstacles == "all" else entity(world, planning.obstacles)
+            task.pairs = [(entity(world, planning.robot), obstacles)]
         duration = seconds if seconds > 0 else planning.seconds
         offset = compose(inverse(present), begin)
         return _Search(task, path, present, offset, time.monotonic() + duration, max(step, _SHORTEST))

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from simx_server.errors import CommandError
+from simx_server.scene.formats.annotations import ENTITY_PREFIX
+
 if TYPE_CHECKING:
     from simx_server.kinematics.groups import IkGroups
     from simx_server.parts.paths.paths import Paths
@@ -28,3 +31,13 @@ class PlanningWorld(Protocol):
     def paths(self) -> Paths: ...
     @property
     def collections(self) -> Collections: ...
+
+
+def entity(world: PlanningWorld, name: str) -> int:
+    """Return the handle of an object or a collection that a task names. Raises CommandError."""
+    found = world.simulation.scene.by_name(name)
+    if found is None:
+        found = world.collections.find(name.removeprefix(ENTITY_PREFIX))
+    if found is None:
+        raise CommandError(f"the task names '{name}', which is no object or collection any more")
+    return found

@@ -110,7 +110,7 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
         except (CommandError, TimeoutError) as problem:
             if not self.not_made:
                 logger.warning(
-                    "a frame of the film repeats the one before: %s", problem or "the picture took too long"
+                    "a frame of the film repeats the one before: %s", problem or "the image took too long"
                 )
             self.not_made += 1
             return None

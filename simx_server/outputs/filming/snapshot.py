@@ -108,8 +108,8 @@ def _write(pixels: Pixels, path: Path, shot: Shot) -> None:
 def _run(world: World, duration: float) -> None:
     sim = world.simulation
     sim.start()
-    passes = max(1, math.ceil(duration / sim.time_step - 1e-9))
-    for _ in range(passes):
+    steps = max(1, math.ceil(duration / sim.time_step - 1e-9))
+    for _ in range(steps):
         world.step()
         if sim.state is not SimulationState.RUNNING:
             raise OutputError(

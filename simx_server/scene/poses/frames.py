@@ -67,11 +67,6 @@ def get_quaternion(sim: LiveScene, handle: int, relative_to: int = WORLD) -> lis
     return [quat[3], *quat[:3]] if _has_flag(handle) else quat
 
 
-def get_matrix(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
-    """Return the pose as 12 numbers, row-major 3 x 4."""
-    return matrix12(get_pose(sim, handle, relative_to))
-
-
 def set_position(sim: LiveScene, handle: int, relative_to: int, position: Sequence[float]) -> None:
     """Move an object and all below it; the velocity of dynamic bodies becomes zero."""
     x, y, z = _checked(position, 3, "a position")

@@ -123,7 +123,7 @@ def choose_backend(
         if give_up.is_set():
             raise RenderError("the choice of a back end was given up because rendering is closing")
         if wrong is None:
-            return Backend(name, f"{name} rendered a test picture")
+            return Backend(name, f"{name} rendered a test image")
         logger.debug("%s cannot render: %s", name, wrong)
         failures.append(f"{name}: {wrong}")
     return Backend(RAYCAST, f"no OpenGL back end works ({'; '.join(failures)}); {INSTALL_HINT}")

@@ -14,7 +14,7 @@ _LINES = {
     "osmesa": "apt-get install libosmesa6",
     "glfw": "apt-get install libgl1, on a machine with a display",
 }
-INSTALL_HINT = f"for faster pictures install OpenGL, on Debian or Ubuntu: {_LINES['egl']}"
+INSTALL_HINT = f"for faster images install OpenGL, on Debian or Ubuntu: {_LINES['egl']}"
 
 _LIBRARIES: dict[str, Sequence[Sequence[str]]] = {
     "egl": (("libEGL.so.1",), ("libOpenGL.so.0", "libGL.so.1")),

@@ -175,7 +175,7 @@ class Streams:
     def images_on_the_way(self) -> list[Future[Any]]:
         """Return the images that are requested and not rendered yet."""
         pending = (stream.pending for stream in self.single.values())
-        return [picture for picture in pending if picture is not None and not picture.done()]
+        return [image for image in pending if image is not None and not image.done()]
 
     def cancel(self, stream_id: int) -> None:
         """End a stream; unknown ids are harmless."""

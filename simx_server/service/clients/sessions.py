@@ -30,7 +30,7 @@ MAX_ERRORS = 50
 """Error texts kept for simxGetLastErrors; the oldest are dropped first."""
 
 FROZEN = LEASE_MS / 1000
-"""Seconds without a sign of life after which a client loses its stepped mode: that of Zenoh's links, for all doors."""
+"""Seconds of silence after which a client loses its stepped mode, at all gateways: that of Zenoh's links."""
 
 MAX_LOGGED = 1000
 """Failures of one client that reach the log; later ones are available from simxGetLastErrors only."""

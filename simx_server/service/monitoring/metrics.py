@@ -54,7 +54,7 @@ class Sample(NamedTuple):
 
     wall: float
     processor: float
-    passes: int
+    steps: int
     simulated: float
     calls: int
     failed: int
@@ -118,7 +118,7 @@ class Metrics(Watcher):
         self.pacer = pacer
         self._now, self._processor = now, processor
         self.began = now()
-        self.passes = 0
+        self.steps = 0
         self.simulated = 0.0
         """Seconds."""
 
@@ -143,7 +143,7 @@ class Metrics(Watcher):
         self._failing = threading.Lock()
         """For `failed` alone, which the render thread uses too."""
 
-        self.pictures = ImageTimes()
+        self.images = ImageTimes()
         """Those of the simulation's render thread, when it has one."""
 
         self.log = LogCount()
@@ -189,7 +189,7 @@ class Metrics(Watcher):
             time_step: its simulated seconds.
             seconds: the wall time that it took.
         """
-        self.passes += 1
+        self.steps += 1
         self.simulated += time_step
         self.step_times.add(seconds)
 
@@ -217,17 +217,17 @@ class Metrics(Watcher):
         return Sample(
             self._now(),
             self._processor(),
-            self.passes,
+            self.steps,
             self.simulated,
             self.calls,
             failed,
             list(self.step_times.counts),
             _copies(self.command_times),
-            _copies(self.pictures.by_camera),
+            _copies(self.images.by_camera),
             dict(self.client_calls),
             self.log.warnings,
             self.log.errors,
-            self.pictures.failed,
+            self.images.failed,
             self.pacer.lost,
         )
 

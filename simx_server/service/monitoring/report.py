@@ -59,13 +59,13 @@ def metrics(loop: ServerLoop, realm: str, ports: Sequence[int]) -> Metrics:
         "ports": list(ports),
         "scene": loop.simulation.scene.name,
         "window": window,
-        "passes": _passes(loop, before, now, window),
+        "steps": _steps(loop, before, now, window),
         "calls": {**_calls(before, now, window), "dropped": counted.dropped},
         "commands": {name: _command(loop, name, before, window) for name in sorted(commands)},
         "clients": [_client(loop, session, before, window) for session in loop.sessions.values()],
         "departed": [_departed(loop, each) for each in loop.clients.departed],
         "streams": sum(len(session.streams.by_id) for session in loop.sessions.values()),
-        "pictures": _pictures(loop, before, window),
+        "images": _images(loop, before, window),
         "process": _process(before, now, window),
         "log": {
             "warnings": counted.log.warnings,
@@ -89,18 +89,18 @@ def _problems(loop: ServerLoop) -> list[str]:
             f"{lost:.2f} s of the last {window} are lost"
         )
     if failed := now.images_failed - before.images_failed:
-        found.append(f"{failed} pictures of the last {window} failed: {counted.pictures.last_error}")
+        found.append(f"{failed} images of the last {window} failed: {counted.images.last_error}")
     if errors := now.errors - before.errors:
         found.append(f"{errors} errors were logged in the last {window}: {counted.log.last_error}")
     return found
 
 
-def _passes(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Steps:
+def _steps(loop: ServerLoop, before: Sample, now: Sample, window: float) -> Steps:
     counted = loop.metrics
     speed = counted.pacer.speed
     return {
-        "count": now.passes,
-        "per_second": (now.passes - before.passes) / window,
+        "count": now.steps,
+        "per_second": (now.steps - before.steps) / window,
         "simulated": now.simulated,
         "real_time_factor": (now.simulated - before.simulated) / window,
         "speed": speed if speed < float("inf") else None,
@@ -179,18 +179,18 @@ def _departed(loop: ServerLoop, departed: Departed) -> DepartedClient:
     }
 
 
-def _pictures(loop: ServerLoop, before: Sample, window: float) -> Images:
-    pictures = loop.metrics.pictures
+def _images(loop: ServerLoop, before: Sample, window: float) -> Images:
+    images = loop.metrics.images
     rendering: RenderThread | None = loop.world.rendering
     backend = rendering.backend if rendering else None
     return {
         "backend": backend.name if backend else None,
         "waiting": rendering.waiting if rendering else 0,
-        "failed": pictures.failed,
-        "last_error": pictures.last_error,
+        "failed": images.failed,
+        "last_error": images.last_error,
         "cameras": {
-            name: _timings(pictures.by_camera, name, before.image_times, window)
-            for name in sorted(pictures.by_camera.copy())
+            name: _timings(images.by_camera, name, before.image_times, window)
+            for name in sorted(images.by_camera.copy())
         },
     }
 

@@ -1,8 +1,7 @@
 """Queue what arrives for the physics thread: a bounded queue per client, served fairly.
 
-Clients share the time of the physics thread by the cost of their messages there (start-time fair queueing). A client
-that uses less than its share is served in the order of arrival, as with one queue for all; a client that floods the
-server waits behind its own messages. The messages of one client stay in order.
+Each client has a queue (`box.py`), which keeps its messages in order. `fairness.py` chooses the queue that is served
+next, `flood.py` limits the messages that wait, and `overdue.py` takes calls out that have waited too long.
 
 A long-running script holds the thread. Meanwhile the server executes calls of others that only read, or that set what a
 script may find changed between two of its calls: signals, targets, poses. A batch with anything else, and all later
@@ -11,60 +10,21 @@ batches of its client, wait until the script is over.
 
 from __future__ import annotations
 
-import contextlib
-import heapq
 import itertools
-import math
-import queue
 import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from simx_client.protocol.codec import MAX_BATCH
-from simx_client.protocol.zenoh.keys import VIEWER
 from simx_server.limits import Limits
 from simx_server.service.calls.work import BatchWork, CallsWork, Work
 
 from .box import Arrival, Box, Event, Item
+from .fairness import Fairness
+from .flood import LARGE, MUCH, Flood, has_much
+from .overdue import take_overdue
 from .sockets import Sockets
-
-CREDIT = 0.001
-"""Seconds of the physics thread that a client may use at once before it has to take turns. Within this time, calls are
-executed in the order of arrival, so that programs with several clients keep the order in which they sent.
-"""
-
-MUCH, MUCH_BYTES = 300, 32 << 20
-"""Waiting messages and bytes of a client above which it should be slowed down. A client of this project has at most 200
-messages on the way.
-"""
-
-AFTERMATH = 5.0
-"""Seconds of the physics thread for the remaining messages of clients that have left, shared among them: a flooding
-client leaves minutes of work.
-"""
-
-MOMENT = 0.01
-"""Seconds over which arriving messages are counted: each takes the interpreter from the physics thread."""
-
-BUSY, GREEDY = 150, 25
-"""Messages in a moment, where a large one counts as several: above the first number for all clients together, each
-client above the second should be slowed down. One program makes at most 100 blocking calls in a moment.
-"""
-
-LARGE = 1 << 17
-"""Bytes that count as one more message."""
-
-RESERVED = 1 << 20
-"""Waiting bytes that every client may have, even when others fill the space for all."""
-
-_MOST_READ = 1 << 18
-"""Bytes of batches that `take_overdue` reads at a time, because reading takes the interpreter from the physics thread.
-"""
-
-_COST = 1000
-"""Bytes that a batch counts in addition to its own."""
 
 MOST_QUESTIONS = 100
 """Waiting questions of one kind; further ones get no answer, and their senders may ask again."""
@@ -79,19 +39,14 @@ class Inbox:
         Args:
             limits: returns the present limits.
         """
-        self._limits = limits
         self._lock = threading.Lock()
-        """Lock of the known clients, and of the dropped messages."""
-
-        self._taking = threading.Lock()
-        """Lock between the physics thread and `take_overdue`."""
+        """Lock of the known clients."""
 
         self._boxes: dict[str, Box] = {}
-        self._events = Box()
+        self._events = Box(is_charged=False)
         self._questions: dict[str, Box] = {}
-        self._ready: queue.SimpleQueue[Box] = queue.SimpleQueue()
-        """Queues that were empty and now are not; a new entry wakes the physics thread up."""
-
+        self._fairness = Fairness(lambda: sum(each.is_leaving for each in self._boxes.copy().values()))
+        self._flood = Flood(limits, lambda: self.size)
         self.sockets: Sockets | None = None
         """Those that the physics thread reads; None: it waits for other threads only."""
 
@@ -99,39 +54,21 @@ class Inbox:
         """The physics thread waits for an item, which `hand_over` can give it."""
 
         self._numbers = itertools.count(1)
-        self._virtual = 0.0
-        """The virtual time of the service: the start of the newest item taken, in seconds of each client's share."""
-
-        self._turns: list[tuple[float, int, Box]] = []
-        """Queues that are not empty, as a heap: by the start of their first item, then by its number."""
-
-        self._serving: Box | None = None
-        """The queue of the last item taken, until `served`."""
-
         self._held: deque[Event | Arrival] = deque()
         """Events that had to wait for a script's end, or a batch that was handed over; they come before all others."""
 
-        self._tick = 0
-        """The moment of the newest message."""
-
-        self._recent = 0
-        """Messages of that moment, of all clients."""
-
         self.has_stop_waiting = False
         """A client waited for a stop of the simulation when items were last served during a script."""
-
-        self.had_much = False
-        """Many bytes of a client have waited; the code that returns their memory to the system clears it."""
-
-        self.dropped: Counter[tuple[str, str]] = Counter()
-        """Messages that were thrown away, by client and limit; the code that reports them takes them with
-        `take_dropped`.
-        """
 
     def __len__(self) -> int:
         """Return the number of waiting items."""
         boxes = [self._events, *self._questions.copy().values(), *self._boxes.copy().values()]
         return len(self._held) + sum(len(box.items) for box in boxes)
+
+    @property
+    def size(self) -> int:
+        """Return the waiting bytes of all clients."""
+        return sum(box.size for box in self._boxes.copy().values())
 
     # --- any thread ------------------------------------------------------------------------------
 
@@ -165,50 +102,13 @@ class Inbox:
         with box.lock:
             if box.is_leaving:
                 return False
-            if reached := self._limit_reached(box, size):
-                with self._lock:
-                    self.dropped[client, reached] += 1
+            if reached := self._flood.limit_reached(box, size):
+                self._flood.drop(box, reached)
                 return False
-            box.size_put += size
-            waiting = box.size
-            if waiting > RESERVED:
-                self.had_much = True
-            is_flood = self._is_flood(box, size, waiting)
+            is_flood = self._flood.count(box, size)
             # Last, as it wakes the physics thread up, which needs the interpreter.
             self._add(box, Arrival(client, read(payload)), None)
             return not is_flood
-
-    def _is_flood(self, box: Box, size: int, waiting: int) -> bool:
-        """Return whether a client that sends one more message should be slowed down.
-
-        Args:
-            size: the bytes of the message.
-            waiting: those of all its messages, with this one.
-        """
-        tick, weight = int(time.monotonic() / MOMENT), 1 + size // LARGE
-        if tick != self._tick:
-            self._tick, self._recent = tick, 0
-        if tick != box.tick:
-            box.tick, box.recent = tick, 0
-        self._recent += weight
-        box.recent += weight
-        if self._recent > BUSY and box.recent > GREEDY:
-            return True
-        return len(box.items) >= MUCH or waiting > MUCH_BYTES
-
-    def _limit_reached(self, box: Box, size: int) -> str:
-        """Return the limit that one more message would exceed; empty if there is space for it."""
-        limits, waiting = self._limits(), box.size
-        of_client = waiting + size
-        if size > MAX_BATCH:
-            return "message"
-        if len(box.items) >= limits.waiting:
-            return "waiting"
-        if waiting and of_client > limits.waiting_bytes:
-            return "waiting_bytes"
-        if of_client > RESERVED and self.size + size > limits.all_waiting_bytes:
-            return "all_waiting_bytes"
-        return ""
 
     def limit_reached(self, client: str, size: int) -> str:
         """Return the limit that one more message of a client would exceed; empty if there is space for it."""
@@ -216,23 +116,12 @@ class Inbox:
         if box is None:
             return ""
         with box.lock:
-            return self._limit_reached(box, size)
+            return self._flood.limit_reached(box, size)
 
-    def _add(
-        self,
-        box: Box,
-        what: Event | Arrival,
-        waits_for_scripts: bool | None,
-        stops: Callable[[], bool] | None = None,
-    ) -> None:
-        number, now = next(self._numbers), time.monotonic()
-        box.items.append(Item(what, self._virtual, number, now, waits_for_scripts, stops))
-        self._announce(box)
-
-    def _announce(self, box: Box) -> None:
-        if not box.is_known:
-            box.is_known = True
-            self._tell(box)
+    def has_much(self, client: str) -> bool:
+        """Return whether so much of a client waits that it should be slowed down."""
+        box = self._boxes.get(client)
+        return box is not None and has_much(box)
 
     def post(self, event: Event) -> None:
         """Queue an event of the server; there is always space for it."""
@@ -247,65 +136,6 @@ class Inbox:
                 return 0
             self._add(box, question, False)
             return max(1, len(box.items))  # the physics thread may have taken it already
-
-    def leave(self, client: str, leaving: Event) -> None:
-        """Queue an event behind the last message of a client, and accept no more messages of it."""
-        if (box := self._boxes.get(client)) is None:
-            return
-        with box.lock:
-            if not box.is_leaving:
-                while len(box.items) > MUCH:
-                    self._forget(box, box.items.pop())
-                self._add(box, leaving, False)
-                box.is_leaving, box.is_suspended = True, False
-                self._unpark(box)
-
-    def suspend(self, kind: str, is_behind: bool) -> None:
-        """Suspend a client, or questions of a kind, or resume them."""
-        box = self._boxes.get(kind) or self._questions.get(kind)
-        if box is None:
-            return
-        with box.lock:
-            if not box.is_leaving:
-                box.is_suspended = is_behind
-                if not is_behind:
-                    self._unpark(box)
-
-    def keep_back(self, client: str, is_kept: bool) -> None:
-        """Hold back a client, even one that is leaving, until a step of its call is done; see `background.py`."""
-        box = self._boxes.get(client)
-        if box is None:
-            return
-        with box.lock:
-            box.is_kept_back = is_kept
-            if not is_kept:
-                self._unpark(box)
-
-    def _unpark(self, box: Box) -> None:
-        if box.is_parked and not box.is_waiting:
-            box.is_parked = False
-            self._tell(box)
-
-    def _tell(self, box: Box) -> None:
-        """Tell the physics thread that something waits in a queue."""
-        self._ready.put(box)
-        if self.sockets is not None:
-            self.sockets.wake()
-
-    def _forget(self, box: Box, item: Item) -> None:
-        """Subtract the bytes of an item that was removed from a queue, under its lock."""
-        if isinstance(item.what, Arrival):
-            box.size_put -= item.what.work.size
-
-    def is_leaving(self, client: str) -> bool:
-        """Return whether a client is about to leave."""
-        box = self._boxes.get(client)
-        return box is not None and box.is_leaving
-
-    def has_much(self, client: str) -> bool:
-        """Return whether so much of a client waits that it should be slowed down."""
-        box = self._boxes.get(client)
-        return box is not None and (len(box.items) >= MUCH or box.size > MUCH_BYTES)
 
     def put_last(
         self,
@@ -333,8 +163,44 @@ class Inbox:
         if (box := self._boxes.get(client)) is None:
             return
         with box.lock:
-            box.items.appendleft(Item(event, self._virtual, next(self._numbers), time.monotonic(), True))
+            box.items.appendleft(self._item(event, True))
             self._announce(box)
+
+    def leave(self, client: str, leaving: Event) -> None:
+        """Queue an event behind the last message of a client, and accept no more messages of it."""
+        if (box := self._boxes.get(client)) is None:
+            return
+        with box.lock:
+            if not box.is_leaving:
+                while len(box.items) > MUCH:
+                    box.forget(box.items.pop())
+                self._add(box, leaving, False)
+                box.is_leaving, box.is_suspended = True, False
+                self._unpark(box)
+
+    def is_leaving(self, client: str) -> bool:
+        """Return whether a client is about to leave."""
+        box = self._boxes.get(client)
+        return box is not None and box.is_leaving
+
+    def suspend(self, kind: str, is_behind: bool) -> None:
+        """Suspend a client, or questions of a kind, or resume them."""
+        box = self._boxes.get(kind) or self._questions.get(kind)
+        if box is None:
+            return
+        with box.lock:
+            if not box.is_leaving:
+                box.is_suspended = is_behind
+                self._unpark(box)
+
+    def keep_back(self, client: str, is_kept: bool) -> None:
+        """Hold back a client, even one that is leaving, until a step of its call is done; see `background.py`."""
+        box = self._boxes.get(client)
+        if box is None:
+            return
+        with box.lock:
+            box.is_kept_back = is_kept
+            self._unpark(box)
 
     def take_overdue(
         self,
@@ -342,68 +208,56 @@ class Inbox:
         except_client: str | None = None,
         is_still_busy: Callable[[], bool] = lambda: True,
     ) -> Iterator[tuple[str, CallsWork]]:
-        """Take the blocking calls of batches that have waited for long, one by one; they will not be executed.
+        """Take the blocking calls of batches that have waited for long, see `overdue.py`; not on the physics thread."""
+        return take_overdue(self._boxes.copy(), older_than, except_client, is_still_busy)
 
-        The other calls of these batches stay in their place. For another thread, while the physics thread is busy.
-
-        Args:
-            older_than: seconds since they arrived.
-            except_client: a client whose calls stay.
-            is_still_busy: whether the physics thread still does the same work; otherwise nothing is taken.
-        """
-        before, left_to_read = time.monotonic() - older_than, _MOST_READ
-        # Clients with little waiting come first, because the batches of flooding clients take long to read.
-        boxes = sorted(self._boxes.copy().items(), key=lambda each: each[1].size_put - each[1].size_taken)
-        for client, box in boxes:
-            if client == except_client or box.is_leaving or box.is_waiting:
-                continue
-            for item in box.items.copy():  # at once, as the physics thread takes some out meanwhile
-                if item.arrived > before:
-                    continue
-                if left_to_read < 0:
-                    return
-                batch = item.what
-                if isinstance(batch, Arrival):
-                    left_to_read -= batch.work.size + _COST
-                    awaited, rest = batch.work.divide()
-                    with self._taking, box.lock:
-                        if not is_still_busy():
-                            return
-                        is_taken = self._replace(box, item, batch, rest)
-                    if is_taken and awaited is not None:
-                        yield client, awaited
-
-    def _replace(self, box: Box, item: Item, batch: Arrival, rest: Work | None) -> bool:
-        """Replace a batch by the calls that no client waits for, which are not checked again.
-
-        Returns False if the batch is not there any more.
-        """
-        try:
-            if rest is None:
-                box.items.remove(item)
-            else:
-                kept = item._replace(what=Arrival(batch.client, rest), arrived=math.inf)
-                box.items[box.items.index(item)] = kept
-        except (ValueError, IndexError):
-            return False
-        box.size_put -= batch.work.size - (rest.size if rest is not None else 0)
-        return True
-
-    def take_had_much(self) -> bool:
-        """Return whether many bytes of a client have waited since the last call."""
-        had_much, self.had_much = self.had_much, False
-        return had_much
+    @property
+    def dropped(self) -> Counter[tuple[str, str]]:
+        """Return the messages that were thrown away, by client and limit, without taking the list."""
+        return self._flood.dropped
 
     def take_dropped(self) -> Counter[tuple[str, str]]:
         """Return how many messages of each client were thrown away since the last call, and for which limit."""
-        with self._lock:
-            dropped, self.dropped = self.dropped, Counter()
-        return dropped
+        return self._flood.take_dropped()
 
-    @property
-    def size(self) -> int:
-        """Return the waiting bytes of all clients."""
-        return sum(box.size for box in self._boxes.copy().values())
+    def take_had_much(self) -> bool:
+        """Return whether many bytes of a client have waited since the last call."""
+        return self._flood.take_had_much()
+
+    def _item(
+        self,
+        what: Event | Arrival,
+        waits_for_scripts: bool | None,
+        stops: Callable[[], bool] | None = None,
+    ) -> Item:
+        """Return an entry that arrives now."""
+        virtual, number = self._fairness.virtual, next(self._numbers)
+        return Item(what, virtual, number, time.monotonic(), waits_for_scripts, stops)
+
+    def _add(
+        self,
+        box: Box,
+        what: Event | Arrival,
+        waits_for_scripts: bool | None,
+        stops: Callable[[], bool] | None = None,
+    ) -> None:
+        box.items.append(self._item(what, waits_for_scripts, stops))
+        self._announce(box)
+
+    def _announce(self, box: Box) -> None:
+        if not box.is_known:
+            box.is_known = True
+            self._tell(box)
+
+    def _unpark(self, box: Box) -> None:
+        if box.unpark():
+            self._tell(box)
+
+    def _tell(self, box: Box) -> None:
+        """Tell the physics thread that something waits in a queue."""
+        self._fairness.announce(box)
+        if self.sockets is not None:
+            self.sockets.wake()
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -427,26 +281,11 @@ class Inbox:
 
     def served(self, seconds: float) -> None:
         """Record that the last item taken has been served, and how many seconds it kept the thread."""
-        box, self._serving = self._serving, None
-        if box is not None:
-            box.finish += seconds
-            if box.is_leaving:
-                self._hasten(box, seconds)
-            if box.client:
-                self._line_up(box)
+        self._fairness.served(seconds)
 
-    def _hasten(self, box: Box, seconds: float) -> None:
-        """Remove the remaining messages of a client that has left, if it has had its time."""
-        box.aftermath += seconds
-        sharing = sum(each.is_leaving for each in self._boxes.copy().values())
-        if box.aftermath > AFTERMATH / max(1, sharing):
-            with box.lock:
-                while len(box.items) > 1:
-                    self._forget(box, box.items.popleft())
-
-    def others_wait(self) -> bool:
-        """Return whether anything waits apart from the last item taken."""
-        return bool(self._turns) or self._ready.qsize() > 0
+    def has_work(self) -> bool:
+        """Return whether something waits."""
+        return bool(self._held) or self._fairness.has_more()
 
     def has_something_of_others(self, client: str) -> bool:
         """Return whether a message of another client waits to be executed."""
@@ -457,7 +296,7 @@ class Inbox:
         """Return whether anything waits apart from the last item taken, at a socket too."""
         if self.sockets is not None:
             self.sockets.poll()
-        return self.others_wait()
+        return self._fairness.has_more()
 
     def wait(self, seconds: float) -> Event | Arrival | None:
         """Return the next item as soon as there is one; None when the time is over, or a socket had something else."""
@@ -467,28 +306,18 @@ class Inbox:
                 self.sockets.poll(seconds, self.has_work)
             finally:
                 self._is_waiting = False
-            return self._next()
-        taken = self._next()
-        if taken is None:
-            try:
-                box = self._ready.get(timeout=seconds)
-            except queue.Empty:
-                return None
-            self._line_up(box)
-            taken = self._next()
-        return taken
-
-    def has_work(self) -> bool:
-        """Return whether something waits."""
-        return bool(self._held) or self.others_wait()
+        elif (taken := self._next()) is not None:
+            return taken
+        else:
+            self._fairness.wait(seconds)
+        return self._next()
 
     def wait_for_work(self, seconds: float) -> None:
         """Wait until something arrives, or the time is over; take nothing. Any thread, but one at a time."""
         if self.sockets is not None:
             self.sockets.wait(seconds, self.has_work)
         elif not self.has_work():
-            with contextlib.suppress(queue.Empty):
-                self._ready.put(self._ready.get(timeout=seconds))
+            self._fairness.wait(seconds)
 
     def at_hand(self, seconds: float = float("inf")) -> Iterator[Event | Arrival]:
         """Yield the items that are present now, for at most this many seconds. Items that come meanwhile stay."""
@@ -517,147 +346,44 @@ class Inbox:
         if self.sockets is not None:
             self.sockets.poll()
         until = time.perf_counter() + seconds
-        outer, self._serving = self._serving, None
         staying: list[Box] = []
         has_stop = False
         try:
-            for _ in range(len(self)):
-                box = self._first()
-                if box is None or time.perf_counter() >= until:
-                    if box is not None:
+            with self._fairness.inside():
+                for _ in range(len(self)):
+                    box = self._fairness.first()
+                    if box is None:
+                        return
+                    if time.perf_counter() >= until:
                         staying.append(box)
-                    return
-                is_to_stay = box.client and (box.client == executing or waits(box.client))
-                if is_to_stay or self._must_wait(box):
-                    staying.append(box)
-                    has_stop = has_stop or (not is_to_stay and self._has_stop(box))
-                elif (taken := self._take(box)) is not None:
-                    yield taken
+                        return
+                    is_to_stay = box.client and (box.client == executing or waits(box.client))
+                    if is_to_stay or box.must_wait():
+                        staying.append(box)
+                        has_stop = has_stop or (not is_to_stay and box.has_stop())
+                    elif (taken := self._take(box)) is not None:
+                        yield taken
         finally:
             self.has_stop_waiting = has_stop
-            self.served(0.0)
-            self._serving = outer
             for box in staying:
-                self._line_up(box)
+                self._fairness.line_up(box)
 
     def _next(self) -> Event | Arrival | None:
         """Return the next item; None if there is none."""
-        if self._serving is not None:
-            self.served(0.0)
+        self._fairness.served(0.0)
         if self._held:
             return self._held.popleft()
-        while (box := self._first()) is not None:
+        while (box := self._fairness.first()) is not None:
             if (taken := self._take(box)) is not None:
                 return taken
         return None
 
-    def _first(self) -> Box | None:
-        """Take the queue with the next turn out of the line."""
-        if self._serving is not None:
-            self.served(0.0)
-        while count := self._ready.qsize():
-            box = self._ready.get_nowait()
-            if count == 1 and not self._turns and box.items and not self._is_parked(box):
-                return box  # it is alone
-            self._line_up(box)
-        if not self._turns:
-            return None
-        box = heapq.heappop(self._turns)[2]
-        box.is_in_line = False
-        return box
-
-    def _line_up(self, box: Box) -> None:
-        """Put a queue into the line, if it is not empty."""
-        if box.is_in_line or self._is_parked(box):
-            return
-        while (first := _first_of(box)) is None:
-            box.is_known = False
-            if not box.items:
-                return
-            box.is_known = True  # something came just now
-        box.is_in_line = True
-        heapq.heappush(self._turns, (self._start(box, first), first.number, box))
-
-    def _start(self, box: Box, item: Item) -> float:
-        """Return the virtual time at which an item is served.
-
-        An item that had to wait, for a script or until its client had read, gets no earlier start for it: otherwise the
-        others would wait for everything that has accumulated.
-        """
-        return max(item.virtual, box.finish - CREDIT, self._virtual - CREDIT)
-
-    def _is_parked(self, box: Box) -> bool:
-        """Return whether nothing may be taken out now. The queue stays known; a change announces it again."""
-        if box.is_suspended or box.is_kept_back:
-            box.is_parked = True
-            if box.is_waiting:
-                return True
-        box.is_parked = False
-        return False
-
     def _take(self, box: Box) -> Event | Arrival | None:
-        if self._is_parked(box):
+        """Take the first item out of a queue; None if there is none, or it must not be taken now."""
+        if box.park():
             return None
-        with self._taking:
-            try:
-                item = box.items.popleft()
-            except IndexError:  # they were taken out meanwhile
-                item = None
-        if item is None:
-            self._line_up(box)
+        if (item := box.pop()) is None:
+            self._fairness.line_up(box)
             return None
-        if isinstance(item.what, Arrival):
-            box.size_taken += item.what.work.size
-        start = self._start(box, item)
-        box.finish = max(box.finish, start)
-        self._virtual = max(self._virtual, start)
-        if box is not self._events:
-            self._serving = box
-        if (
-            not box.client
-        ):  # events and questions are also served while a script runs that one of them has started
-            self._line_up(box)
+        self._fairness.took(box, item)
         return item.what
-
-    def _must_wait(self, box: Box) -> bool:
-        """Return whether the first item of a queue has to wait for scripts."""
-        item = _first_of(box)
-        if item is None:
-            return False
-        if item.waits_for_scripts is not None:
-            return item.waits_for_scripts
-        if box.waits is None or box.waits[0] != item.number:
-            assert isinstance(item.what, Arrival)
-            box.waits = item.number, item.what.work.waits_for_scripts()
-        return box.waits[1]
-
-    def _has_stop(self, box: Box) -> bool:
-        """Return whether anything that waits in a queue stops the simulation. Each item is examined once."""
-        items = box.items.copy()  # at once, as other threads add some meanwhile
-        if not items or box.client.startswith(VIEWER):  # a viewer's is refused
-            return False
-        examined, stop = box.stop
-        for item in reversed(items):
-            if item.number <= examined:
-                break
-            if _stops(item):
-                stop = max(stop, item.number)
-        box.stop = max(examined, items[-1].number), stop
-        return any(item.number == stop for item in items)
-
-
-def _first_of(box: Box) -> Item | None:
-    """Return the first item of a queue; None if it is empty."""
-    if not box.items:
-        return None
-    try:
-        return box.items[0]
-    except IndexError:  # it was taken out just now
-        return None
-
-
-def _stops(item: Item) -> bool:
-    """Return whether an item stops the simulation."""
-    if isinstance(item.what, Arrival):
-        return item.what.work.stops()
-    return item.stops is not None and item.stops()

@@ -34,6 +34,8 @@ _OLD, _PRESENT = 0, 5
 _NIL, _FLOAT, _BOOLEAN, _STRING, _TABLE, _INTEGER = 0, 1, 2, 3, 4, 9
 _NAMED, _LIST = 0, 1
 
+_STRING_HEAD, _INTEGER_VALUE = struct.Struct("<Bi").pack, struct.Struct("<Bq").pack
+
 _EXACT = 1 << 53
 """Whole numbers below this one are exact in float64."""
 
@@ -96,16 +98,16 @@ def _add(pieces: list[bytes], value: Plain) -> None:
     if isinstance(value, str):
         value = value.encode("utf-8", "surrogateescape")
     match value:
+        case bytes():  # most values: each name is one
+            pieces += (_STRING_HEAD(_STRING, len(value)), value)
         case None:
             pieces.append(bytes([_NIL]))
         case bool():
             pieces.append(bytes([_BOOLEAN, value]))
         case int() if -(1 << 63) <= value < 1 << 63:
-            pieces.append(struct.pack("<Bq", _INTEGER, value))
+            pieces.append(_INTEGER_VALUE(_INTEGER, value))
         case int() | float():
             pieces.append(struct.pack("<Bd", _FLOAT, value))
-        case bytes():
-            pieces += [struct.pack("<Bi", _STRING, len(value)), value]
         case list() | dict():
             pieces.append(bytes([_TABLE]))
             _add_table(pieces, value)

@@ -245,7 +245,7 @@ def test_watch_ends_with_the_reason_when_it_is_refused(
 # --- image ----------------------------------------------------------------------------------------
 
 
-def test_picture_is_written_the_right_way_up(
+def test_image_is_written_the_right_way_up(
     lab: ServerProcess, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     file = tmp_path / "out.png"

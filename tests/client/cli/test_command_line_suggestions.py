@@ -1,4 +1,4 @@
-"""A misspelt word on a command line: every program names what may have been meant. And ``--version`` at every door."""
+"""A misspelt word on a command line: every program names what may have been meant. And ``--version``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
 from simx_server.viewer.page import command as view
 
-DOORS = {
+PROGRAMS = {
     "simx-server": cli.main,
     "simx": simx.main,
     "simx-run": run.main,
@@ -31,15 +31,15 @@ DOORS = {
 }
 
 
-def refused(door: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+def refused(name: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     with pytest.raises(SystemExit) as left:
-        DOORS[door](words)
+        PROGRAMS[name](words)
     assert left.value.code == 2
     return capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("door", "words", "meant"),
+    ("name", "words", "meant"),
     [
         ("simx-server", ["--sped", "2"], "--speed"),
         ("simx-server", ["scene.xml", "--sped=2"], "--speed"),
@@ -60,9 +60,9 @@ def refused(door: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> 
     ],
 )
 def test_misspelt_word_suggests_the_nearest(
-    door: str, words: list[str], meant: str, capsys: pytest.CaptureFixture[str]
+    name: str, words: list[str], meant: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = refused(door, words, capsys)
+    said = refused(name, words, capsys)
     assert f"did you mean '{meant}'?" in said
     assert said.count("did you mean") == 1
 
@@ -112,12 +112,12 @@ def test_scene_that_is_not_there_suggests_a_file_beside_it(tmp_path: Path) -> No
         find_scene(tmp_path / "my_robto.xml")
 
 
-@pytest.mark.parametrize(("door", "code"), [("simx-run", 2), ("simx-check", 2)])
+@pytest.mark.parametrize(("name", "code"), [("simx-run", 2), ("simx-check", 2)])
 def test_script_that_is_not_there_suggests_a_file_beside_it(
-    door: str, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "robotControl.py").touch()
-    assert DOORS[door]([str(tmp_path / "robotControll.py")]) == code
+    assert PROGRAMS[name]([str(tmp_path / "robotControll.py")]) == code
     assert "did you mean 'robotControl.py'? name the script" in capsys.readouterr().err
 
 
@@ -129,14 +129,14 @@ def test_what_is_far_from_everything_gets_no_suggestion() -> None:
     assert file_like("nul\0/file.py") == ""
 
 
-@pytest.mark.parametrize("door", DOORS)
-def test_version_at_every_door(door: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_version_of_every_program(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as left:
-        DOORS[door](["--version"])
+        PROGRAMS[name](["--version"])
     assert left.value.code == 0
     program, number = capsys.readouterr().out.split(" (")[0].strip().rsplit(" ", 1)
     assert number == __version__
-    assert program in (door, "python -m simx_client")
+    assert program in (name, "python -m simx_client")
 
 
 def test_simx_alone_prints_its_help(capsys: pytest.CaptureFixture[str]) -> None:

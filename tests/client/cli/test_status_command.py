@@ -84,7 +84,7 @@ def test_it_is_found_however_it_is_named(
     assert metrics["process_id"] == lab.process.pid
     assert metrics["ports"] == lab.ports
     assert metrics["commands"]["simxGetJointPosition"]["count"] == 10
-    assert metrics["passes"]["count"] > 0
+    assert metrics["steps"]["count"] > 0
     assert metrics["process"]["memory"] > 20e6
 
 
@@ -206,7 +206,7 @@ def test_labels_of_prometheus_are_escaped(lab: ServerProcess, capsys: pytest.Cap
     _, text, _ = run(capsys, lab.port, "--json")
     (metrics,) = json.loads(text)
     times = next(iter(metrics["commands"].values()))
-    metrics["pictures"]["cameras"] = {'a "b"\\\n': times}
+    metrics["images"]["cameras"] = {'a "b"\\\n': times}
     assert r'camera="a \"b\"\\\n"' in exposition([Measured("lab", "", metrics)])
-    metrics["pictures"]["backend"] = "egl"
+    metrics["images"]["backend"] = "egl"
     assert "CAMERA" in "\n".join(description(Measured("lab", "", metrics)))

@@ -72,7 +72,7 @@ def test_a_pose_that_is_set_is_the_pose_that_is_read(client: Client) -> None:
         blue.position = [1, 2]
 
 
-def test_velocities_are_measured_in_world_axes_over_the_last_pass(client: Client) -> None:
+def test_velocities_are_measured_in_world_axes_over_the_last_step(client: Client) -> None:
     shoulder, wheel, hand = client.joint("shoulder"), client.object("wheel"), client.object("hand")
     client.joint("axle").target_velocity = 2.0
     with client.stepping() as step:
@@ -107,7 +107,7 @@ def test_objects_have_names_kinds_and_parents(client: Client) -> None:
 @pytest.mark.parametrize(
     ("name", "top", "bottom"), [("above", (9, 19), (45, 32)), ("plan", (16, 19), (48, 29))]
 )
-def test_pictures_stand_upright_and_depth_is_metres(
+def test_images_stand_upright_and_depth_is_metres(
     client: Client, name: str, top: tuple[int, int], bottom: tuple[int, int]
 ) -> None:
     """Red is to the left and up, 2 m below the camera; blue to the right and down, 2.5 m below."""
@@ -129,7 +129,7 @@ def test_pictures_stand_upright_and_depth_is_metres(
 
 
 @pytest.mark.parametrize("name", ["above", "plan"])
-def test_each_pixel_tells_whose_it_is_and_the_picture_stays_one_of_colours(client: Client, name: str) -> None:
+def test_each_pixel_tells_whose_it_is_and_the_image_stays_one_of_colours(client: Client, name: str) -> None:
     camera, red, blue = client.camera(name), client.object("red"), client.object("blue")
     before = camera.rgb()
     owners = camera.objects()
@@ -157,7 +157,7 @@ def test_pixels_and_depths_give_the_points_of_the_scene(client: Client) -> None:
     assert found.max(axis=0) == pytest.approx([-0.3, 0.4, 1.0], abs=pixel)
 
 
-def test_a_picture_is_the_callers_own_and_lies_in_memory_as_libraries_want_it(client: Client) -> None:
+def test_an_image_is_the_callers_own_and_lies_in_memory_as_libraries_want_it(client: Client) -> None:
     picture = client.camera("above").rgb()
     picture[:] = 7
     assert picture.flags.c_contiguous

@@ -80,7 +80,7 @@ def test_what_is_watched_may_change_and_may_be_missing(client: Client) -> None:
         assert step() == ([pytest.approx(0), pytest.approx(0)], 2)
 
 
-def test_pictures_come_with_the_step_too_and_show_what_the_pass_left(client: Client) -> None:
+def test_images_come_with_the_step_too_and_show_what_the_step_left(client: Client) -> None:
     camera, red = client.camera("above"), client.object("red")
     with client.stepping(lambda: (camera.rgb(), camera.depth())) as step:
         sizes = messages_of(client)

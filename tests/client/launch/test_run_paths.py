@@ -62,7 +62,7 @@ def test_folders_are_made_for_writing_only(paths: BackslashPaths, tmp_path: Path
     assert (tmp_path / "one" / "two").is_dir()
 
 
-def test_the_tutorials_pictures_land_where_they_were_meant(tmp_path: Path) -> None:
+def test_the_tutorials_images_land_where_they_were_meant(tmp_path: Path) -> None:
     text = r"""
         import os
         import cv2

@@ -1,4 +1,4 @@
-"""Messages that take long to read: pieces of each door's protocol, a random few of them repeated.
+"""Messages that take long to read: pieces of each gateway's protocol, a random few of them repeated.
 
 The promise: a message takes as long as its bytes and values, at most `costs.BUDGET` and `PER_BYTE`; four times as much
 takes four times as long.
@@ -52,7 +52,7 @@ SMALL = 16_000
 _LIMITS = Limits()
 
 
-class Door(NamedTuple):
+class Gateway(NamedTuple):
     """A gateway, as its decoder sees it."""
 
     read: Callable[[bytes], object]
@@ -176,8 +176,8 @@ _PARTS_OF_HEADS = (
     b"\t", b"Connection: close\r\n", b"Content-Length: 1\r\n", b" HTTP/1.1\r\n", b"\r\n\r\nGET / HTTP/1.1\r\nHost: localhost\r\n",
 )  # fmt: skip
 
-DOORS: Mapping[str, Door] = {
-    "zmq": Door(
+GATEWAYS: Mapping[str, Gateway] = {
+    "zmq": Gateway(
         _zmq,
         (b"\xa3\x64args\x9f", b"\xa3\x64args\x9a\x00\x0f\x00\x00", b"\xa3\x64args" + b"\x98\x10" * 16, b""),
         (
@@ -187,7 +187,7 @@ DOORS: Mapping[str, Door] = {
         ),
         (b"", b"\xff\x64func\x63abc\x64uuid\x63abc"),
     ),
-    "zenoh": Door(
+    "zenoh": Gateway(
         _batch,
         (b"\x93\x01\x02\xdd\x00\x00\x00\x01\x95\x01\x00\x00\xa1a\xdd\x00\x01\x00\x00", b"\x93\x01\x02\xdd\x00\x00\x20\x00", b"\xdd\x00\x0f\x00\x00"),
         (
@@ -195,7 +195,7 @@ DOORS: Mapping[str, Door] = {
             b"\xc4\x01a", b"\x81\xa1a\x01", b"\x95\x01\x00\x00\xa1a\x90", b"\xdd\x7f\xff\xff\xff", b"\xdb\x7f\xff\xff\xff",
         ),
     ),
-    "original": Door(
+    "original": Gateway(
         _original,
         (original.HEADER.pack(0, original.VERSION, 1, 0, 0, 0, 0),),
         (
@@ -204,20 +204,20 @@ DOORS: Mapping[str, Door] = {
             _command(0x3000 | original.DISCONTINUE, b"s\0"), _command(2, b"\xff" * 100),
         ),
     ),
-    "packets": Door(_packets, tuple(HEAD.pack(1, 1, n) + b"a" for n in range(3)), (HEAD.pack(1, 1, 1) + b"a", b"\0", b"\1\0\1\0")),
-    "local": Door(_frames, (b"",), (bytes(5), b"\x01\0\0\0\0a", b"\x04\0\0\0\x01abcd", b"\xff\xff\xff\0\0")),
-    "zmtp": Door(_zmtp, (GREETING + READY,), (b"\x01\0\0\1a", b"\x04\x08\x04PING\0\0a", b"\x02" + b"\0\0\0\0\0\xff\xff\xff", b"a")),
-    "ros2": Door(
+    "packets": Gateway(_packets, tuple(HEAD.pack(1, 1, n) + b"a" for n in range(3)), (HEAD.pack(1, 1, 1) + b"a", b"\0", b"\1\0\1\0")),
+    "local": Gateway(_frames, (b"",), (bytes(5), b"\x01\0\0\0\0a", b"\x04\0\0\0\x01abcd", b"\xff\xff\xff\0\0")),
+    "zmtp": Gateway(_zmtp, (GREETING + READY,), (b"\x01\0\0\1a", b"\x04\x08\x04PING\0\0a", b"\x02" + b"\0\0\0\0\0\xff\xff\xff", b"a")),
+    "ros2": Gateway(
         _ros2,
         tuple(b"\0\1\0\0" + struct.pack("<I", n) for n in (100, 1000, 10_000)),
         (bytes(4), bytes(16), b"\1\0\0\0\0\0\0\0", b"\2\0\0\0a\0\0\0", b"\0\1\0\0"),
     ),
-    "gate": Door(_gate, _LINES, _PARTS_OF_HEADS, (b"", b"\r\n\r\n")),
-    "class page": Door(_class_page, _LINES, _PARTS_OF_HEADS, (b"", b"\r\n\r\n")),
-    "class channel": Door(
+    "gate": Gateway(_gate, _LINES, _PARTS_OF_HEADS, (b"", b"\r\n\r\n")),
+    "class page": Gateway(_class_page, _LINES, _PARTS_OF_HEADS, (b"", b"\r\n\r\n")),
+    "class channel": Gateway(
         _channel, (b"", b'{"a":', b'{"reset":['), (b"[", b'{"a":', b'"', b"\\", b"1", b"0.1e9,", b"{},", b'"a":1,', b"\\ud800", b" "),
     ),
-    "web socket": Door(
+    "web socket": Gateway(
         _web_socket,
         (b"", b"\x02\x85abcda"),
         (
@@ -225,7 +225,7 @@ DOORS: Mapping[str, Door] = {
             b"\x82\x7f" + bytes(7) + b"\1a", b"\xc2\0", b"\x82",
         ),
     ),
-    "browser": Door(
+    "browser": Gateway(
         _browser,
         (b"", b"\x82\xa4type\xa1a\xa1a", b"\x82\xa4type\xa1a\xa1a\xdd\0\0\x0f\0", b"\xdd\0\x0f\0\0", b"\x81\xa1a\xdf\0\0\0\xff"),
         (
@@ -236,19 +236,19 @@ DOORS: Mapping[str, Door] = {
 }  # fmt: skip
 
 
-def message(door: Door, chance: random.Random) -> Callable[[int], bytes]:
+def message(gateway: Gateway, chance: random.Random) -> Callable[[int], bytes]:
     """Return a function that makes a message of about this many bytes."""
-    head, tail = chance.choice(door.heads), chance.choice(door.tails)
-    unit = b"".join(chance.choices(door.pieces, k=chance.choice((1, 1, 2, 3))))
+    head, tail = chance.choice(gateway.heads), chance.choice(gateway.tails)
+    unit = b"".join(chance.choices(gateway.pieces, k=chance.choice((1, 1, 2, 3))))
     return lambda size: head + unit * (size // len(unit)) + tail
 
 
-def check(door: Door, made: Callable[[int], bytes]) -> str:
+def check(gateway: Gateway, made: Callable[[int], bytes]) -> str:
     """Return what is wrong with the cost of a message; empty if nothing is."""
     small, large = made(SMALL), made(4 * SMALL)
-    base = least_seconds(lambda: door.read(small), NOISE / 2)
+    base = least_seconds(lambda: gateway.read(small), NOISE / 2)
     allowed = GROWTH * base + NOISE
-    taken = least_seconds(lambda: door.read(large), allowed)
+    taken = least_seconds(lambda: gateway.read(large), allowed)
     if taken > allowed:
         return (
             f"{len(small)} bytes take {base:.4f} s, and {len(large)} bytes {taken:.4f} s: {large[:60].hex()}"
@@ -272,10 +272,10 @@ def run(cases: int, seed: int, _folder: Path | None = None) -> str:
         AssertionError: one takes longer than four times as long for four times as many bytes.
     """
     chance = random.Random(seed)
-    seen: dict[str, Any] = dict.fromkeys(DOORS, 0)
+    seen: dict[str, Any] = dict.fromkeys(GATEWAYS, 0)
     for number in range(cases):
-        name = list(DOORS)[number % len(DOORS)]
-        problem = check(DOORS[name], message(DOORS[name], chance))
+        name = list(GATEWAYS)[number % len(GATEWAYS)]
+        problem = check(GATEWAYS[name], message(GATEWAYS[name], chance))
         assert not problem, f"{name}: {problem}"
         seen[name] += 1
     return ", ".join(f"{count} {name}" for name, count in seen.items())

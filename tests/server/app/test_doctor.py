@@ -20,6 +20,7 @@ from simx_server.app import cli
 from simx_server.app.doctor import child, graphics, machine, network, page
 from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
+from simx_server.joints.native import loading
 from simx_server.settings.settings import Settings
 
 pytestmark = pytest.mark.gl
@@ -72,14 +73,14 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         assert each["level"] in LEVELS
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
-        "python", "packages", "extras", "cores", "memory", "workspace", "port", "zenoh",
-        "graphics", "picture",
+        "python", "packages", "extras", "cores", "memory", "physics steps", "workspace", "port", "zenoh",
+        "graphics", "image",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
-    [picture] = found["picture"]
-    assert picture["level"] == OK
+    [image] = found["image"]
+    assert image["level"] == OK
     assert (
-        "eye of ball, 32x24 with raycast" in picture["text"]
+        "eye of ball, 32x24 with raycast" in image["text"]
     )  # turned to the ball, which its own pose does not see
     [taken] = found["port"]
     assert taken["level"] == WARNING
@@ -149,7 +150,7 @@ def test_a_back_end_that_is_asked_for_must_work(monkeypatch: pytest.MonkeyPatch)
     assert "vulkan" in finding.text
 
 
-def test_a_blank_picture_is_a_warning_and_none_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_blank_image_is_a_warning_and_none_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: dict[str, Any] = {
         "scene": "s", "sensor": "eye", "backend": "egl", "width": 4, "height": 3, "colours": 1, "darkest": 0,
         "brightest": 0, "covered": 0.0, "milliseconds": 1.0,
@@ -230,6 +231,15 @@ def test_old_python_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_little_memory_is_a_warning() -> None:
     assert machine.check_memory(100 << 20).level == WARNING
     assert machine.check_memory(4 << 30).level == OK
+
+
+def test_physics_steps_in_python_are_a_warning_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    finding = machine.check_physics_steps()
+    assert (finding.level == OK) == (loading.form().module is not None)
+    monkeypatch.setenv(loading.VARIABLE, "python")
+    finding = machine.check_physics_steps()
+    assert (finding.level, finding.text) == (WARNING, "in Python: SIMX_PHYSICS_STEP is python")
+    assert "compiler" in finding.advice
 
 
 def test_workspace_that_cannot_be_written_is_a_warning(tmp_path: Path) -> None:

@@ -235,7 +235,7 @@ def test_a_further_server_takes_little_memory(log: Path) -> None:
         assert all(private(process_id) < 60 * MEGABYTE for process_id in started.children)
 
 
-def test_a_picture_can_be_had_from_each(log: Path) -> None:
+def test_an_image_can_be_had_from_each(log: Path) -> None:
     with fleet(log, "ur5_rg2_kinect", "--count", 2) as started:
         for server in started.servers:
             client = v.simxStart("127.0.0.1", server["ports"][0], True, True, 5000, 5)

@@ -166,7 +166,7 @@ def test_a_variable_may_say_what_a_run_without_a_server_does_not_need(tmp_path: 
     assert Settings.gather({"snapshot": picture, "duration": "3"}, {"SIMX_SPEED": "2"}).speed == 2.0
 
 
-def test_a_replay_may_be_pictured_at_a_moment_and_may_allow_code(tmp_path: Path) -> None:
+def test_a_replay_may_be_imaged_at_a_moment_and_may_allow_code(tmp_path: Path) -> None:
     recording = tmp_path / "run.simxlog"
     recording.touch()
     flags = {

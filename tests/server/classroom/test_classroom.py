@@ -104,7 +104,7 @@ def test_hundreds_of_silent_browsers_keep_nobody_out(opened: Class) -> None:
         for _ in range(450):
             stack.enter_context(socket.create_connection(opened.place, timeout=SOON))
         assert until(lambda: opened.state(1)["state"] == "stopped")
-        assert until(lambda: opened.ask("GET", "/seat/1/picture")[0] == 200)
+        assert until(lambda: opened.ask("GET", "/seat/1/image")[0] == 200)
 
 
 def test_seat_that_takes_too_much_memory_starts_again(opened: Class, tmp_path: Path, log: Path) -> None:

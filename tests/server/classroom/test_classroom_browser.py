@@ -203,7 +203,7 @@ def test_students_page_has_the_lines_and_no_other_seat(room: Room) -> None:
         assert page.locator("#lines code").all_text_contents() == room.simx.lines(4)["Linux, macOS"]
         page.get_by_role("tab", name="Windows").click()
         assert page.locator("#lines code").all_text_contents() == room.simx.lines(4)["Windows"]
-        for path in ("/", "/class", "/links", "/seat/5", "/seat/5/picture"):
+        for path in ("/", "/class", "/links", "/seat/5", "/seat/5/image"):
             answer = page.request.get(room.simx.base + path)
             assert answer.status == 401, path
     finally:

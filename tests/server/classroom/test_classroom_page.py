@@ -131,7 +131,7 @@ def test_student_sees_the_own_seat_and_the_teacher_all() -> None:
             assert await stage.status(path, TEACHER) == HTTPStatus.OK
             assert await stage.status(path, OWN) == HTTPStatus.UNAUTHORIZED
             assert await stage.status(path) == HTTPStatus.UNAUTHORIZED
-        for what in ("", "/state", "/lines", "/picture"):
+        for what in ("", "/state", "/lines", "/image"):
             assert await stage.status(f"/seat/1{what}", OWN) == HTTPStatus.OK
             assert await stage.status(f"/seat/1{what}", TEACHER) == HTTPStatus.OK
             for other in (2, 11, 99):
@@ -186,7 +186,7 @@ def test_only_this_page_resets_and_only_the_own_seat() -> None:
         ("GET", "/nothing", HTTPStatus.NOT_FOUND),
         ("GET", "/seat/1/nothing", HTTPStatus.NOT_FOUND),
         ("GET", "/seat/01", HTTPStatus.NOT_FOUND),
-        ("GET", "/seat/1/picture?size=huge", HTTPStatus.BAD_REQUEST),
+        ("GET", "/seat/1/image?size=huge", HTTPStatus.BAD_REQUEST),
         ("GET", "/../tokens.py", HTTPStatus.NOT_FOUND),
         ("GET", "/class.html", HTTPStatus.NOT_FOUND),
         ("DELETE", "/seat/1", HTTPStatus.METHOD_NOT_ALLOWED),
@@ -202,7 +202,7 @@ def test_paths_that_are_not_there(method: str, path: str, status: HTTPStatus) ->
 
 def test_many_browsers_cost_a_seat_one_request() -> None:
     async def work(stage: Stage) -> None:
-        answers = await asyncio.gather(*(stage.ask("/seat/1/picture", OWN) for _ in range(50)))
+        answers = await asyncio.gather(*(stage.ask("/seat/1/image", OWN) for _ in range(50)))
         assert {answer.body for answer in answers} == {b"jpeg of small"}
         await asyncio.gather(*(stage.ask("/seat/1/state", OWN) for _ in range(50)))
         assert [fields.get("size") for fields in stage.seats[1].asked] == ["small", None]
@@ -220,8 +220,8 @@ def test_seat_that_does_not_answer_is_busy_and_delays_no_other(monkeypatch: pyte
         stage.seats[1].is_silent = True
         states = json.loads((await stage.ask("/class", TEACHER)).body)["seats"]
         assert [state["state"] for state in states] == ["busy", "running", "running"]
-        assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
-        assert await stage.status("/seat/2/picture", TEACHER) == HTTPStatus.OK
+        assert await stage.status("/seat/1/image", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
+        assert await stage.status("/seat/2/image", TEACHER) == HTTPStatus.OK
         stage.seats[1].is_silent = False
         states = json.loads((await stage.ask("/class", TEACHER)).body)["seats"]
         assert states[0]["state"] == "running"
@@ -236,15 +236,15 @@ def test_seat_whose_images_take_too_long_rests_and_tells_why(monkeypatch: pytest
         view = stage.page.views[1]
         stage.seats[1].is_silent = True
         for _ in range(5):
-            assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
+            assert await stage.status("/seat/1/image", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
         assert len(stage.seats[1].asked) == 1
         assert view._described()["problem"] == ""  # its renderer may start
         view._rests_until = 0.0
-        assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
+        assert await stage.status("/seat/1/image", OWN) == HTTPStatus.SERVICE_UNAVAILABLE
         stage.seats[1].is_silent = False
         assert "takes more than" in json.loads((await stage.ask("/seat/1/state", OWN)).body)["problem"]
         view._rests_until = 0.0
-        assert await stage.status("/seat/1/picture", OWN) == HTTPStatus.OK
+        assert await stage.status("/seat/1/image", OWN) == HTTPStatus.OK
         assert view._described()["problem"] == ""
 
     staged(work)
@@ -253,7 +253,7 @@ def test_seat_whose_images_take_too_long_rests_and_tells_why(monkeypatch: pytest
 def test_seat_that_ends_is_starting_with_the_reason_until_the_next_is_ready() -> None:
     async def work(stage: Stage) -> None:
         stage.seats[1].is_silent = True
-        waiting = asyncio.create_task(stage.ask("/seat/1/picture", OWN))
+        waiting = asyncio.create_task(stage.ask("/seat/1/image", OWN))
         while not stage.seats[1].asked:
             await asyncio.sleep(0)
         view = stage.page.views[1]

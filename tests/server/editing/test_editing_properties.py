@@ -139,7 +139,7 @@ def test_not_detectable_and_not_renderable_are_independent(world: World) -> None
     assert not world.call("simxReadProximitySensor", ray)[0]
 
 
-def test_what_is_not_visible_is_in_no_picture_and_still_detected(world: World) -> None:
+def test_what_is_not_visible_is_in_no_image_and_still_detected(world: World) -> None:
     box, sim = world.handle("box"), world.sim
     geoms = [g for g in range(sim.model.ngeom) if sim.scene.owner_of_geom(g, sim.model) == box]
     for bits, group, visible in (

@@ -1,4 +1,4 @@
-"""An open door is warned of, and a configuration of the user's own opens none by what it leaves out."""
+"""An open gateway is warned of, and a configuration of the user's own opens none by what it leaves out."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ MUTUAL = {"transport/link/tls/enable_mtls": True}
         ("tcp/0.0.0.0:7447", LOGIN, False),
     ],
 )
-def test_open_door_is_known_as_one(endpoint: str, options: dict[str, Any], is_open: bool) -> None:
+def test_open_gateway_is_known_as_one(endpoint: str, options: dict[str, Any], is_open: bool) -> None:
     config = link.configure(link.import_zenoh().Config(), options)
     warning = exposure(["tcp/127.0.0.1:19997", endpoint], config)
     assert (warning is not None) == is_open

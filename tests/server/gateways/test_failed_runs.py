@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from loopback import LoopbackTransport
 from original_peer import ints, peer
 from real_world import RealWorld, handle_of, start_stepped
 from zmq_world import ZmqWorld, cbor2, zmq_world
@@ -20,7 +21,6 @@ from simx_client.connection.connection import Connection
 from simx_client.errors import CallsFailed, RemoteError
 from simx_client.gym import SimxEnv
 from simx_client.protocol.messages import Pace
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 
 DIVERGED = "the physics diverged"
@@ -55,7 +55,7 @@ def own_client(server: ZmqWorld) -> int:
     return number
 
 
-def test_calls_of_all_doors_that_wait_for_a_step_fail(tmp_path: Path) -> None:
+def test_calls_of_all_gateways_that_wait_for_a_step_fail(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
         gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
         holder, driver = own_client(server), own_client(server)

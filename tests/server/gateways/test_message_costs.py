@@ -1,4 +1,4 @@
-"""Reading a message costs what it weighs, at every door: it is bounded, and grows no faster than the length."""
+"""Reading a message costs what it weighs, at every gateway: it is bounded, and grows no faster than the length."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from fuzz.costs import measuring
 from fuzz.costs import messages as message_costs
-from fuzz.costs.messages import DOORS, Door, check, check_bound
+from fuzz.costs.messages import GATEWAYS, Gateway, check, check_bound
 
 F = b"\xfb\x3f\xf0" + bytes(6)
 LIST = b"\xa2\x64args\x9a"
@@ -45,14 +45,14 @@ LARGEST = {
 """Messages that took, or would take, the longest at their size."""
 
 
-@pytest.mark.parametrize(("door", "data"), LARGEST.values(), ids=LARGEST)
-def test_the_largest_messages_take_no_longer_than_promised(door: str, data: bytes) -> None:
-    check_bound(DOORS[door].read, data)
+@pytest.mark.parametrize(("gateway", "data"), LARGEST.values(), ids=LARGEST)
+def test_the_largest_messages_take_no_longer_than_promised(gateway: str, data: bytes) -> None:
+    check_bound(GATEWAYS[gateway].read, data)
 
 
 def test_four_times_as_much_takes_no_longer_than_four_times_as_long() -> None:
     """More of them by ``python tests/fuzz/run.py costs CASES``."""
-    message_costs.run(10 * len(DOORS), 1)
+    message_costs.run(10 * len(GATEWAYS), 1)
 
 
 @pytest.mark.parametrize(("exponent", "is_found"), [(1, False), (2, True)])
@@ -65,7 +65,7 @@ def test_what_grows_with_the_square_is_found(
     def read(data: bytes) -> None:
         spent[0] += (1e-5 * len(data)) ** exponent
 
-    assert bool(check(Door(read, (b"",), (b"a",)), lambda size: b"b" * size)) is is_found
+    assert bool(check(Gateway(read, (b"",), (b"a",)), lambda size: b"b" * size)) is is_found
 
 
 def test_commands_in_pieces_that_do_not_end_are_dropped_at_once() -> None:

@@ -21,17 +21,17 @@ from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
 
 TIMEOUT = 20.0
-DOORS = ("zenoh", "zenoh of a script", "zmq", "zmq of viewers", "legacy", "ros2")
+GATEWAYS = ("zenoh", "zenoh of a script", "zmq", "zmq of viewers", "legacy", "ros2")
 START = encode(Batch(1, 0, [Call(1, 0, 0, "simxStartSimulation", [])]))
 
 
 class House:
-    """A server with all doors, and a client at each of them."""
+    """A server with all gateways, and a client at each of them."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self.server = stack.enter_context(zmq_world(folder))
         loop = self.loop = self.server.loop
-        self.zenoh = {name: ZenohGateway(loop, ports=[0]) for name in DOORS[:2]}
+        self.zenoh = {name: ZenohGateway(loop, ports=[0]) for name in GATEWAYS[:2]}
         viewers = self.server.on_server(lambda: ZmqGateway(loop, "127.0.0.1:0", may_only_read=True))
         legacy = OriginalGateway(loop, ["127.0.0.1:0"])
         self.zmq = {"zmq": self.server.port, "zmq of viewers": viewers.port}
@@ -39,19 +39,19 @@ class House:
             stack.callback(gateway.close)
         stack.callback(lambda: self.server.on_server(viewers.close))
         self.names: dict[str, str] = {}
-        """Names of the clients by door."""
+        """Names of the clients by gateway."""
 
-        for door, gateway in self.zenoh.items():
+        for at, gateway in self.zenoh.items():
             session = stack.enter_context(connect(gateway.ports[0]))
             token = session.liveliness().declare_token(keys.client(gateway.realm, f"of-{len(self.names)}"))
             stack.callback(token.undeclare)
             greet(session, gateway, f"of-{len(self.names)}", b"secret")
-            self._note(door)
-        for door, port in self.zmq.items():
+            self._note(at)
+        for at, port in self.zmq.items():
             client = RawClient(port)
             stack.callback(client.close)
             assert client.ask("sim.getSimulationTime") == {"ret": [0.0]}
-            self._note(door)
+            self._note(at)
         original = stack.enter_context(peer(legacy.ports[0]))
         original.call(0x1021, ints(1))
         self._note("legacy")
@@ -60,8 +60,8 @@ class House:
         self._note("ros2")
         self.sessions = dict(loop.sessions)
 
-    def _note(self, door: str) -> None:
-        (self.names[door],) = set(self.loop.sessions) - set(self.names.values())
+    def _note(self, at: str) -> None:
+        (self.names[at],) = set(self.loop.sessions) - set(self.names.values())
 
 
 def greet(session: Any, gateway: ZenohGateway, name: str, secret: bytes | None) -> list[Any]:
@@ -82,9 +82,9 @@ def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
 
 
 @pytest.mark.parametrize("by", ["zenoh", "zenoh of a script"])
-@pytest.mark.parametrize("door", DOORS)
-def test_over_zenoh(house: House, door: str, by: str) -> None:
-    gateway, name = house.zenoh[by], house.names[door]
+@pytest.mark.parametrize("at", GATEWAYS)
+def test_over_zenoh(house: House, at: str, by: str) -> None:
+    gateway, name = house.zenoh[by], house.names[at]
     with connect(gateway.ports[0]) as impostor:
         for secret in (None, b"", b"another"):
             impostor.put(keys.call(gateway.realm, name), START, attachment=secret)
@@ -100,18 +100,19 @@ def test_over_zenoh(house: House, door: str, by: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("by", "door"), [(by, door) for by in ("zmq", "zmq of viewers") for door in DOORS if door != by]
+    ("by", "at"),
+    [(by, at) for by in ("zmq", "zmq of viewers") for at in GATEWAYS if at != by],
 )
-def test_over_zeromq(house: House, door: str, by: str) -> None:
-    """At one door the identity is all that this protocol has, and the connections of a client share it."""
-    for name in {house.names[door], house.names[door].rpartition("/")[2]}:
+def test_over_zeromq(house: House, at: str, by: str) -> None:
+    """At one gateway the identity is all that this protocol has, and the connections of a client share it."""
+    for name in {house.names[at], house.names[at].rpartition("/")[2]}:
         impostor = RawClient(house.zmq[by])
         impostor.uuid = name
         before = set(house.loop.sessions)
         answer = impostor.ask_bytes(cbor2.dumps({"func": "sim.getSimulationTime", "args": [], "uuid": name}))
         assert "uuid must be" in str(answer) or len(set(house.loop.sessions) - before) == 1
         impostor.close()
-        assert house.server.wait_until(lambda: len(house.loop.sessions) == len(DOORS))
+        assert house.server.wait_until(lambda: len(house.loop.sessions) == len(GATEWAYS))
     unharmed(house)
 
 

@@ -114,7 +114,7 @@ def test_nobody_sends_what_the_server_sends(place: ServerProcess, victim: int, m
     with connect(place.port, mode) as outsider:
         at = realm(place)
         for each in (name, "*"):
-            for key in (keys.reply(at, each), keys.stream(at, each), keys.picture(at, each, 1)):
+            for key in (keys.reply(at, each), keys.stream(at, each), keys.image(at, each, 1)):
                 outsider.put(key, b"forged")
                 outsider.delete(key)
         outsider.put("simx/**", b"forged")

@@ -51,12 +51,12 @@ def places(count: int, *entrances: Entrance) -> Places:
         str(n): cast(ClientSession, SimpleNamespace(entrance=each)) for n, each in enumerate(entrances)
     }
     made = Places(lambda: Limits(clients=count), sessions)
-    for door in ("a", "b", "c"):
-        made.open(door)
+    for each in ("a", "b", "c"):
+        made.open(each)
     return made
 
 
-def test_each_door_keeps_places_for_itself() -> None:
+def test_each_gateway_keeps_places_for_itself() -> None:
     full = places(32, *[Entrance("a")] * 28)
     with pytest.raises(
         LimitReached, match="let others of this port leave first, as each other port keeps 2 places"
@@ -81,7 +81,7 @@ def test_one_other_machine_gets_half_of_the_places() -> None:
     places(32, *[Entrance("a", "127.0.0.1")] * 16).check(Entrance("a", "127.0.0.1"))
 
 
-def test_a_door_full_of_clients_does_not_close_the_others(house: ZmqWorld, closing: ExitStack) -> None:
+def test_a_gateway_full_of_clients_does_not_close_the_others(house: ZmqWorld, closing: ExitStack) -> None:
     legacy = house.on_server(lambda: OriginalGateway(house.loop, ["127.0.0.1:0"]))
     closing.callback(lambda: house.on_server(legacy.close))
     house.simulation.limits = Limits(clients=32)

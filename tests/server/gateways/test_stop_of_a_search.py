@@ -1,4 +1,4 @@
-"""A stop from a client of any door ends a search that holds the physics thread; others are served meanwhile."""
+"""A stop from a client of any gateway ends a search that holds the physics thread; others are served meanwhile."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from loopback import LoopbackTransport
 from original_peer import ints, peer
 from zmq_world import RawClient, ZmqWorld, zmq_world
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zmq.gateway import ZmqGateway
 from simx_server.simulation.simulation import SimulationState

@@ -1,4 +1,4 @@
-"""Messages of which the rest never comes: what all doors together keep of them is bounded in bytes and in time."""
+"""Messages of which the rest never comes: what all gateways together keep of them is bounded in bytes and in time."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from loopback import LoopbackTransport
 from original_peer import PACKET
 from processes import wait_until
 from raw_peer import connect
@@ -22,7 +23,6 @@ from simx_client.protocol.lane.frames import MESSAGE, frame
 from simx_client.protocol.lane.offer import read_offer
 from simx_client.protocol.zenoh import keys, link
 from simx_server.gateways.lane.gateway import LaneGateway
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.gateways.zmq.zmtp import GREETING, READY
@@ -36,7 +36,7 @@ ROOM = Limits(unfinished=250_000)
 
 
 class House:
-    """A server with the doors whose sockets it reads itself."""
+    """A server with the gateways whose sockets it reads itself."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self.server: ZmqWorld = stack.enter_context(zmq_world(folder))
@@ -47,11 +47,11 @@ class House:
         stack.callback(lambda: self.server.on_server(self.local.close))
         self.stack = stack
 
-    def begin(self, door: str, size: int = 1_000_000) -> socket.socket:
+    def begin(self, gateway: str, size: int = 1_000_000) -> socket.socket:
         """Send the first part of a message of this many bytes; return when the server has read it."""
         before = self.loop.unfinished.size
-        peer = getattr(self, f"_at_{door}")(size)
-        peer.sendall(PART[:40_000] if door == "legacy" else PART)  # there the first packet is sent already
+        peer = getattr(self, f"_at_{gateway}")(size)
+        peer.sendall(PART[:40_000] if gateway == "legacy" else PART)  # there the first packet is sent already
         assert wait_until(lambda: self.loop.unfinished.size >= before + len(PART) - 100, TIMEOUT)
         return peer
 
@@ -104,14 +104,14 @@ def house(tmp_path: Path) -> Iterator[House]:
         yield House(tmp_path, stack)
 
 
-DOORS = ("zmq", "legacy", "local")
+GATEWAYS = ("zmq", "legacy", "local")
 
 
-@pytest.mark.parametrize("door", DOORS)
-def test_the_message_that_began_first_goes_whatever_the_door(house: House, door: str) -> None:
+@pytest.mark.parametrize("gateway", GATEWAYS)
+def test_the_message_that_began_first_goes_whatever_the_gateway(house: House, gateway: str) -> None:
     house.server.simulation.limits = Limits(unfinished=1 << 30)
-    oldest = house.begin(door)
-    others = [house.begin(each) for each in DOORS if each != door]
+    oldest = house.begin(gateway)
+    others = [house.begin(each) for each in GATEWAYS if each != gateway]
     house.server.simulation.limits = Limits(unfinished=310_000)
     others[-1].sendall(PART[:15_000])
     assert is_cut(oldest)
@@ -121,9 +121,9 @@ def test_the_message_that_began_first_goes_whatever_the_door(house: House, door:
     client.close()
 
 
-@pytest.mark.parametrize("door", DOORS)
-def test_a_message_has_a_total_time(house: House, door: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    slow = house.begin(door)
+@pytest.mark.parametrize("gateway", GATEWAYS)
+def test_a_message_has_a_total_time(house: House, gateway: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = house.begin(gateway)
     now = house.loop.unfinished._clock()
     monkeypatch.setattr(house.loop.unfinished, "_clock", lambda: now + Limits().message_seconds + 1)
     assert is_cut(slow)

@@ -82,7 +82,7 @@ def test_equal_state_has_an_equal_version(world: World) -> None:
     assert first == second != third
 
 
-def test_parameters_change_the_next_picture(world: World) -> None:
+def test_parameters_change_the_next_image(world: World) -> None:
     eye = world.handle("eye")
     world.call("simxSetObjectIntParameter", eye, 1002, 6)
     world.call("simxSetObjectIntParameter", eye, 1003, 3)
@@ -116,7 +116,7 @@ def test_explicit_sensor_keeps_the_background_until_handled(world: World) -> Non
     assert image(world, "asked") == ([2, 2], bytes(range(12)))
 
 
-def test_set_image_holds_until_the_next_pass(world: World) -> None:
+def test_set_image_holds_until_the_next_step(world: World) -> None:
     eye = world.handle("eye")
     world.run()
     drawn = bytes(range(200, 224))
@@ -146,7 +146,7 @@ def test_statistics_are_least_greatest_and_mean(world: World) -> None:
     assert mean == pytest.approx([*means, 0.5])
 
 
-def test_only_vision_sensors_have_pictures(world: World) -> None:
+def test_only_vision_sensors_have_images(world: World) -> None:
     for name in ("head", "window"):
         with pytest.raises(WrongKind, match="needs a vision sensor"):
             image(world, name)

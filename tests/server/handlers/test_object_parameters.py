@@ -53,7 +53,7 @@ def write_int(world: World, name: str, number: int, value: int) -> None:
     world.call("simxSetObjectIntParameter", world.handle(name), number, value)
 
 
-def test_velocities_are_those_of_the_last_pass(world: World) -> None:
+def test_velocities_are_those_of_the_last_step(world: World) -> None:
     assert read(world, "ball", 11, 12, 13, 14) == [0, 0, 0, 0]
     world.run(2)
     linear, _ = world.call("simxGetObjectVelocity", world.handle("ball"))

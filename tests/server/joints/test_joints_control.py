@@ -149,7 +149,7 @@ def test_force_is_the_reverse_of_the_push_on_the_child(direction: int, expected:
         assert sim.joints.position(rail(sim)) * direction > 0
 
 
-def test_torque_by_velocity_and_limit_may_change_every_pass() -> None:
+def test_torque_by_velocity_and_limit_may_change_every_step() -> None:
     """The velocity alone gives the direction: the limit is a magnitude, whatever its sign."""
     world = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
     sim = world.simulation
@@ -164,7 +164,7 @@ def test_torque_by_velocity_and_limit_may_change_every_pass() -> None:
         assert sim.joints.force(rail(sim)) == pytest.approx(-direction * abs(force))
 
 
-def test_joint_velocity_is_the_difference_of_two_passes() -> None:
+def test_joint_velocity_is_the_difference_of_two_steps() -> None:
     world = slider(note="motor=off")
     sim = world.simulation
     sim.start()

@@ -157,7 +157,7 @@ def test_huge_velocity_with_a_force_limit_is_a_force() -> None:
         assert sim.joints.force(rail(sim)) == pytest.approx(-force)
 
 
-def test_force_is_the_motors_mean_over_the_pass() -> None:
+def test_force_is_the_motors_mean_over_the_step() -> None:
     world = slider(actuator=VELOCITY, note="control=position upper_velocity=5")
     sim = world.simulation
     assert sim.joints.force(rail(sim)) == 0

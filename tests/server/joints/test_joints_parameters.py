@@ -81,7 +81,7 @@ def test_parameters_of_a_single_value_refuse_spherical_joints(world: World) -> N
             read(world, "socket", number)
 
 
-def test_measured_velocity_is_that_of_the_last_pass(world: World) -> None:
+def test_measured_velocity_is_that_of_the_last_step(world: World) -> None:
     world.call("simxSetObjectIntParameter", world.handle("turn"), 2000, 1)
     world.call("simxSetJointTargetVelocity", world.handle("turn"), 0.5)
     world.run(10)

@@ -96,7 +96,7 @@ def world(tmp_path: Path) -> ScriptWorld:
     return ScriptWorld(tmp_path, ARM.replace("constraints=position", "handling=explicit"), owner="base")
 
 
-def test_the_tip_follows_its_target_in_each_pass(parts: World) -> None:
+def test_the_tip_follows_its_target_in_each_step(parts: World) -> None:
     sim = parts.simulation
     sim.start()
     target = sim.scene.resolve("target")

@@ -159,7 +159,7 @@ def test_overview_is_near_what_stands_on_the_floor(scene: Path, axes: str) -> No
     assert not ((of_camera[..., 0] > 200) & (of_camera[..., 1] < 50)).sum() > 20
 
 
-def test_picture_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_image_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shot_module, "LONGEST_WAIT", 0.0)
     slow: Any = Slow()
     slow.is_slow = True
@@ -167,7 +167,7 @@ def test_picture_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> No
         first_image(slow)
 
 
-def test_depth_sensor_gives_the_picture_of_the_remote_api(scene: Path, place: RealWorld) -> None:
+def test_depth_sensor_gives_the_image_of_the_remote_api(scene: Path, place: RealWorld) -> None:
     picture = snapshot(scene, camera="deep")
     client = place.client()
     _, handle = v.simxGetObjectHandle(client, "deep", BLOCKING)
@@ -290,7 +290,7 @@ def test_stepped_clients_get_every_frame_too(place: RealWorld, tmp_path: Path) -
     assert (len(frames(tmp_path / "a.mp4")), made.behind) == (21, 0)
 
 
-def test_in_real_time_no_pass_waits_for_a_picture(scene: Path, tmp_path: Path) -> None:
+def test_in_real_time_no_pass_waits_for_an_image(scene: Path, tmp_path: Path) -> None:
     place = RealWorld(scene, speed=1e9)  # as the wall clock has it, which is in a hurry
     shot: Any = Slow()
     made = Film(place.simulation, tmp_path / "a.mp4", shot)
@@ -344,7 +344,7 @@ def test_next_run_goes_on_in_the_same_film_and_a_pause_is_not_filmed(
     assert shown[0].shape == (26, 34, 3)  # H.264 wants even sides; the sensor has 33 x 25
 
 
-def test_camera_that_is_removed_leaves_the_last_picture_and_the_server(
+def test_camera_that_is_removed_leaves_the_last_image_and_the_server(
     place: RealWorld, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     made = film_of(place, tmp_path / "a.mp4")
@@ -365,7 +365,7 @@ def test_camera_that_is_removed_leaves_the_last_picture_and_the_server(
     assert middle(shown[20], RED)[0] < 0.5
 
 
-def test_next_scene_without_a_usable_view_leaves_the_last_picture_and_the_run(
+def test_next_scene_without_a_usable_view_leaves_the_last_image_and_the_run(
     place: RealWorld, scene: Path, tmp_path: Path
 ) -> None:
     made = film_of(place, tmp_path / "a.mp4", camera=None, size=(32, 32))

@@ -93,7 +93,7 @@ def transform(message: Any, name: str) -> tuple[list[float], list[float]]:
     return [place.x, place.y, place.z], [turn.x, turn.y, turn.z, turn.w]
 
 
-def test_log_has_the_pose_of_every_object_and_every_joint_after_each_pass(
+def test_log_has_the_pose_of_every_object_and_every_joint_after_each_step(
     place: RealWorld, path: Path
 ) -> None:
     sim = place.simulation
@@ -290,7 +290,7 @@ def test_what_is_edited_in_a_run_is_in_the_log_and_the_next_run_follows(place: R
     assert {message.run for _, message in logged["/simulation"]} == {0, 1, 2}
 
 
-def test_pictures_of_a_camera_are_in_the_log(place: RealWorld, path: Path) -> None:
+def test_images_of_a_camera_are_in_the_log(place: RealWorld, path: Path) -> None:
     sim = place.simulation
     log = StateLog(place.parts, path, Shot(place.parts, "follower"), fps=10)
     sim.start()
@@ -303,7 +303,7 @@ def test_pictures_of_a_camera_are_in_the_log(place: RealWorld, path: Path) -> No
     assert (picture.format, picture.frame_id, picture.data[:2]) == ("jpeg", "follower", b"\xff\xd8")
 
 
-def test_pictures_that_fail_are_counted_and_told_once(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_images_that_fail_are_counted_and_told_once(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     class Failing:
         name = "eye"
 

@@ -15,7 +15,7 @@ from simx_server.scripting.named_ports import named_ports
 pytest.importorskip("lupa")
 
 
-class Doors:
+class Gateways:
     """Notes what is open; port 81 is taken."""
 
     def __init__(self) -> None:
@@ -31,40 +31,40 @@ class Doors:
         self.are_open.remove(port)
 
 
-def offered(source: str) -> tuple[World, Doors]:
+def offered(source: str) -> tuple[World, Gateways]:
     """A world with a child script, and its ports."""
-    world, doors = scripted({"lua:base": source}), Doors()
-    world.parts.script_ports.serve(doors)
+    world, gateways = scripted({"lua:base": source}), Gateways()
+    world.parts.script_ports.serve(gateways)
     said(world)
-    return world, doors
+    return world, gateways
 
 
 def test_a_port_that_the_text_names_is_open_as_long_as_the_scene() -> None:
-    world, doors = offered("function sysCall_init() print(simRemoteApi.start(20000)) end")
-    assert doors.are_open == [20000]
+    world, gateways = offered("function sysCall_init() print(simRemoteApi.start(20000)) end")
+    assert gateways.are_open == [20000]
     assert world.parts.script_ports.named == {20000}
     world.run(1)
     world.call("simxStopSimulation")
-    assert doors.are_open == [20000]
+    assert gateways.are_open == [20000]
     assert said(world) == ["1"]
     world.call("simxCloseScene")
-    assert doors.are_open == []
+    assert gateways.are_open == []
     assert world.parts.script_ports.named == set()
 
 
 def test_a_port_that_a_script_computes_is_open_until_the_run_ends() -> None:
-    world, doors = offered(
+    world, gateways = offered(
         "port = 20000 + 0 function sysCall_init() simExtRemoteApiStart(port + 1, 1300, false, true) end"
     )
-    assert doors.are_open == []
+    assert gateways.are_open == []
     world.run(1)
-    assert doors.are_open == [20001]
+    assert gateways.are_open == [20001]
     world.call("simxStopSimulation")
-    assert doors.are_open == []
+    assert gateways.are_open == []
 
 
 def test_a_script_closes_what_scripts_have_opened_and_nothing_else() -> None:
-    world, doors = offered(
+    world, gateways = offered(
         """
         function sysCall_init()
             local p = 19000 + 1000
@@ -76,21 +76,21 @@ def test_a_script_closes_what_scripts_have_opened_and_nothing_else() -> None:
     )
     world.run(0)
     assert said(world) == ["1, 0, 1, 1", "-1, -1, -1", "0, 1, -1"]
-    assert doors.are_open == []
+    assert gateways.are_open == []
 
 
 def test_the_servers_own_ports_are_there_already() -> None:
-    world, doors = offered("function sysCall_init() print(simRemoteApi.start(19999)) end")
+    world, gateways = offered("function sysCall_init() print(simRemoteApi.start(19999)) end")
     world.run(0)
     assert said(world) == ["1"]
-    assert doors.are_open == []
+    assert gateways.are_open == []
     assert world.parts.script_ports.named == {19999}, "a client that comes there starts the simulation"
 
 
 def test_a_port_that_cannot_be_opened_is_told_to_the_script_and_to_people(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    world, doors = offered(
+    world, gateways = offered(
         "function sysCall_init() print(simRemoteApi.start(81), simRemoteApi.start(70000)) end"
     )
     assert "a script of the scene starts the remote API at port 81, but port 81 is taken" in caplog.text
@@ -100,16 +100,16 @@ def test_a_port_that_cannot_be_opened_is_told_to_the_script_and_to_people(
         "the remote API cannot be started at port 70000: 70000 is not a port; those are 1 to 65535",
         "-1, -1",
     ]
-    assert doors.are_open == []
+    assert gateways.are_open == []
 
 
 def test_there_is_a_limit_to_ports() -> None:
-    world, doors = offered(
+    world, gateways = offered(
         "function sysCall_init() for i = 1, 40 do last = simRemoteApi.start(20000 + i) end print(last) end"
     )
     world.run(0)
     assert said(world)[-1] == "-1"
-    assert len(doors.are_open) == MOST_PORTS
+    assert len(gateways.are_open) == MOST_PORTS
 
 
 def test_without_a_network_the_script_goes_on() -> None:
@@ -120,11 +120,11 @@ def test_without_a_network_the_script_goes_on() -> None:
 
 
 def test_the_text_of_a_scene_that_a_client_sent_opens_nothing() -> None:
-    world, doors = World(), Doors()
-    world.parts.script_ports.serve(doors)
+    world, gateways = World(), Gateways()
+    world.parts.script_ports.serve(gateways)
     scene = scripted({"lua:base": "simRemoteApi.start(20000)"}).sim
     world.sim.use(scene.scene, scene.model, is_of_client=True)
-    assert doors.are_open == []
+    assert gateways.are_open == []
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def test_streamed_signal_follows_its_value_and_fails_while_it_is_missing(world: 
     v.simxFinish(writer)
 
 
-def test_streamed_set_is_applied_again_after_each_pass(world: RealWorld, cid: int) -> None:
+def test_streamed_set_is_applied_again_after_each_step(world: RealWorld, cid: int) -> None:
     other = world.client()
     v.simxSetFloatSignal(cid, "x", 1.5, STREAMING)
     v.simxStartSimulation(cid, BLOCKING)

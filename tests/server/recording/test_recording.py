@@ -20,9 +20,10 @@ from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.version import __version__
 from simx_server.app.server import serve
+from simx_server.outputs import file_thread
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.recording import log_file
-from simx_server.recording.log_file import MAGIC, LogReader
+from simx_server.recording.log_file import MAGIC, LogReader, LogWriter
 from simx_server.recording.records import Kind, Record
 from simx_server.settings.settings import Settings
 from simx_server.simulation.simulation import SimulationState
@@ -95,7 +96,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
     assert replay(recording) == DONE
 
 
-def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_pass(plain: Path, recording: Path) -> None:
+def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_step(plain: Path, recording: Path) -> None:
     with recorded(plain, recording) as place:
         client = place.client()
         hinge = handle_of(client, "hinge")
@@ -421,6 +422,31 @@ def test_server_that_is_killed_leaves_a_recording_of_all_but_the_last_second(
     assert Kind.END not in kinds(recording)
     assert replay(recording) == DONE
     assert "the recording goes no further" in caplog.messages[-1]
+
+
+def test_server_that_is_killed_when_it_is_ready_leaves_a_recording_of_its_start(
+    plain: Path, recording: Path
+) -> None:
+    with server(plain, "--record", recording, "--workspace", recording.parent, "--start") as process:
+        process.kill()
+    assert {Kind.HEADER, Kind.STARTED} <= set(kinds(recording))
+
+
+def test_records_are_written_at_once_on_request(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file_thread, "PERIOD", 1e6)
+    writer = LogWriter(recording)
+    writer.put(Kind.HEADER, {})
+    writer.write_out()
+    assert kinds(recording) == [Kind.HEADER]
+    monkeypatch.setattr(writer._file, "write", lambda _content: _raise(OSError(28, "full")))
+    writer.put(Kind.FOUND, "x", False, "")
+    writer.write_out()  # returns, although nothing is written any more
+    writer.close()
+    assert writer.has_failed
+
+
+def _raise(error: Exception) -> None:
+    raise error
 
 
 FULL_DISK = """

@@ -84,7 +84,7 @@ def test_joint_as_reference_is_its_moving_frame_and_with_the_flag_its_fixed_one(
 def test_joint_frame_has_the_axis_as_z_and_the_bodys_frame_where_they_agree() -> None:
     world = arm()
     sim = world.simulation
-    rows = np.array(frames.get_matrix(sim, sim.scene.resolve("elbow"))).reshape(3, 4)
+    rows = np.array(frames.matrix12(frames.get_pose(sim, sim.scene.resolve("elbow")))).reshape(3, 4)
     assert rows[:, 2] == pytest.approx([0, 1, 0])
     assert rows[:, 3] == pytest.approx([0.9, 0, 0.2])
 
@@ -122,12 +122,12 @@ def test_moving_frame_is_the_fixed_one_turned_by_the_joint_value() -> None:
 def test_camera_looks_along_plus_z_with_plus_x_to_the_left() -> None:
     world = arm()
     sim = world.simulation
-    rows = np.array(frames.get_matrix(sim, sim.scene.resolve("overview"))).reshape(3, 4)
+    rows = np.array(frames.matrix12(frames.get_pose(sim, sim.scene.resolve("overview")))).reshape(3, 4)
     camera = sim.data.cam_xmat[sim.model.camera("overview").id].reshape(3, 3)
     assert rows[:, 2] == pytest.approx(-camera[:, 2])
     assert rows[:, 1] == pytest.approx(camera[:, 1])
     assert rows[:, 0] == pytest.approx(-camera[:, 0])
-    light = np.array(frames.get_matrix(sim, sim.scene.resolve("sun"))).reshape(3, 4)
+    light = np.array(frames.matrix12(frames.get_pose(sim, sim.scene.resolve("sun")))).reshape(3, 4)
     assert light[:, 2] == pytest.approx([0, 0, -1])
 
 
@@ -231,7 +231,7 @@ def test_wrong_numbers_are_refused_and_change_nothing(value: list[float]) -> Non
     assert at(sim, "cube") == before
 
 
-def test_measured_velocity_is_the_difference_of_the_last_two_passes() -> None:
+def test_measured_velocity_is_the_difference_of_the_last_two_steps() -> None:
     world = arm()
     sim = world.simulation
     sim.start()

@@ -80,7 +80,7 @@ def test_poses_go_in_and_out(world: World) -> None:
     assert world.call("simxGetObjectPosition", world.handle("lamp"), -11) == pytest.approx([0, 0, 0.1])
 
 
-def test_velocity_is_zero_while_stopped_and_measured_over_the_last_pass(world: World) -> None:
+def test_velocity_is_zero_while_stopped_and_measured_over_the_last_step(world: World) -> None:
     ball = world.handle("ball")
     assert world.call("simxGetObjectVelocity", ball) == ([0, 0, 0], [0, 0, 0])
     world.run(2)

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import cast
 
 import pytest
+from loopback import LoopbackTransport
 from processes import wait_until
 from real_world import BLOCKING, RealWorld, handle_of
 from scenes_for_tests import ARM
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.trial.helper import Helper
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming

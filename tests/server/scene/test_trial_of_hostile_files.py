@@ -195,7 +195,7 @@ def test_replicas_across_files_are_refused(world, client, put) -> None:
     refused(world, client, "outer.xml")
 
 
-def test_a_picture_whose_header_promises_gigabytes_is_refused(world, client, put) -> None:
+def test_an_image_whose_header_promises_gigabytes_is_refused(world, client, put) -> None:
     put(huge_dot_png=png(40000, 20000))
     put(picture_dot_xml=b'<mujoco><asset><texture name="t" type="2d" file="huge.png"/></asset></mujoco>')
     refused(world, client, "picture.xml")

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 from idiom_world import PORTS
+from loopback import LoopbackTransport
 from real_world import RealWorld, handle_of
 from scripted_world import said, scripted
 
@@ -19,7 +20,6 @@ from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scripting import script
 from simx_server.service.calls.work import BatchWork
 

@@ -148,7 +148,7 @@ def test_endless_script_ends_alone_and_begins_again_at_the_next_start(tmp_path: 
     assert world.parts.status_bar.count == 2
 
 
-def test_script_killed_in_a_clients_call_is_told_in_the_next_pass(tmp_path: Path) -> None:
+def test_script_killed_in_a_clients_call_is_told_in_the_next_step(tmp_path: Path) -> None:
     world = python_world(tmp_path, "import os\ndef f(*a): os._exit(4)\ndef sysCall_sensing(): pass")
     world.run(1)
     with pytest.raises(CommandError, match=r"mine\.py: its process ended by itself \(exit code 4\)"):

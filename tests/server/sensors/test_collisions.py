@@ -241,7 +241,7 @@ def test_switched_off_handling_answers_success(world: World) -> None:
     assert collides(world, "box", "ball") is True
 
 
-def test_registered_objects_are_handled_in_each_pass(world: World) -> None:
+def test_registered_objects_are_handled_in_each_step(world: World) -> None:
     touch = world.call("simxGetCollisionHandle", "touch")
     distance = world.call("simxGetDistanceHandle", "gap")
     with pytest.raises(CommandError, match="has not been handled yet"):
@@ -274,7 +274,7 @@ def test_explicit_registered_objects_wait_for_their_script(world: World) -> None
     assert world.call("simxReadDistance", distance) == pytest.approx(1.0)
 
 
-def test_with_handling_switched_off_the_last_results_go_with_the_next_pass(world: World) -> None:
+def test_with_handling_switched_off_the_last_results_go_with_the_next_step(world: World) -> None:
     touch = world.call("simxGetCollisionHandle", "touch")
     asked = world.call("simxGetDistanceHandle", "asked")
     world.run()

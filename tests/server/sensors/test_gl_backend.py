@@ -53,7 +53,7 @@ def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
 def test_the_first_back_end_that_works_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gl_backend, "candidates", lambda: ("egl", "osmesa", "glfw"))
     probes = Probes("osmesa", "glfw")
-    assert choose_backend(probe=probes) == Backend("osmesa", "osmesa rendered a test picture")
+    assert choose_backend(probe=probes) == Backend("osmesa", "osmesa rendered a test image")
     assert probes.tried == ["egl", "osmesa"]
 
 

@@ -130,9 +130,7 @@ def test_equal_requests_of_one_version_render_once(scripted: ScriptedRenderer, t
     assert len(scripted.seen) == 1
 
 
-def test_a_waiting_picture_takes_on_the_other_channel(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
+def test_a_waiting_image_takes_on_the_other_channel(scripted: ScriptedRenderer, thread: RenderThread) -> None:
     asker = Asker(thread)
     scripted.go.clear()
     asker.ask(1.0)
@@ -144,7 +142,7 @@ def test_a_waiting_picture_takes_on_the_other_channel(
     assert scripted.seen[1:] == [(2.0, 0, True, True)]
 
 
-def test_the_other_channel_of_a_made_picture_makes_both(
+def test_the_other_channel_of_a_made_image_makes_both(
     scripted: ScriptedRenderer, thread: RenderThread
 ) -> None:
     asker = Asker(thread)
@@ -172,7 +170,7 @@ def test_different_views_of_one_version_render_each(scripted: ScriptedRenderer, 
     assert len(scripted.seen) == 3
 
 
-def test_two_cameras_in_one_place_share_a_picture(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+def test_two_cameras_in_one_place_share_an_image(scripted: ScriptedRenderer, thread: RenderThread) -> None:
     asker = Asker(thread, SCENE.replace("<camera", TWIN + "<camera", 1))
     twins = FRONT, dataclasses.replace(FRONT, camera_id=1)
     colours, depths = (asker.ask(1.0, view, depth=True) for view in twins)
@@ -185,7 +183,7 @@ def test_two_cameras_in_one_place_share_a_picture(scripted: ScriptedRenderer, th
     assert len(scripted.seen) == 2
 
 
-def test_small_pictures_are_made_between_the_parts_of_a_large_one(
+def test_small_images_are_made_between_the_parts_of_a_large_one(
     scripted: ScriptedRenderer, thread: RenderThread
 ) -> None:
     asker = Asker(thread)
@@ -200,7 +198,7 @@ def test_small_pictures_are_made_between_the_parts_of_a_large_one(
     assert [time for time, *_ in scripted.seen] == [3.0, 1.0, 2.0]
 
 
-def test_a_small_picture_that_cannot_be_made_does_not_harm_the_large_one(
+def test_a_small_image_that_cannot_be_made_does_not_harm_the_large_one(
     scripted: ScriptedRenderer, thread: RenderThread
 ) -> None:
     asker = Asker(thread)
@@ -232,7 +230,7 @@ def test_who_asks_for_little_is_served_before_who_asks_for_much() -> None:
     assert [queue.take(), queue.take(), queue.take(), queue.take()] == ["a2", "a3", "b3", None]
 
 
-def test_who_has_most_waiting_pictures_loses_one_when_there_are_too_many() -> None:
+def test_who_has_most_waiting_images_loses_one_when_there_are_too_many() -> None:
     queue: ImageQueue[str] = ImageQueue(most=3)
     assert [queue.put(job, "a") for job in ("a1", "a2", "a3")] == [None, None, None]
     assert queue.put("b1", "b") == "a3"
@@ -243,7 +241,7 @@ def test_who_has_most_waiting_pictures_loses_one_when_there_are_too_many() -> No
     assert queue.take() is None
 
 
-def test_large_pictures_are_not_all_kept() -> None:
+def test_large_images_are_not_all_kept() -> None:
     class Made(NamedTuple):
         key: int
         cameras: frozenset[int]
@@ -288,7 +286,7 @@ def test_who_asks_for_both_channels_one_by_one_gets_them_from_one_pass_next_time
     assert scripted.seen[-2:] == [(4.0, 0, True, True), (5.0, 0, True, False)]
 
 
-def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+def test_a_failed_image_leaves_the_thread_usable(scripted: ScriptedRenderer, thread: RenderThread) -> None:
     asker = Asker(thread)
     scripted.fail_next = True
     with pytest.raises(RenderError, match=r"camera id 0 could not be rendered with raycast: the driver lost"):
@@ -297,7 +295,7 @@ def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, t
     assert (scripted.made, scripted.closed) == (2, 1)
 
 
-def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
+def test_a_back_end_that_cannot_be_chosen_fails_the_image() -> None:
     def choose() -> Backend:
         raise ValueError("MUJOCO_GL='nonsense' is not a way to render")
 
@@ -361,7 +359,7 @@ def test_a_flood_of_requests_is_refused_not_stored(scripted: ScriptedRenderer, t
         future.result(WAIT)
 
 
-def test_a_cancelled_picture_is_not_made_and_not_shared(
+def test_a_cancelled_image_is_not_made_and_not_shared(
     scripted: ScriptedRenderer, thread: RenderThread
 ) -> None:
     asker = Asker(thread)
@@ -416,7 +414,7 @@ def test_a_later_preparation_takes_the_place_of_one_that_waits(
     assert (scripted.made, scripted.turned) == (1, 1)
 
 
-def test_pictures_fail_while_a_driver_hangs_and_are_made_again_afterwards(
+def test_images_fail_while_a_driver_hangs_and_are_made_again_afterwards(
     scripted: ScriptedRenderer,
     thread: RenderThread,
     monkeypatch: pytest.MonkeyPatch,
@@ -442,7 +440,7 @@ def test_pictures_fail_while_a_driver_hangs_and_are_made_again_afterwards(
     assert [record.levelname for record in caplog.records if "may hang" in record.message] == ["ERROR"]
 
 
-def test_what_waits_behind_a_hanging_picture_fails_with_it(
+def test_what_waits_behind_a_hanging_image_fails_with_it(
     scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asker = Asker(thread)
@@ -458,7 +456,7 @@ def test_what_waits_behind_a_hanging_picture_fails_with_it(
     assert thread.waiting == 0
 
 
-def test_closing_gives_up_a_picture_that_hangs(
+def test_closing_gives_up_an_image_that_hangs(
     scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(render_thread, "_JOIN_TIMEOUT", 0.0)
@@ -507,7 +505,7 @@ thread.request(model, data, view, rgb=True, depth=False, version=0).result(30)
     )
 
 
-def test_a_real_picture_comes_through_the_thread() -> None:
+def test_a_real_image_comes_through_the_thread() -> None:
     thread = RenderThread()
     try:
         asker = Asker(thread)

@@ -70,7 +70,7 @@ def test_rows_come_bottom_first_and_left_is_left(make_renderer) -> None:
 
 
 @pytest.mark.parametrize("orthographic_size", [None, 3.0])
-def test_a_picture_of_several_parts_is_that_of_one(
+def test_an_image_of_several_parts_is_that_of_one(
     make_renderer, orthographic_size: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     view = dataclasses.replace(FRONT, orthographic_size=orthographic_size, background=(1.0, 0.0, 0.0))
@@ -447,7 +447,7 @@ def test_a_driver_that_gives_no_display_lists_is_an_error(
 
 
 @pytest.mark.gl
-def test_what_is_left_of_a_failed_renderer_changes_no_picture_of_another(
+def test_what_is_left_of_a_failed_renderer_changes_no_image_of_another(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """MuJoCo's context deletes by numbers, in the OpenGL context that is current when Python frees it."""
@@ -508,7 +508,7 @@ def test_round_things_far_away_look_the_same_with_fewer_corners(
 
 
 @pytest.mark.gl
-def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_picture() -> None:
+def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_image() -> None:
     def is_coarse(distance: float, **view: float) -> bool:
         model, data = row_of_cylinders(distance)
         chosen = np.flatnonzero(round_geoms(model))
@@ -523,7 +523,7 @@ def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_picture()
     assert not may_be_coarse(model, data, FRONT, np.arange(3), 16)
 
 
-def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:
+def test_images_are_shared_so_they_cannot_be_written(make_renderer) -> None:
     picture = image_of(make_renderer)
     with pytest.raises(ValueError, match="read-only"):
         picture.rgb[0, 0] = 1

@@ -137,7 +137,7 @@ def test_stopped_sensor_and_other_objects_cannot_be_broken() -> None:
         break_sensor(world, "hinge")
 
 
-def test_load_beyond_the_threshold_breaks_after_so_many_passes() -> None:
+def test_load_beyond_the_threshold_breaks_after_so_many_steps() -> None:
     world = world_with('<text name="simx:force:cell" data="max_force=20 violations=3"/>')
     world.run(2)
     assert read(world)[0] == 1

@@ -101,7 +101,7 @@ def test_explicit_sensor_waits_for_its_script() -> None:
     assert read(world, "asked")[0] is True
 
 
-def test_with_handling_switched_off_the_last_result_goes_with_the_next_pass() -> None:
+def test_with_handling_switched_off_the_last_result_goes_with_the_next_step() -> None:
     world = World(RANGE)
     world.run()
     before = read(world, "ahead")

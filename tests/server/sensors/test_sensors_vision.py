@@ -88,7 +88,7 @@ def test_averages_lose_what_is_less_than_a_byte_and_intensity_what_is_less_than_
     )
 
 
-def test_mean_depth_of_a_large_picture_keeps_its_digits() -> None:
+def test_mean_depth_of_a_large_image_keeps_its_digits() -> None:
     values = np.full((2000, 1000), 0.1, np.float32)
     found = statistics(CameraImage(np.zeros((2000, 1000, 3), np.uint8), values), False)
     assert found[14] == float(np.float32(0.1))
@@ -174,7 +174,7 @@ def test_options_beside_bit_0_give_grey_as_the_binding_expects(world: World) -> 
         assert image(world, "eye", options) == bytes(range(1, 24, 3))
 
 
-def test_resolution_angle_clipping_and_size_change_the_next_picture(world: World) -> None:
+def test_resolution_angle_clipping_and_size_change_the_next_image(world: World) -> None:
     eye, flat = world.handle("eye"), world.handle("flat")
     draw(world, "eye")
     world.call("simxSetObjectIntParameter", eye, 1002, 2)
@@ -208,7 +208,7 @@ def test_switched_off_handling_shows_the_background(world: World) -> None:
     ("grey", "detected"),
     [(20, [False, True, False]), (140, [True, False, True]), (230, [True, False, False])],
 )
-def test_sensor_detects_by_the_mean_intensity_of_its_picture(
+def test_sensor_detects_by_the_mean_intensity_of_its_image(
     world: World, grey: int, detected: list[bool]
 ) -> None:
     found = []

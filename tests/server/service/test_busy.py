@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import pytest
+from loopback import LoopbackTransport
 from observing import observe
 from real_world import RealWorld
 
@@ -17,13 +18,10 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.editing import recompile
 from simx_server.service.calls import busy
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.monitoring import report
-from simx_server.service.queue.box import Arrival
-from simx_server.service.queue.inbox import Inbox
 
 TIMEOUT = 20.0
 """Seconds that only a hang takes."""
@@ -154,40 +152,6 @@ def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
     assert (ids(awaited), ids(left)) == ([2, 4], [1, 3, 5])
     unreadable = BatchWork(b"no batch")
     assert unreadable.divide() == (None, unreadable)
-
-
-def test_who_has_little_waiting_is_not_kept_waiting_by_reading_what_others_have() -> None:
-    inbox = Inbox()
-    awaited = batch(call(1, 0))
-    much = batch(*(call(number, 1) for number in range(4096)))
-    inbox.open("flooder")
-    for _ in range(30):  # more than is read at a time
-        inbox.put("flooder", much, len(much))
-    inbox.open("other")
-    inbox.put("other", awaited, len(awaited))
-    assert [client for client, _ in inbox.take_overdue(0.0)] == ["other"]
-
-
-def test_what_is_left_keeps_its_order() -> None:
-    inbox = Inbox()
-    first, second = batch(call(1, 1), call(2, 0)), batch(call(3, 1))
-    for client, payload in (("a", first), ("busy", batch(call(9, 0))), ("a", second)):
-        inbox.open(client)
-        inbox.put(client, payload, len(payload))
-    taken = list(inbox.take_overdue(0.0, "busy", lambda: True))
-    assert [(client, ids(work)) for client, work in taken] == [("a", [2])]
-    assert list(inbox.take_overdue(0.0, "busy", lambda: True)) == []
-    left = [event for event in inbox.at_hand() if isinstance(event, Arrival)]
-    assert [(one.client, ids(one.work)) for one in left] == [("a", [1]), ("busy", [9]), ("a", [3])]
-    assert len(inbox) == 0
-
-
-def test_nothing_is_taken_once_the_physics_thread_goes_on() -> None:
-    inbox, payload = Inbox(), batch(call(1, 0))
-    inbox.open("a")
-    inbox.put("a", payload, len(payload))
-    assert list(inbox.take_overdue(0.0, "", lambda: False)) == []
-    assert len(inbox) == 1
 
 
 def test_calls_that_only_a_socket_holds_are_refused_too(

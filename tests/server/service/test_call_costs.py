@@ -68,7 +68,7 @@ def test_others_are_served_while_another_process_works() -> None:
     assert process.returncode < 0
 
 
-def test_a_picture_that_is_too_large_for_a_table_is_refused() -> None:
+def test_an_image_that_is_too_large_for_a_table_is_refused() -> None:
     with pytest.raises(CommandError, match="read a region, or a string of bytes"):
         _as_table(np.zeros((1000, 1000, 3), np.uint8), 255.0)
     assert _as_table(np.array([[0, 255]], np.uint8), 255.0) == [0.0, 1.0]

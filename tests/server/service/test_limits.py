@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import pytest
 from handler_calls import World
+from loopback import LoopbackTransport
 from processes import PENDULUM, server
 from real_world import BLOCKING, Open, RealWorld
 
@@ -18,7 +19,6 @@ from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.files import MAX_FILE
 from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.errors import CommandError
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.limits import LimitReached, Limits
 from simx_server.service.calls.work import BatchWork

@@ -118,9 +118,9 @@ def test_streams_and_passes_are_counted(world: World) -> None:
     for _ in range(3):
         world.settle()
     metrics = told(world)
-    assert metrics["passes"]["count"] - before["passes"]["count"] == 3
-    assert metrics["passes"]["simulated"] == pytest.approx(metrics["passes"]["count"] * 0.05)
-    assert metrics["passes"]["speed"] is None
+    assert metrics["steps"]["count"] - before["steps"]["count"] == 3
+    assert metrics["steps"]["simulated"] == pytest.approx(metrics["steps"]["count"] * 0.05)
+    assert metrics["steps"]["speed"] is None
     assert metrics["streams"] == metrics["clients"][0]["streams"] == 1
     name = "simxGetJointPosition"
     assert metrics["commands"][name]["count"] - before["commands"][name]["count"] == 3
@@ -195,8 +195,8 @@ def test_recent_figures_forget_what_is_over(world: World) -> None:
     said = report.metrics(loop, "lab", [])
     assert said["window"] == pytest.approx(5.0)
     assert said["calls"]["per_second"] == pytest.approx(10.0)
-    assert said["passes"]["per_second"] == pytest.approx(1.0)
-    assert said["passes"]["real_time_factor"] == pytest.approx(0.5)
+    assert said["steps"]["per_second"] == pytest.approx(1.0)
+    assert said["steps"]["real_time_factor"] == pytest.approx(0.5)
     assert said["process"]["core_share"] == pytest.approx(1.0)
     times = said["commands"]["simxGetObjects"]
     assert times["count"] == 2080
@@ -233,7 +233,7 @@ def test_a_simulation_that_cannot_keep_up_is_told_as_a_problem(world: World) -> 
         pacer.passed(0.05)
     (problem,) = report.health(world.loop, "lab")["problems"]
     assert "cannot keep up with speed 2" in problem
-    assert report.metrics(world.loop, "lab", [])["passes"]["lost"] == pytest.approx(1.5, abs=0.2)
+    assert report.metrics(world.loop, "lab", [])["steps"]["lost"] == pytest.approx(1.5, abs=0.2)
     for _ in range(10):  # over
         clock.now += 1.0
         world.loop.metrics.tick()
@@ -269,13 +269,13 @@ class OneGoodPicture:
     def close(self) -> None: ...
 
 
-def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:
+def test_images_are_timed_by_the_name_of_their_camera(world: World) -> None:
     text = PENDULUM.replace("<worldbody>", '<worldbody><camera name="eye"/>')
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     renderer = OneGoodPicture()
     thread = RenderThread(lambda: Backend("egl", "a test"), lambda model, backend: cast(Renderer, renderer))
-    world.loop.metrics.pictures = thread.times
+    world.loop.metrics.images = thread.times
     view = CameraView(0, 4, 4, 45.0, 0.1, 10.0)
     try:
         thread.request(model, data, view, rgb=True, depth=False, version=1).result(10)
@@ -283,11 +283,11 @@ def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:
             thread.request(model, data, view, rgb=True, depth=False, version=2).result(10)
     finally:
         thread.close()
-    pictures = told(world)["pictures"]
-    assert pictures["cameras"]["eye"]["count"] == 1
-    assert pictures["failed"] == 1
-    assert "the driver is gone" in pictures["last_error"]
-    assert any("pictures" in problem for problem in report.health(world.loop, "lab")["problems"])
+    images = told(world)["images"]
+    assert images["cameras"]["eye"]["count"] == 1
+    assert images["failed"] == 1
+    assert "the driver is gone" in images["last_error"]
+    assert any("images" in problem for problem in report.health(world.loop, "lab")["problems"])
 
 
 # --- as it travels --------------------------------------------------------------------------------
@@ -296,17 +296,24 @@ def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:
 def test_a_report_is_plain_json_and_may_have_more_in_a_later_version(world: World) -> None:
     said = json.loads(encode_report(report.metrics(world.loop, "lab", [1])))
     said["weather"] = "fine"
-    said["passes"]["colour"] = 1
+    said["steps"]["colour"] = 1
     assert decode_metrics(json.dumps(said).encode())["realm"] == "lab"
     assert decode_health(encode_report(report.health(world.loop, "lab")))["state"] == "stopped"
+
+
+def test_a_report_of_version_0_4_is_read_by_its_own_names(world: World) -> None:
+    said: Any = json.loads(encode_report(report.metrics(world.loop, "lab", [1])))
+    now = decode_metrics(json.dumps(said).encode())
+    said["passes"], said["pictures"] = said.pop("steps"), said.pop("images")
+    assert decode_metrics(json.dumps(said).encode()) == now
 
 
 @pytest.mark.parametrize(
     ("path", "value", "text"),
     [
         (("realm",), 5, "Metrics.realm must be str"),
-        (("passes", "speed"), "fast", "Metrics.passes.speed must be float"),
-        (("passes", "times", "recent"), [], "Metrics.passes.times.recent must be an object"),
+        (("steps", "speed"), "fast", "Metrics.steps.speed must be float"),
+        (("steps", "times", "recent"), [], "Metrics.steps.times.recent must be an object"),
         (("commands",), {"x": {}}, "Metrics.commands['x'].p50 is missing"),
         (("clients",), {}, "Metrics.clients must be a list"),
         (("clients",), [5], "Metrics.clients[] must be an object"),

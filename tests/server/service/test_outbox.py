@@ -11,7 +11,7 @@ from simx_server.service.answers import outbox
 from simx_server.service.answers.link import Link, PackingLink
 from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.work import BatchWork
-from simx_server.service.queue import inbox
+from simx_server.service.queue import fairness
 
 
 class Listener(Link):
@@ -237,7 +237,7 @@ def test_so_are_those_that_come_while_it_waits_for_the_first(world):
 
 
 def test_answers_do_not_wait_for_another_clients_batches(world, monkeypatch):
-    monkeypatch.setattr(inbox, "CREDIT", 60.0)  # the order is that of arrival, also on a busy machine
+    monkeypatch.setattr(fairness, "CREDIT", 60.0)  # the order is that of arrival, also on a busy machine
     one, other = _join(world, "one"), _join(world, "other")
     for message_id in (1, 2):
         for client in ("one", "other"):
@@ -254,7 +254,7 @@ def test_answers_do_not_wait_for_another_clients_batches(world, monkeypatch):
         ("simxSynchronousTrigger", []),
     ],
 )
-def test_answers_do_not_wait_for_scripts_pictures_and_passes(world, name, arguments, monkeypatch):
+def test_answers_do_not_wait_for_scripts_images_and_steps(world, name, arguments, monkeypatch):
     link = _join(world, "one")
     heard_before: list[list[tuple[int, list[int]]]] = []
     handler = world.loop._dispatch.handler
@@ -293,7 +293,7 @@ def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeyp
     assert link.heard == [(4, list(range(2, 10))), (8, list(range(10, 18))), (10, list(range(18, 22)))]
 
 
-def test_answers_leave_before_the_streams_of_the_next_pass(world):
+def test_answers_leave_before_the_streams_of_the_next_step(world):
     link = _join(world, "one")
     world.loop.submit(
         "one", BatchWork(encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])])))

@@ -178,7 +178,7 @@ def test_joining_by_the_starting_port_starts_a_stopped_simulation():
     world.close()
 
 
-def test_equal_streams_of_several_clients_are_computed_once_a_pass(world):
+def test_equal_streams_of_several_clients_are_computed_once_a_step(world):
     clients = [world.client() for _ in range(5)]
     for cid in clients:
         v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
@@ -192,7 +192,7 @@ def test_equal_streams_of_several_clients_are_computed_once_a_pass(world):
         assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer)[0] == 0
 
 
-def test_equal_pictures_of_several_clients_are_asked_for_once_a_pass(world):
+def test_equal_images_of_several_clients_are_asked_for_once_a_step(world):
     clients = [world.client() for _ in range(5)]
     for cid in clients:
         v.simxGetVisionSensorImage(cid, 3, 0, v.simx_opmode_streaming)
@@ -228,7 +228,7 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     assert not caplog.text
 
 
-def test_streams_that_take_too_long_come_after_the_next_passes(world, monkeypatch):
+def test_streams_that_take_too_long_come_after_the_next_steps(world, monkeypatch):
     monkeypatch.setattr(publishing, "LONGEST", -60.0)
     cid = world.client()
     for joint in (1, 2, 3):
@@ -261,7 +261,7 @@ def test_values_are_of_one_instant_however_long_other_programs_had_the_processor
     assert not session.streams.is_cut
 
 
-def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world, monkeypatch):
+def test_clients_whose_streams_had_to_wait_come_first_after_the_next_step(world, monkeypatch):
     monkeypatch.setattr(publishing, "LONGEST_FOR_ALL", 0.0)
     clients = [world.client() for _ in range(3)]
     for cid in clients:
@@ -282,7 +282,7 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world,
     assert sent == [*world.loop.sessions] * 2
 
 
-def test_a_picture_that_a_trigger_waits_for_is_gone_when_it_was_sent():
+def test_an_image_that_a_trigger_waits_for_is_gone_when_it_was_sent():
     session = ClientSession("client", "name", 19997, cast(Link, SimpleNamespace()))
     session.set_stepping(True)
     triggered = session.trigger(is_running=True)
@@ -317,7 +317,7 @@ def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
     assert len(world.loop.sessions) == 2
 
 
-def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(world):
+def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_step(world):
     cid, told = world.client(), []
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()

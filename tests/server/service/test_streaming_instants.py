@@ -147,7 +147,7 @@ def test_no_client_of_eight_ever_sees_two_instants_in_one_pause(simulator: Serve
     assert wait_until(lambda: min(map(len, seen.values())) >= 200, TIMEOUT, turn=look_once)
 
 
-def test_without_a_pause_reads_may_straddle_two_passes_as_they_always_could(simulator: ServerProcess) -> None:
+def test_without_a_pause_reads_may_straddle_two_steps_as_they_always_could(simulator: ServerProcess) -> None:
     client = connect(simulator)
     names = handles(client)
     v.simxStartSimulation(client, BLOCKING)

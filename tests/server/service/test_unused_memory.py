@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -25,3 +27,34 @@ def test_glibc_counts_unused_memory() -> None:
     if heap._mallinfo2() is None:
         pytest.skip("the C library is another one, or too old")
     assert 0 < heap._mallinfo2()().unused < 1 << 40
+
+
+_BUFFERS = """
+import ctypes, sys, threading
+from pathlib import Path
+from simx_server.processes import heap
+
+def resident():
+    return int(Path("/proc/self/status").read_text().partition("VmRSS:")[2].split()[0]) >> 10
+
+heap.keep_together()
+small, before = [], resident()
+
+def work():
+    for size in (20, 30):
+        large = [bytearray(size << 20) for _ in range(2)]
+        small.append(bytes(3000))
+        del large
+
+for each in [threading.Thread(target=work) for _ in range(2)]:
+    each.start()
+    each.join()
+print(resident() - before)
+"""
+
+
+def test_large_buffers_return_to_the_system_beside_small_objects() -> None:
+    if heap._mallinfo2() is None:
+        pytest.skip("the C library is another one, or too old")
+    kept = subprocess.run([sys.executable, "-c", _BUFFERS], capture_output=True, text=True, check=True)
+    assert int(kept.stdout) < 10

@@ -24,7 +24,7 @@ def test_time_and_state(world: ScriptWorld) -> None:
     world.fails("sim.setSimulationTimeStep(0.01)", "only while the simulation is stopped")
 
 
-def test_a_stop_waits_for_the_end_of_the_pass(world: ScriptWorld) -> None:
+def test_a_stop_waits_for_the_end_of_the_step(world: ScriptWorld) -> None:
     assert world.value("sim.stopSimulation()") == 1
     assert world.sim.state is SimulationState.RUNNING
     assert world.value("sim.getSimulationState() == sim.simulation_advancing_abouttostop") is True

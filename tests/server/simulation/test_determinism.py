@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from busy_scene import BUSY
+from loopback import LoopbackTransport
 from processes import read_line, server, wait_until
 from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped
 
@@ -17,7 +18,6 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.zenoh.keys import VIEWER
 from simx_server.app import cli
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.scene.editing.model_state import get_state
 from simx_server.viewer.launching import missing
 

@@ -15,6 +15,7 @@ from observing import observe
 from simx_server.errors import CommandError
 from simx_server.handlers.quantities.engine import find
 from simx_server.joints import watch
+from simx_server.joints.native.loading import VARIABLE
 from simx_server.limits import LimitReached, Limits
 from simx_server.scene.formats.loader import SceneError
 from simx_server.simulation import physics_warnings
@@ -39,7 +40,8 @@ def falling(timestep: float = 0.002) -> World:
 
 
 def count_steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many physics steps each call of MuJoCo makes from now on."""
+    """How many physics steps each call of MuJoCo makes from now on, all of them in Python."""
+    monkeypatch.setenv(VARIABLE, "python")
     made: list[int] = []
     step = mujoco.mj_step
 
@@ -114,6 +116,7 @@ def test_one_line_a_kind_and_none_in_a_file_of_the_working_folder(
 def test_an_error_of_mujocos_within_a_step_stops_the_run_with_its_text(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    monkeypatch.setenv(VARIABLE, "python")
     world = falling()
     world.run(2)
     height = world.sim.data.qpos[2]
@@ -197,6 +200,7 @@ def test_a_scene_that_mujoco_cannot_simulate_is_refused_and_the_present_one_stay
 
 def test_within_a_long_simulation_step_others_are_served(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watch, "SERVES_AFTER", 0.0)
+    monkeypatch.setattr(watch, "GLANCE", 0.0)
     world = falling(timestep=1e-4)
     world.sim.time_step = 0.2
     served: list[float] = []
@@ -220,6 +224,7 @@ def test_a_simulation_step_that_never_ends_stops_the_run(
 ) -> None:
     monkeypatch.setattr(watch, "LONGEST", 0.0)
     monkeypatch.setattr(watch, "SERVES_AFTER", 0.0)
+    monkeypatch.setattr(watch, "GLANCE", 0.0)
     world = falling(timestep=1e-5)
     world.run(1)
     assert not world.sim.is_running
@@ -229,6 +234,7 @@ def test_a_simulation_step_that_never_ends_stops_the_run(
 def test_the_end_of_the_server_ends_a_long_simulation_step(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watch, "CUT_AFTER", 0.0)
     monkeypatch.setattr(watch, "SERVES_AFTER", 0.0)
+    monkeypatch.setattr(watch, "GLANCE", 0.0)
     world = falling(timestep=1e-4)
     world.sim.is_ending = True
     world.run(1)
@@ -241,6 +247,7 @@ def test_a_slow_simulation_step_is_warned_of_once(
     monkeypatch.setattr(watch, "WARNS_AFTER", 0.0)
     monkeypatch.setattr(watch, "TOO_LONG", 0.0)
     monkeypatch.setattr(watch, "SERVES_AFTER", 0.0)
+    monkeypatch.setattr(watch, "GLANCE", 0.0)
     world = falling(timestep=1e-5)
     world.run(2)
     assert caplog.text.count("a simulation step of 0.05 s has 5000 physics steps") == 1
@@ -301,6 +308,7 @@ def test_a_run_is_stopped_after_a_physics_step_that_worked_for_too_long(
         worked[0] += work * count
         clock[0] += 3.0 * count
 
+    monkeypatch.setenv(VARIABLE, "python")
     monkeypatch.setattr(mujoco, "mj_step", long_step)
     monkeypatch.setattr(watch.time, "thread_time", lambda: worked[0])
     monkeypatch.setattr(watch.time, "perf_counter", lambda: clock[0])

@@ -117,7 +117,7 @@ def test_time_counts_passes_and_is_zero_when_stopped() -> None:
     assert sim.time == 0
 
 
-def test_physics_step_becomes_a_whole_fraction_of_the_pass() -> None:
+def test_physics_step_becomes_a_whole_fraction_of_the_simulation_step() -> None:
     world = arm()
     sim = world.simulation
     for step, substeps in ((0.01, 5), (0.025, 12), (0.001, 1)):

@@ -230,7 +230,7 @@ def test_dragged_back_the_time_slider_shows_the_past_and_a_new_run_goes_on_from_
     assert place.until(lambda: place.client.simulation.time > 1.2)
 
 
-def test_a_camera_shows_its_picture(place: Place) -> None:
+def test_a_camera_shows_its_image(place: Place) -> None:
     place.tab("Cameras")
     picture = place.page.locator("img:visible").first
     picture.wait_for()
@@ -325,7 +325,7 @@ def test_ten_look_at_once_and_all_see_the_scene_move(place: Place) -> None:
     assert place.until(place.is_state("running"))
 
 
-def test_a_picture_of_the_page_can_be_taken(place: Place, tmp_path: Path) -> None:
+def test_an_image_of_the_page_can_be_taken(place: Place, tmp_path: Path) -> None:
     file = tmp_path / "page.png"
     pictures.shoot(place.page, file)
     picture = cv2.imread(str(file))
@@ -373,7 +373,7 @@ def test_a_screenshot_is_saved_a_plot_as_a_table_and_a_shipped_scene_opened(
     assert place.until(lambda: place.page.title() == "cart_pole - simx")
 
 
-def test_pictures_of_the_documentation_are_small() -> None:
+def test_images_of_the_documentation_are_small() -> None:
     for name in pictures.PICTURES:
         file = ROOT / "docs" / "pictures" / f"{name}.png"
         assert file.stat().st_size <= 250_000

@@ -128,10 +128,10 @@ def test_cameras_cost_nothing_while_no_browser_is_there_and_those_that_are_not_l
             assert tab.looked_for_browsers.acquire(timeout=IN_TIME)
         told = metrics()["calls"]["count"]  # the same for a while
         assert wait_until(lambda: metrics()["calls"]["count"] != told, IN_TIME)
-        assert metrics()["pictures"]["cameras"] == {}
+        assert metrics()["images"]["cameras"] == {}
         tab.is_watched = True
         tab.wait_for_pictures(0, 1, 2, 3)
-        assert wait_until(lambda: set(metrics()["pictures"]["cameras"]) == {"front", "void"}, IN_TIME)
+        assert wait_until(lambda: set(metrics()["images"]["cameras"]) == {"front", "void"}, IN_TIME)
 
 
 def test_a_camera_that_is_not_live_says_how_it_looks_and_how_it_is_read(tab: Tab, client: Client) -> None:
@@ -145,7 +145,7 @@ def test_a_camera_that_is_not_live_says_how_it_looks_and_how_it_is_read(tab: Tab
     assert tab.pictures()[4].size == 3
 
 
-def test_pictures_are_those_of_the_remote_api_upright(tab: Tab, client: Client) -> None:
+def test_images_are_those_of_the_remote_api_upright(tab: Tab, client: Client) -> None:
     tab.is_watched = True
     tab.update()
     tab.wait_for_pictures(0, 1)
@@ -176,7 +176,7 @@ def test_a_camera_that_sees_only_background_is_told_what_to_do(tab: Tab) -> None
     assert "front sees" not in tab.elements.texts()
 
 
-def test_a_camera_whose_picture_fails_says_why_and_the_others_go_on(tab: Tab) -> None:
+def test_a_camera_whose_image_fails_says_why_and_the_others_go_on(tab: Tab) -> None:
     tab.is_watched = True
     look = tab.eye.look()
     tab.mirror.update(look)
@@ -191,7 +191,7 @@ def test_a_camera_whose_picture_fails_says_why_and_the_others_go_on(tab: Tab) ->
     assert not tab.elements.all("image")[0].visible
 
 
-def test_switching_a_camera_off_hides_its_picture_and_on_shows_it(tab: Tab) -> None:
+def test_switching_a_camera_off_hides_its_image_and_on_shows_it(tab: Tab) -> None:
     tab.is_watched = True
     tab.update()
     tab.wait_for_pictures(0)

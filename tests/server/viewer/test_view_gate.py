@@ -1,4 +1,4 @@
-"""The door of the page: whom it lets in, and that nothing that comes there makes it fall."""
+"""The gate of the page: whom it lets in, and that nothing that comes there makes it fall."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import zenoh
+from loopback import LoopbackTransport
 from real_world import RealWorld
 from routers import free_port
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.gateways.ros2.wire.session import Router

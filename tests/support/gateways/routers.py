@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import selectors
 import socket
 import subprocess
@@ -55,7 +56,9 @@ def silent(port: int, count: int, opening: bytes = b"", timeout: float = 20.0) -
 class Wire:
     """Passes TCP on from a free port to another one, until it is cut; after the repair it takes new connections."""
 
-    def __init__(self, to_port: int) -> None:
+    def __init__(self, to_port: int, most: float = math.inf) -> None:
+        """`most`: bytes that it passes to the port; then it reads no more there, and the connection stays."""
+        self._left = most
         self._to = ("127.0.0.1", to_port)
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
@@ -112,11 +115,16 @@ class Wire:
         with contextlib.suppress(OSError):
             if data := end.recv(1 << 16):
                 self._ends[end].sendall(data)
+                if self._ends[end].getpeername() == self._to:
+                    self._left -= len(data)
+                    if self._left < 0:
+                        self._selector.unregister(end)
                 return
         self._drop_all()
 
     def _drop_all(self) -> None:
         for end in self._ends:
-            self._selector.unregister(end)
+            if end in self._selector.get_map():
+                self._selector.unregister(end)
             end.close()
         self._ends.clear()

@@ -7,12 +7,11 @@ A stock model is a tuple of `Stock`, one for each object, in world axes with the
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, RealWorld, handle_of, step
 
 import simx_client as v
 from simx_server.scene.objects import ObjectKind
@@ -144,29 +143,6 @@ def check_idle(client: int, names: Iterable[str], seconds: float = 60.0, settlin
         assert np.all(np.isfinite(position)), name
         assert np.linalg.norm(position - first_position) < UNSTIRRED, (name, position - first_position)
         assert _angle(rotation, first_rotation) < UNSTIRRED, name
-
-
-def check_still(
-    world: RealWorld,
-    client: int,
-    names: Iterable[str],
-    record: Callable[[str, str], None],
-    settling: float = 1.0,
-) -> None:
-    """The named objects of a scene that is started stay where they are for a minute; `record` gets its pace."""
-    start_stepped(client)
-    check_idle(client, names, settling=settling)
-    scene, factor = world.simulation.scene.name, real_time_factor(world, 5.0)
-    record("figures", f"{scene}: {factor:.0f} times real time")
-
-
-def real_time_factor(world: RealWorld, seconds: float = 10.0) -> float:
-    """Simulated seconds per second of processor time; for a test's `record_property("figures", ...)`."""
-    passes = round(seconds / world.simulation.time_step)
-    start = time.process_time()
-    for _ in range(passes):
-        world.parts.step()
-    return seconds / (time.process_time() - start)
 
 
 def position_of(client: int, handle: int, relative_to: int = -1) -> list[float]:

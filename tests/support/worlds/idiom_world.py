@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from loopback import LoopbackTransport
 from real_world import RealWorld
 
 import simx_client as vrep
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy import local
 from simx_client.transport.endpoints import ServerAddress
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
 PORTS = (19997, 19999)

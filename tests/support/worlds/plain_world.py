@@ -7,12 +7,13 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 from typing import Any, cast
 
+from loopback import LoopbackTransport
+
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.commands import BY_NAME
 from simx_server.errors import CommandError
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import session
 from simx_server.limits import Limits
 from simx_server.service.calls.registry import Handler, handlers_of

@@ -9,6 +9,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, cast
 
+from loopback import LoopbackTransport
+
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
@@ -18,7 +20,6 @@ from simx_client.protocol.messages import Pace
 from simx_server.app.server import open_world
 from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.clock import Pacer

@@ -62,7 +62,7 @@ MEGABYTES = (
 
 
 @pytest.mark.parametrize("frozen", [1, 2])
-def test_clients_that_freeze_while_pictures_are_sent_to_them_do_not_cut_off_the_others(frozen):
+def test_clients_that_freeze_while_images_are_sent_to_them_do_not_cut_off_the_others(frozen):
     with plain_server() as (_, port), contextlib.ExitStack() as stack:
         watcher = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
         for _ in range(frozen):
@@ -142,7 +142,7 @@ def transport():
         transport.close()
 
 
-def test_a_picture_that_comes_while_the_one_before_is_taken_is_the_newest(transport):
+def test_an_image_that_comes_while_the_one_before_is_taken_is_the_newest(transport):
     class TakenWhenLookedAt(dict):
         def get(self, *arguments):
             found = super().get(*arguments)

@@ -105,7 +105,7 @@ def made(world: RealWorld) -> list[LosesItsContext]:
     return renderers
 
 
-def test_a_lost_gl_context_fails_one_picture_and_the_next_is_made_with_a_new_one(
+def test_a_lost_gl_context_fails_one_image_and_the_next_is_made_with_a_new_one(
     world: RealWorld, made: list[LosesItsContext], record_property: Record
 ) -> None:
     client = world.client()
@@ -125,7 +125,7 @@ def test_a_lost_gl_context_fails_one_picture_and_the_next_is_made_with_a_new_one
     assert len(made) == 2
 
 
-def test_a_stream_of_pictures_goes_on_after_one_that_failed(
+def test_a_stream_of_images_goes_on_after_one_that_failed(
     world: RealWorld, made: list[LosesItsContext]
 ) -> None:
     client = world.client()

@@ -101,7 +101,9 @@ class Run:
         stack.enter_context(running(self.server))
         ready = read_line(self.server)
         sys.stdout.write(ready)
-        own, zmq = (int(re.findall(rf"{door}/127\.0\.0\.1:(\d+)", ready)[0]) for door in (" tcp", "zmq"))
+        own, zmq = (
+            int(re.findall(rf"{gateway}/127\.0\.0\.1:(\d+)", ready)[0]) for gateway in (" tcp", "zmq")
+        )
         ports = {"local": own, "zenoh": own, "zmq": zmq, "legacy": legacy, "ros2": ros2}
         self.clients = [Answers(role, stack.enter_context(client(role, ports[role]))) for role in ROLES]
 

@@ -5,7 +5,7 @@ one that ends is followed by another. Bystander and server share one core, and t
 bystander makes a hundred calls a second. In the middle and at the end all attackers leave. Printed are the longest time
 that a call of the bystander took, how many were refused because the server was busy, and the server's memory: before,
 at most, after the first and after the second half. Exit code 0: no call failed otherwise or took longer than `LONGEST`,
-and the memory came back. All doors are open, and now and then a newcomer comes to the ZeroMQ port.
+and the memory came back. All gateways are open, and now and then a newcomer comes to the ZeroMQ port.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pathlib import Path
 
 import zmq
 from processes import running, spawn
-from siege_sockets import Doors, ZmqPeer
+from siege_sockets import Gateways, ZmqPeer
 
 import simx_client as v
 from bench.measuring.resources import keep_apart
@@ -116,10 +116,10 @@ class Bystander:
 class Siege:
     """Attackers, one of each role at a time."""
 
-    def __init__(self, roles: Sequence[str], doors: Doors, workspace: str, cores: set[int]) -> None:
+    def __init__(self, roles: Sequence[str], gateways: Gateways, workspace: str, cores: set[int]) -> None:
         self.started = 0
         self._cores = cores
-        self._roles, self._doors, self._workspace = roles, doors, workspace
+        self._roles, self._gateways, self._workspace = roles, gateways, workspace
         self._attackers: dict[str, subprocess.Popen[bytes]] = {}
 
     def keep_up(self) -> None:
@@ -128,7 +128,13 @@ class Siege:
             if role not in self._attackers or self._attackers[role].poll() is not None:
                 self._end(role)
                 self.started += 1
-                words = [sys.executable, HERE / "siege_roles.py", role, str(self._doors), str(self.started)]
+                words = [
+                    sys.executable,
+                    HERE / "siege_roles.py",
+                    role,
+                    str(self._gateways),
+                    str(self.started),
+                ]
                 attacker = subprocess.Popen(
                     words, cwd=self._workspace, stdout=subprocess.DEVNULL, start_new_session=True
                 )
@@ -168,8 +174,8 @@ def main(argv: list[str]) -> int:
         command = ("simx_server", SCENE, *flags, "--workspace", workspace)
         with running(spawn("-m", *command)) as server:
             assert server.stdout is not None
-            doors = Doors(*map(int, re.findall(r"127\.0\.0\.1:(\d+)", server.stdout.readline())))
-            bystander, siege = Bystander(doors.zenoh), Siege(roles, doors, workspace, cores)
+            gateways = Gateways(*map(int, re.findall(r"127\.0\.0\.1:(\d+)", server.stdout.readline())))
+            bystander, siege = Bystander(gateways.zenoh), Siege(roles, gateways, workspace, cores)
             for _ in range(100):
                 bystander.turn()
             bystander.look()
@@ -181,7 +187,7 @@ def main(argv: list[str]) -> int:
                     bystander.turn()
                     if time.monotonic() > next_newcomer:
                         next_newcomer = time.monotonic() + NEWCOMERS_EVERY
-                        bystander.newcomer(doors.zmq)
+                        bystander.newcomer(gateways.zmq)
                     most = max(most, memory(server.pid))
                     time.sleep(EVERY)
                 siege.end()

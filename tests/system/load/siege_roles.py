@@ -17,7 +17,7 @@ from pathlib import Path
 
 import zenoh
 from fuzz.files import bundle, to_load
-from siege_sockets import Doors, frozen, functions, names, silent, unfinished
+from siege_sockets import Gateways, frozen, functions, names, silent, unfinished
 from soak_client import Client
 from soak_server import SCENE
 
@@ -41,9 +41,9 @@ def connect(port: int) -> int:
     return v.simxStart("127.0.0.1", port, True, True, 3000, 5)
 
 
-def calls(doors: Doors, chance: Chance, end: float) -> None:
+def calls(gateways: Gateways, chance: Chance, end: float) -> None:
     """Every function with random arguments, the request to end among them."""
-    attacker = Client(doors.zenoh, chance.randrange(1 << 30), str(SCENE), __file__)
+    attacker = Client(gateways.zenoh, chance.randrange(1 << 30), str(SCENE), __file__)
     attacker.connect()
     while time.monotonic() < end and is_there(attacker.cid):
         if chance.random() < 0.02:
@@ -55,9 +55,9 @@ def calls(doors: Doors, chance: Chance, end: float) -> None:
             attacker.call()
 
 
-def edits(doors: Doors, chance: Chance, end: float) -> None:
+def edits(gateways: Gateways, chance: Chance, end: float) -> None:
     """Copies of all there is, models, other parents; more until a limit is reached, then all away."""
-    client = connect(doors.zenoh)
+    client = connect(gateways.zenoh)
     while time.monotonic() < end and is_there(client):
         handles = v.simxGetObjects(client, v.sim_handle_all, BLOCKING)[1] or [1]
         some = chance.sample(handles, min(len(handles), chance.choice((1, 10, 200))))
@@ -77,9 +77,9 @@ def edits(doors: Doors, chance: Chance, end: float) -> None:
                     v.simxRemoveModel(client, handle, BLOCKING)
 
 
-def files(doors: Doors, chance: Chance, end: float) -> None:
+def files(gateways: Gateways, chance: Chance, end: float) -> None:
     """Files that mean no good, as scenes and as models; very many empty ones with long names."""
-    client = connect(doors.zenoh)
+    client = connect(gateways.zenoh)
     folder = Path.cwd() / f"sent {os.getpid()}"
     folder.mkdir()
     while time.monotonic() < end and is_there(client):
@@ -101,9 +101,9 @@ def files(doors: Doors, chance: Chance, end: float) -> None:
                 v.simxTransferFile(client, str(folder / "empty"), name, 0, BLOCKING)
 
 
-def flood(doors: Doors, chance: Chance, end: float) -> None:
+def flood(gateways: Gateways, chance: Chance, end: float) -> None:
     """Messages as fast as they go, past the client's own bounds; the answers stay unread."""
-    client = connect(doors.zenoh)
+    client = connect(gateways.zenoh)
     connection = CLIENTS.get(client)
     assert connection is not None
     assert connection._transport is not None
@@ -121,9 +121,9 @@ def flood(doors: Doors, chance: Chance, end: float) -> None:
             connection._transport.send(payload)
 
 
-def settings(doors: Doors, chance: Chance, end: float) -> None:
+def settings(gateways: Gateways, chance: Chance, end: float) -> None:
     """Parameters at the edge of what they may be, the largest pictures, as many streams as there may be."""
-    client = connect(doors.zenoh)
+    client = connect(gateways.zenoh)
     while time.monotonic() < end and is_there(client):
         handles = v.simxGetObjects(client, v.sim_handle_all, BLOCKING)[1] or [1]
         handle = chance.choice(handles)
@@ -152,9 +152,9 @@ def settings(doors: Doors, chance: Chance, end: float) -> None:
                 )
 
 
-def peers(doors: Doors, chance: Chance, end: float) -> None:
+def peers(gateways: Gateways, chance: Chance, end: float) -> None:
     """Raw Zenoh peers that put, ask and declare what is not theirs, and sockets that say nothing."""
-    port, sockets = doors.zenoh, list[socket.socket]()
+    port, sockets = gateways.zenoh, list[socket.socket]()
     while time.monotonic() < end:
         config = zenoh.Config()
         config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
@@ -179,7 +179,7 @@ def peers(doors: Doors, chance: Chance, end: float) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-ROLES: dict[str, Callable[[Doors, Chance, float], None]] = {
+ROLES: dict[str, Callable[[Gateways, Chance, float], None]] = {
     "calls": calls,
     "edits": edits,
     "files": files,
@@ -197,4 +197,4 @@ ROLES: dict[str, Callable[[Doors, Chance, float], None]] = {
 if __name__ == "__main__":
     logging.disable(logging.CRITICAL)  # refusals are what is wanted here
     role, ports, seed = sys.argv[1:]
-    ROLES[role](Doors.of(ports), Chance(int(seed)), time.monotonic() + LIFE)
+    ROLES[role](Gateways.of(ports), Chance(int(seed)), time.monotonic() + LIFE)

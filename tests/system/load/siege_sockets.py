@@ -1,4 +1,4 @@
-"""Roles of the siege that attack the sockets of all doors: messages without an end, silence, names, frozen clients."""
+"""Roles of the siege at the sockets of all gateways: messages without an end, silence, names, frozen clients."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HELD = 6.0
 """Seconds for which something is held, and for which a client is frozen: more than the server waits."""
 
 
-class Doors(NamedTuple):
+class Gateways(NamedTuple):
     """Ports of the server."""
 
     zenoh: int
@@ -41,7 +41,7 @@ class Doors(NamedTuple):
     viewers: int
 
     @classmethod
-    def of(cls, text: str) -> Doors:
+    def of(cls, text: str) -> Gateways:
         return cls(*map(int, text.split(",")))
 
     def __str__(self) -> str:
@@ -84,14 +84,14 @@ def _session(port: int) -> zenoh.Session:
     return zenoh.open(config)
 
 
-def unfinished(doors: Doors, chance: Random, end: float) -> None:
-    """Messages of which the last bytes never come, at each door, by many connections."""
+def unfinished(gateways: Gateways, chance: Random, end: float) -> None:
+    """Messages of which the last bytes never come, at each gateway, by many connections."""
     zmtp = GREETING + READY.replace(b"ROUTER", b"DEALER") + b"\x01\x00\x02" + (64 << 20).to_bytes(8, "big")
-    with _session(doors.zenoh) as stranger:
+    with _session(gateways.zenoh) as stranger:
         while time.monotonic() < end:
             with contextlib.ExitStack() as stack:
                 for _ in range(12):
-                    for port, opening in ((doors.zmq, zmtp), (doors.legacy, b"")):
+                    for port, opening in ((gateways.zmq, zmtp), (gateways.legacy, b"")):
                         with contextlib.suppress(OSError):
                             peer = stack.enter_context(_connected(port))
                             peer.sendall(opening)
@@ -99,36 +99,36 @@ def unfinished(doors: Doors, chance: Random, end: float) -> None:
                                 head = struct.pack("<HHH", 1, 60_000, 20_000 - left) if not opening else b""
                                 peer.sendall(head + bytes(60_000))
                 stranger.put(
-                    f"simx/simx-{doors.zenoh}/call/stranger", bytes(chance.choice((100, 200, 600)) << 20)
+                    f"simx/simx-{gateways.zenoh}/call/stranger", bytes(chance.choice((100, 200, 600)) << 20)
                 )
                 time.sleep(HELD * chance.random())
 
 
-def silent(doors: Doors, chance: Random, end: float) -> None:
+def silent(gateways: Gateways, chance: Random, end: float) -> None:
     """More connections than there are places, which say nothing, half a greeting, or one call."""
     while time.monotonic() < end:
         with contextlib.ExitStack() as stack:
             for _ in range(1100):
                 with contextlib.suppress(OSError):
-                    peer = stack.enter_context(_connected(doors.zmq))
+                    peer = stack.enter_context(_connected(gateways.zmq))
                     peer.sendall(GREETING[: chance.choice((0, 5, len(GREETING)))])
             for _ in range(300):
                 with contextlib.suppress(OSError):
-                    stack.enter_context(_connected(doors.legacy))
+                    stack.enter_context(_connected(gateways.legacy))
             for _ in range(260):
-                peer = ZmqPeer(chance.choice((doors.zmq, doors.viewers)))
+                peer = ZmqPeer(chance.choice((gateways.zmq, gateways.viewers)))
                 stack.callback(peer.close)
                 peer.send("sim.getSimulationTime")
             time.sleep(HELD)
 
 
-def names(doors: Doors, chance: Random, end: float) -> None:
-    """Calls in the names of clients of other doors, whose names are known."""
+def names(gateways: Gateways, chance: Random, end: float) -> None:
+    """Calls in the names of clients of other gateways, whose names are known."""
     name = f"known-{chance.randrange(1 << 30)}"
-    client = ZmqPeer(doors.zmq, name)
+    client = ZmqPeer(gateways.zmq, name)
     start = encode(Batch(1, 0, [Call(1, 0, 0, "simxRemoveModel", [1])]))
-    realm = f"simx/simx-{doors.zenoh}"
-    with _session(doors.zenoh) as stranger:
+    realm = f"simx/simx-{gateways.zenoh}"
+    with _session(gateways.zenoh) as stranger:
         while time.monotonic() < end:
             with contextlib.suppress(zmq.ZMQError):
                 client.ask("sim.getSimulationTime")
@@ -139,10 +139,10 @@ def names(doors: Doors, chance: Random, end: float) -> None:
             time.sleep(0.01)
 
 
-def functions(doors: Doors, chance: Random, end: float) -> None:
+def functions(gateways: Gateways, chance: Random, end: float) -> None:
     """Functions that the server calls and that answer late or never, also of viewers."""
     while time.monotonic() < end:
-        client = ZmqPeer(chance.choice((doors.zmq, doors.viewers)))
+        client = ZmqPeer(chance.choice((gateways.zmq, gateways.viewers)))
         with contextlib.suppress(zmq.ZMQError):
             if chance.random() < 0.5:
                 answer = client.ask("sim.visitTree", -1, "f@func")
@@ -157,29 +157,29 @@ def functions(doors: Doors, chance: Random, end: float) -> None:
         client.close()
 
 
-def frozen(doors: Doors, chance: Random, end: float) -> None:
-    """Clients that step, start the simulation and are stopped, at each door."""
+def frozen(gateways: Gateways, chance: Random, end: float) -> None:
+    """Clients that step, start the simulation and are stopped, at each gateway."""
     while time.monotonic() < end:
-        door = chance.choice(("zmq", "zenoh", "lane"))
-        environment = {**os.environ, "SIMX_LOCAL": "1" if door == "lane" else "0"}
-        words = [sys.executable, Path(__file__), door, str(doors)]
+        gateway = chance.choice(("zmq", "zenoh", "lane"))
+        environment = {**os.environ, "SIMX_LOCAL": "1" if gateway == "lane" else "0"}
+        words = [sys.executable, Path(__file__), gateway, str(gateways)]
         with subprocess.Popen(words, env=environment) as child:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.wait(HELD * 1.5)
             child.kill()
 
 
-def _freeze(door: str, doors: Doors) -> None:
-    if door == "zmq":
-        client = ZmqPeer(doors.zmq)
+def _freeze(gateway: str, gateways: Gateways) -> None:
+    if gateway == "zmq":
+        client = ZmqPeer(gateways.zmq)
         client.ask("sim.setStepping", True)
         client.ask("sim.startSimulation")
     else:
-        number = v.simxStart("127.0.0.1", doors.zenoh, True, True, 3000, 5)
+        number = v.simxStart("127.0.0.1", gateways.zenoh, True, True, 3000, 5)
         v.simxSynchronous(number, True)
         v.simxStartSimulation(number, BLOCKING)
     os.kill(os.getpid(), signal.SIGSTOP)
 
 
 if __name__ == "__main__":
-    _freeze(sys.argv[1], Doors.of(sys.argv[2]))
+    _freeze(sys.argv[1], Gateways.of(sys.argv[2]))

@@ -87,7 +87,7 @@ function nextImage(image, number, size) {
     const timer = setTimeout(() => end(false), LONGEST);
     image.onload = () => end(true);
     image.onerror = () => end(false);
-    image.src = `/seat/${number}/picture?size=${size}&at=${Date.now()}`;
+    image.src = `/seat/${number}/image?size=${size}&at=${Date.now()}`;
   });
 }
 

@@ -67,7 +67,7 @@ class Cameras(Content):
         def upright(seen: tuple[list[int], bytes]) -> Message:
             (width, height), rows = seen
             pixels = np.frombuffer(rows, np.uint8).reshape(height, width * 3)[::-1]
-            return _picture(header, width, height, "rgb8", 3, pixels)
+            return _image_message(header, width, height, "rgb8", 3, pixels)
 
         return then(self._world.vision.image(handle, as_grey=False, asker="ros2"), upright)
 
@@ -93,7 +93,7 @@ class Cameras(Content):
             part = np.frombuffer(rows, "<f4").reshape(height, width)[::-1]
             metres = np.where(part < 1.0, near + part * np.float32(far - near), np.float32(np.inf))
             data = np.ascontiguousarray(metres, "<f4").view(np.uint8)
-            return _picture(header, width, height, "32FC1", 4, data)
+            return _image_message(header, width, height, "32FC1", 4, data)
 
         return then(self._world.vision.depth(handle, asker="ros2"), upright)
 
@@ -130,7 +130,9 @@ def camera_info(header: Any, settings: VisionSettings) -> Message:
     }
 
 
-def _picture(header: Any, width: int, height: int, encoding: str, pixel_bytes: int, data: Any) -> Message:
+def _image_message(
+    header: Any, width: int, height: int, encoding: str, pixel_bytes: int, data: Any
+) -> Message:
     """Return a ``sensor_msgs/Image``.
 
     Args:

@@ -1,1 +1,1 @@
-"""Counters over all doors: places for clients, and messages that have not arrived completely."""
+"""Counters over all gateways: places for clients, and messages that have not arrived completely."""

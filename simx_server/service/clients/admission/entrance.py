@@ -8,7 +8,7 @@ from typing import NamedTuple
 class Entrance(NamedTuple):
     """Where a client has come in."""
 
-    door: str = ""
+    gateway: str = ""
     """A name of the gateway; empty for clients within this process."""
 
     address: str = ""

@@ -1,4 +1,4 @@
-"""Places for clients: each door keeps some of them, and programs of one other machine get at most half."""
+"""Places for clients: each gateway keeps some of them, and programs of one other machine get at most half."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession
 
 SHARE = 16
-"""Each open door keeps one place of this number for its own clients."""
+"""Each open gateway keeps one place of this number for its own clients."""
 
 
 class Places:
     """Decides whether one more client may join. Any thread."""
 
     def __init__(self, limits: Callable[[], Limits], sessions: Mapping[str, ClientSession]) -> None:
-        """Start without doors.
+        """Start without gateways.
 
         Args:
             limits: returns the present limits.
             sessions: the present clients.
         """
         self._limits, self._sessions = limits, sessions
-        self._doors: set[str] = set()
+        self._gateways: set[str] = set()
 
-    def open(self, door: str) -> None:
-        """Keep places for the clients of a door from now on."""
-        self._doors.add(door)
+    def open(self, gateway: str) -> None:
+        """Keep places for the clients of a gateway from now on."""
+        self._gateways.add(gateway)
 
-    def close(self, door: str) -> None:
-        """Keep no more places for a door."""
-        self._doors.discard(door)
+    def close(self, gateway: str) -> None:
+        """Keep no more places for a gateway."""
+        self._gateways.discard(gateway)
 
     def check(self, entrance: Entrance) -> None:
         """Refuse one more client, if all places for it are taken. Raises LimitReached."""
@@ -44,8 +44,8 @@ class Places:
         entrances = [session.entrance for session in list(self._sessions.values())]
         limits.check("clients", len(entrances) + 1, "let others leave first")
         kept = limits.clients // SHARE
-        others = self._doors - {entrance.door}
-        free = sum(max(0, kept - sum(each.door == door for each in entrances)) for door in others)
+        others = self._gateways - {entrance.gateway}
+        free = sum(max(0, kept - sum(each.gateway == gateway for each in entrances)) for gateway in others)
         limits.check(
             "clients",
             len(entrances) + 1 + free,

@@ -37,19 +37,20 @@ class Unfinished:
         self.size = 0
         """Bytes of all of them."""
 
-    def holder(self, cut: Callable[[str], object]) -> Holder:
+    def holder(self, cut: Callable[[str], object], *, is_timed: bool = True) -> Holder:
         """Return the account of a new connection.
 
         Args:
             cut: closes the connection for a reason, on any thread; called once at most.
+            is_timed: a message has a total time.
         """
-        return Holder(self, cut)
+        return Holder(self, cut, is_timed)
 
     def look(self) -> None:
         """Cut the connections whose message has been arriving for too long; called now and then."""
         most = self._limits().message_seconds
         with self._lock:
-            late = [each for each in self._held if each.began < self._clock() - most]
+            late = [each for each in self._held if each.is_timed and each.began < self._clock() - most]
             for each in late:
                 self._cut(each)
         for each in late:
@@ -88,9 +89,10 @@ class Unfinished:
 class Holder:
     """The account of one connection. One thread at a time, except for what the counter does."""
 
-    def __init__(self, counter: Unfinished, cut: Callable[[str], object]) -> None:
+    def __init__(self, counter: Unfinished, cut: Callable[[str], object], is_timed: bool) -> None:
         self._counter = counter
         self.cut = cut
+        self.is_timed = is_timed
         self.size = 0
         self.began = 0.0
         """When the first bytes of the message came that is arriving."""

@@ -70,7 +70,7 @@ class Clients:
         put(
             self._commands, content=_block(_commands(metrics, _called(own) - _called(others) - _called(left)))
         )
-        cameras = metrics["pictures"]["cameras"]
+        cameras = metrics["images"]["cameras"]
         put(self._images_folder, visible=bool(cameras))
         put(self._images, content=_block(_times("camera", cameras)))
         errors = "".join(f"<p>{harmless(each, _LETTERS)}</p>" for each in _errors(metrics))
@@ -148,7 +148,7 @@ def _keyed(clients: Sequence[Client]) -> Iterator[tuple[tuple[str, int], Client]
 
 
 def _summary(metrics: Metrics) -> str:
-    steps, calls = metrics["passes"], metrics["calls"]
+    steps, calls = metrics["steps"], metrics["calls"]
     speed = "as fast as it goes" if steps["speed"] is None else f"{steps['speed']:g} × asked"
     times = _of_late(steps["times"])
     lines = [
@@ -205,7 +205,7 @@ def _of_late(times: Timing) -> Mapping[str, float]:
 
 
 def _errors(metrics: Metrics) -> Iterator[str]:
-    log, images = metrics["log"], metrics["pictures"]
+    log, images = metrics["log"], metrics["images"]
     if log["last_error"]:
         yield f"{log['errors']} errors in the log, the last: {log['last_error']}"
     if log["last_warning"]:

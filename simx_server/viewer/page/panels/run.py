@@ -53,7 +53,7 @@ class Run:
         """Update the controls."""
         running = look["running"]
         speed = survey["speed"]
-        recent = survey["metrics"]["passes"]["real_time_factor"]
+        recent = survey["metrics"]["steps"]["real_time_factor"]
         words = [f"<b>{running}</b>", f"{look['time']:.2f} s", f"step {look['steps']}"]
         if running == "running":
             words.append(f"{recent:.2f} × real time")

@@ -33,6 +33,10 @@ def by_child(sent: Sent) -> dict[str, Mapping[str, Any]]:
     return {each["child_frame_id"]: each for each in sent.value["transforms"]}
 
 
+def stamps_of(transforms: Sent) -> set[float]:
+    return {seconds(each["header"]["stamp"]) for each in transforms.value["transforms"]}
+
+
 def matrix(each: Mapping[str, Any]) -> np.ndarray:
     """4 x 4 of a transform."""
     move, turn = each["transform"]["translation"], each["transform"]["rotation"]
@@ -104,16 +108,18 @@ def test_each_publisher_counts_from_1_with_its_own_id(server: Ros2World) -> None
 
 def test_all_topics_of_a_step_have_one_stamp_the_time_of_the_step(server: Ros2World) -> None:
     peer = server.peer()
+    server.on_server(lambda: (server.simulation.start(), server.simulation.pause()))
     for key in (JOINTS, TIME, MOVING):
         peer.listen(key)
-    server.on_server(server.simulation.start)
-    for key in (TIME, MOVING):
+    for key in (JOINTS, TIME, MOVING):  # each comes once the server knows that somebody listens
         peer.next(key)
-    wanted = peer.next(JOINTS, lambda sent: sent.stamp > 1.0).stamp
-    assert wanted / 0.05 == pytest.approx(round(wanted / 0.05), abs=1e-6)
-    peer.next(TIME, lambda sent: seconds(sent.value["clock"]) == wanted)
-    moving = peer.next(MOVING, lambda sent: seconds(sent.value["transforms"][0]["header"]["stamp"]) == wanted)
-    assert {seconds(each["header"]["stamp"]) for each in moving.value["transforms"]} == {wanted}
+    for steps in range(1, 25):
+        assert peer.trigger("step")["success"]
+        stamp = peer.next(JOINTS, lambda sent, steps=steps: sent.stamp > (steps - 0.5) * 0.05).stamp
+        assert stamp / 0.05 == pytest.approx(steps, abs=1e-6)
+        peer.next(TIME, lambda sent, stamp=stamp: seconds(sent.value["clock"]) == stamp)
+        moving = peer.next(MOVING, lambda sent, stamp=stamp: stamps_of(sent) & {stamp} != set())
+        assert stamps_of(moving) == {stamp}
 
 
 def test_joint_states_are_those_of_the_remote_api_with_the_sign_of_ros(server: Ros2World) -> None:

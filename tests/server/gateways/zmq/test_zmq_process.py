@@ -22,8 +22,8 @@ from simx_server.gateways.zmq.gateway import ZmqGateway
 
 def test_a_server_names_its_endpoint_and_answers_there(scene: Path) -> None:
     with server_process(scene, "--zmq", "0", "--zmq-viewers", "0") as started:
-        for door, refusal in (("zmq", None), ("zmq-viewers", "who may only read")):
-            found = re.search(rf" {door}/127\.0\.0\.1:(\d+)", started.ready)
+        for gateway, refusal in (("zmq", None), ("zmq-viewers", "who may only read")):
+            found = re.search(rf" {gateway}/127\.0\.0\.1:(\d+)", started.ready)
             assert found
             client = RawClient(int(found[1]))
             assert client.ask("sim.getSimulationTime") == {"ret": [0.0]}

@@ -120,7 +120,7 @@ def eyes(painter: PaintingThread | None = None, **scripts: str) -> World:
     return world
 
 
-def test_only_a_sensor_with_such_a_script_is_rendered_in_each_pass() -> None:
+def test_only_a_sensor_with_such_a_script_is_rendered_in_each_step() -> None:
     world = eyes(eye="function sysCall_vision(inData) end", other="function sysCall_sensing() end")
     world.run(3)
     assert [view.camera_id for view in world.painter.views] == [0, 0, 0]
@@ -232,14 +232,14 @@ def test_a_proximity_sensor_tells_its_script_what_it_detects(tmp_path: Path) -> 
     assert (name, float(distance), float(normal)) == ("wall", pytest.approx(0.4), pytest.approx(-1))
 
 
-def test_an_error_in_the_call_back_stops_the_script_and_leaves_the_picture() -> None:
+def test_an_error_in_the_call_back_stops_the_script_and_leaves_the_image() -> None:
     world = eyes(eye="function sysCall_vision(inData) simVision.workImgToSensorImg(inData.handle) end")
     world.run(2)
     assert "the sensor has no work image yet" in said(world)[-1]
     assert len(world.call("simxGetVisionSensorImage", world.handle("eye"), 0)[1]) == 96
 
 
-def test_a_python_script_judges_pictures_too() -> None:
+def test_a_python_script_judges_images_too() -> None:
     world = scripted(
         {
             "python:eye": """

@@ -117,7 +117,7 @@ def test_bits_are_combined(world: ScriptWorld) -> None:
     ]
 
 
-def test_a_force_acts_for_one_pass(world: ScriptWorld) -> None:
+def test_a_force_acts_for_one_step(world: ScriptWorld) -> None:
     world.lua("sim.addForceAndTorque(cube, {0,0,1}); sim.addForceAndTorque(cube, {0,0,1}, nil)")
     world.passes(2)
     speed = world.lua("return sim.getVelocity(cube)")[0][2]
@@ -126,7 +126,7 @@ def test_a_force_acts_for_one_pass(world: ScriptWorld) -> None:
     assert world.lua("return sim.getVelocity(cube)")[0][2] == pytest.approx(speed, rel=1e-6)
 
 
-def test_the_velocity_of_physics_is_that_of_the_mass_centre_at_the_end_of_the_pass(
+def test_the_velocity_of_physics_is_that_of_the_mass_centre_at_the_end_of_the_step(
     world: ScriptWorld,
 ) -> None:
     world.lua("sim.setShapeInertia(cube, {0.01,0,0, 0,0.01,0, 0,0,0.01}, {1,0,0,0.1, 0,1,0,0, 0,0,1,0})")

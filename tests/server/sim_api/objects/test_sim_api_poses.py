@@ -102,7 +102,7 @@ def test_a_joint_as_reference_means_its_moving_or_its_fixed_frame(world: ScriptW
     assert fixed == near([0.4 * math.cos(0.5), 0.4 * math.sin(0.5), 0])
 
 
-def test_velocities_are_those_of_the_last_pass(world: ScriptWorld) -> None:
+def test_velocities_are_those_of_the_last_step(world: ScriptWorld) -> None:
     body = world.sim.model.body("cube").dofadr[0]
     world.sim.data.qvel[body : body + 6] = [0.2, 0, 0, 0, 0, 1.0]
     world.passes(2)

@@ -96,7 +96,7 @@ def test_handling_all_gives_the_nearest_detection(world: ScriptWorld) -> None:
     assert world.lua(f"return sim.readProximitySensor({sensor('shy')})") == detected(world, 0.9)
 
 
-def test_a_reset_forgets_until_the_next_pass(world: ScriptWorld) -> None:
+def test_a_reset_forgets_until_the_next_step(world: ScriptWorld) -> None:
     world.passes()
     source = f"return sim.resetProximitySensor({sensor('near')}), sim.readProximitySensor({sensor('near')})"
     assert world.lua(source) == [1, -1]

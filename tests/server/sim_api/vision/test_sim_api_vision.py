@@ -48,7 +48,7 @@ def data(text: str) -> bytes:
     return text.encode("latin-1")
 
 
-def test_a_picture_is_numbers_or_a_string(world: ScriptWorld) -> None:
+def test_an_image_is_numbers_or_a_string(world: ScriptWorld) -> None:
     numbers, text = world.lua(
         EYE + "return sim.getVisionSensorImage(eye), sim.getVisionSensorImage(eye, 0, 0, 0, 0, 1)"
     )
@@ -131,7 +131,7 @@ def test_a_check_looks_now_and_keeps_nothing(world: ScriptWorld) -> None:
     world.fails(LAZY + "sim.checkVisionSensor(lazy, 4711)", "4711")
 
 
-def test_a_check_gives_the_picture_or_the_depth(world: ScriptWorld) -> None:
+def test_a_check_gives_the_image_or_the_depth(world: ScriptWorld) -> None:
     check = EYE + "return sim.checkVisionSensorEx(eye, sim.handle_all, {})"
     assert world.lua(check.format("true")) == [pytest.approx((RAMP.ravel() / 255).tolist())]
     assert world.lua(check.format("false")) == [pytest.approx(np.linspace(0, 1, 32).tolist(), abs=1e-6)]
@@ -159,7 +159,7 @@ def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: Ren
     assert len(before[0]) == 4 * 32
 
 
-def test_a_picture_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_image_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "TIMEOUT", 0.01)
     render_with(world, PaintingThread())
     world.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")

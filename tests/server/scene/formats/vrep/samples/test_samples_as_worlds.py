@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from handler_calls import World
 from vrep_samples import decoded, each_sample, world_of
 
 from simx_server.scene.formats.vrep.conversion.structure import children_of, motion_of
 from simx_server.scene.formats.vrep.objects import Joint, JointType, VrepFile
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose, matrix
+
+
+@lru_cache(maxsize=1)
+def opened(path: Path) -> tuple[VrepFile, World]:
+    """A sample, decoded and as a world: these tests change neither."""
+    return decoded(path), world_of(path)
 
 
 def world_poses(file: VrepFile) -> dict[int, Pose]:
@@ -29,8 +37,8 @@ def world_poses(file: VrepFile) -> dict[int, Pose]:
 @each_sample
 @pytest.mark.usefixtures("decomposes_nothing")
 def test_every_object_has_the_name_parent_and_frame_of_the_file(path: Path) -> None:
-    file, world = decoded(path), world_of(path)
-    scene, poses = world.sim.scene, world_poses(decoded(path))
+    file, world = opened(path)
+    scene, poses = world.sim.scene, world_poses(file)
     assert [item.name for item in scene.objects.values()] == [
         file.objects[handle].name for handle in _in_order(file)
     ]
@@ -48,7 +56,7 @@ def test_every_object_has_the_name_parent_and_frame_of_the_file(path: Path) -> N
 @each_sample
 @pytest.mark.usefixtures("decomposes_nothing")
 def test_every_joint_has_the_position_and_limits_of_the_file(path: Path) -> None:
-    file, world = decoded(path), world_of(path)
+    file, world = opened(path)
     scene, model = world.sim.scene, world.sim.model
     for item in file.objects.values():
         if not isinstance(item, Joint) or item.type == JointType.SPHERICAL or item.mode == 4:

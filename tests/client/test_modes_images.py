@@ -3,17 +3,17 @@
 from concurrent.futures import Future
 from typing import cast
 
+from loopback import LoopbackTransport
 from mode_world import GET, cid, world
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_delivery
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 
 __all__ = ["cid", "world"]
 
 
-def test_picture_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, cid):
+def test_image_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, cid):
     image = v.simxGetVisionSensorImage
     image(cid, 1, 0, v.simx_opmode_streaming)
     v.simxStartSimulation(cid, v.simx_opmode_blocking)
@@ -27,7 +27,7 @@ def test_picture_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, c
     assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [2, 2, 2])
 
 
-def test_a_picture_asked_for_again_before_it_is_made_is_made_once(world, cid):
+def test_an_image_asked_for_again_before_it_is_made_is_made_once(world, cid):
     image = v.simxGetVisionSensorImage
     for _ in range(5):
         assert image(cid, 1, 0, v.simx_opmode_oneshot)[0] == 1
@@ -39,7 +39,7 @@ def test_a_picture_asked_for_again_before_it_is_made_is_made_once(world, cid):
     assert len(world.simulation.pictures) == 2
 
 
-def test_a_picture_that_is_given_up_or_no_picture_is_an_error_and_no_time_out(world, cid):
+def test_an_image_that_is_given_up_or_no_image_is_an_error_and_no_time_out(world, cid):
     image = v.simxGetVisionSensorImage
     for end in (Future.cancel, lambda future: future.set_result(None)):
         image(cid, 1, 0, v.simx_opmode_oneshot)
@@ -48,7 +48,7 @@ def test_a_picture_that_is_given_up_or_no_picture_is_an_error_and_no_time_out(wo
         assert image(cid, 1, 0, v.simx_opmode_buffer) == (8, [], [])
 
 
-def test_grey_and_colour_pictures_are_different_streams(world, cid):
+def test_grey_and_colour_images_are_different_streams(world, cid):
     v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_oneshot)
     v.simxGetVisionSensorImage(cid, 1, 1, v.simx_opmode_oneshot)
     world.settle()

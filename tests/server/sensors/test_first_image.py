@@ -68,7 +68,7 @@ def test_a_server_is_ready_when_its_images_are_prepared(opengl_name: str) -> Non
     """The first image then takes less than a fifth of a second of the server's processor time."""
     with server(TUTORIAL, "--start") as fresh:
         before = metrics_of(fresh.port)
-        assert before["pictures"]["backend"] == opengl_name
+        assert before["images"]["backend"] == opengl_name
         client = connect(fresh.port)
         handle = vrep.simxGetObjectHandle(client, SENSOR, vrep.simx_opmode_blocking)[1]
         vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_streaming)
@@ -220,7 +220,7 @@ def hanging(tmp_path: Path):
         yield int(re.findall(r"127\.0\.0\.1:(\d+)", line)[0]), process
 
 
-def test_calls_are_answered_while_a_driver_hangs_and_pictures_say_why(
+def test_calls_are_answered_while_a_driver_hangs_and_images_say_why(
     hanging: tuple[int, subprocess.Popen[str]],
 ) -> None:
     port, _ = hanging

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from loopback import LoopbackTransport
 from original_peer import STREAMING, command, floats, ints, peer, text
 from recordings import RecordedWorld, kinds, replay, rewrite
 from zmq_world import SCENE, ZmqWorld
@@ -17,7 +18,6 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zmq import connection
 from simx_server.recording.records import Kind, Record

@@ -1,9 +1,10 @@
-"""The metrics show clients of every door alike; status and the web viewer print them."""
+"""The metrics show clients of every gateway alike; status and the web viewer print them."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from loopback import LoopbackTransport
 from original_peer import ints, peer
 from zmq_world import zmq_world
 
@@ -11,12 +12,11 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.reports import Client
-from simx_server.gateways.loopback.gateway import LoopbackTransport
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.service.monitoring.report import metrics
 
 
-def test_the_metrics_list_clients_of_every_door_with_port_and_calls(tmp_path: Path) -> None:
+def test_the_metrics_list_clients_of_every_gateway_with_port_and_calls(tmp_path: Path) -> None:
     with zmq_world(tmp_path) as server:
         gateway = OriginalGateway(server.loop, ["127.0.0.1:0"])
         own = Connection(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes_for_tests import world_of
 
-from simx_server.simulation.separation import FASTEST
+from simx_server.joints.stepping.separation import FASTEST
 
 BLOCKS = """
 <mujoco>

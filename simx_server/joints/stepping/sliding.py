@@ -15,6 +15,9 @@ import numpy as np
 SLOWEST = 1e-2
 """Sliding in m/s that is not worth a correction: it lifts nothing by more than micrometres."""
 
+# MuJoCo's own enumerations take microseconds to compare.
+_ELLIPTIC, _RK4 = int(mujoco.mjtCone.mjCONE_ELLIPTIC), int(mujoco.mjtIntegrator.mjINT_RK4)
+
 _DAMPING = 1
 """Column of MuJoCo's `efc_KBIP`."""
 
@@ -22,10 +25,7 @@ _DAMPING = 1
 def lifts_what_slides(model: mujoco.MjModel) -> bool:
     """Return whether the correction is for this model: elliptic cones, and an integrator whose step has two halves."""
     options = model.opt
-    return (
-        options.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-        and options.integrator != mujoco.mjtIntegrator.mjINT_RK4
-    )
+    return options.cone == _ELLIPTIC and options.integrator != _RK4
 
 
 def keep_down(model: mujoco.MjModel, data: mujoco.MjData) -> None:

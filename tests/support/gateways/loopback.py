@@ -1,4 +1,4 @@
-"""Connect a client and the server loop in one process and one thread: the second implementation of the link.
+"""Connect a client and the server loop in one process and one thread, with messages and without a network.
 
 While the client waits, it turns the server loop; so a test needs no sockets, threads or sleeps.
 """
@@ -37,7 +37,7 @@ class LoopbackTransport(PackingLink):
         self._turns = turns
         self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._stream: deque[bytes] = deque(maxlen=1)
-        self._pictures: dict[int, bytes] = {}
+        self._images: dict[int, bytes] = {}
         self._connected = False
         self._lost = False
 
@@ -101,8 +101,8 @@ class LoopbackTransport(PackingLink):
         return self._stream.pop() if self._stream else None
 
     def images(self) -> list[bytes]:
-        pictures, self._pictures = self._pictures, {}
-        return list(pictures.values())
+        images, self._images = self._images, {}
+        return list(images.values())
 
     def lose(self) -> None:
         """Cut the link, as when the client's process dies or the server goes away."""
@@ -121,7 +121,7 @@ class LoopbackTransport(PackingLink):
         self._stream.append(payload)
 
     def put_image(self, stream_id: int, payload: bytes) -> None:
-        self._pictures[stream_id] = payload
+        self._images[stream_id] = payload
 
     def close(self) -> None:
         """Close the link, for either side: the client leaves the server."""

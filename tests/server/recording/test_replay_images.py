@@ -122,7 +122,7 @@ def test_replay_makes_the_film_and_the_log_that_the_run_made(
     assert all((one == other).all() for one, other in zip(shown, expected, strict=True))
 
 
-def test_replay_waits_for_pictures_so_no_frame_is_lost(
+def test_replay_waits_for_images_so_no_frame_is_lost(
     quarter_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO)
@@ -180,7 +180,7 @@ def test_snapshot_counts_all_runs_and_says_when_there_is_less(
     assert not path.exists()
 
 
-def test_recording_that_was_cut_off_is_pictured_as_far_as_it_goes(
+def test_recording_that_was_cut_off_is_imaged_as_far_as_it_goes(
     quarter_turn: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     made = blocks(list(LogReader(quarter_turn)))
@@ -227,7 +227,7 @@ LOOKING = """
     end"/></custom></mujoco>"""
 
 
-def test_pictures_of_a_film_take_nothing_from_those_of_scripts(
+def test_images_of_a_film_take_nothing_from_those_of_scripts(
     scene: Path, recording: Path, tmp_path: Path
 ) -> None:
     scene.write_text(SCENE.replace("</mujoco>", LOOKING))

@@ -1,1 +1,0 @@
-"""The gateway within a process, for tests: messages without a network."""

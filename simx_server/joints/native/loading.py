@@ -1,0 +1,95 @@
+"""Load the compiled module and connect it to the running MuJoCo, or find out why physics steps run in Python.
+
+The module has MuJoCo's structs as they were in the headers it was compiled with. So it is used only with the version
+of MuJoCo that these headers belong to. It links no MuJoCo: the functions are those of the library that the
+mujoco package has loaded.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import mujoco
+
+VARIABLE = "SIMX_PHYSICS_STEP"
+"""Environment variable: ``python`` leaves the compiled module unused, to compare the two forms."""
+
+SOURCE = Path(__file__).with_name("_physics_step.c")
+
+_FUNCTIONS = (
+    "mj_step",
+    "mj_step1",
+    "mj_step2",
+    "mj_mulJacVec",
+    "mj_solveM",
+    "mj_isSparse",
+    "mj_kinematics",
+    "mj_comPos",
+    "mj_camlight",
+    "mj_flex",
+    "mj_tendon",
+    "_mjPRIVATE_setTlsLogHandler",
+    "_mjPRIVATE_getGlobalLogHandler",
+)
+_LIBRARIES = "libmujoco.so.*", "libmujoco.*.dylib", "mujoco.dll"
+
+
+class Form(NamedTuple):
+    """The form in which physics steps run."""
+
+    module: ModuleType | None
+    """The compiled module; None: Python."""
+
+    reason: str
+    """Which version is used, or why it is not the compiled one."""
+
+
+def compiled_module() -> ModuleType | None:
+    """Return the compiled module, `_physics_step.pyi`; None where physics steps run in Python."""
+    return form().module
+
+
+def form() -> Form:
+    """Return the form that is used now, and why."""
+    if os.environ.get(VARIABLE) == "python":
+        return Form(None, f"{VARIABLE} is python")
+    return _load()
+
+
+@cache
+def _load() -> Form:
+    try:
+        from . import _physics_step as module
+    except ImportError as error:
+        return Form(None, f"the compiled module is not there ({error})")
+    if mujoco.mj_version() != module.HEADER:
+        return Form(
+            None, f"the module was compiled for MuJoCo {module.HEADER}, and {mujoco.mj_version()} is running"
+        )
+    if SOURCE.exists() and source_hash() != module.SOURCE_HASH:
+        return Form(None, "the compiled module is older than its source")
+    try:
+        module.connect(_addresses(), mujoco.MjModel, mujoco.MjData, mujoco.FatalError)
+    except (OSError, AttributeError, KeyError, StopIteration) as error:
+        return Form(None, f"the functions of MuJoCo's library are not found ({error})")
+    return Form(module, f"compiled for MuJoCo {mujoco.mj_versionString()}")
+
+
+def source_hash() -> str:
+    """Return what the build writes into the module, to tell an old one from its source."""
+    return hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:16]
+
+
+def _addresses() -> dict[str, int]:
+    """Return the addresses of functions in the library that the mujoco package has loaded."""
+    folder = Path(mujoco.__file__).parent
+    path = next(found for pattern in _LIBRARIES for found in folder.glob(pattern))
+    library = ctypes.CDLL(str(path))  # loaded already, so this is the same one
+    found = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in _FUNCTIONS}
+    return {name: address for name, address in found.items() if address is not None}

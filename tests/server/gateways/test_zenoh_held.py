@@ -1,0 +1,133 @@
+"""Messages over Zenoh of which the rest never comes: what many peers hold together is bounded."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import pytest
+import zenoh
+from processes import wait_until
+from raw_peer import connect
+from routers import Wire
+from zmq_world import ZmqWorld, zmq_world
+
+from simx_client.protocol.zenoh import keys
+from simx_server.gateways.zenoh.connections import Connection, find
+from simx_server.gateways.zenoh.gateway import ZenohGateway
+from simx_server.limits import Limits
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Linux counts the bytes of connections")
+TIMEOUT = 20.0
+PART = 2_000_000
+CUT = "the link to 127.0.0.1"
+
+
+class Place:
+    """A server with a Zenoh gateway whose messages are not executed."""
+
+    def __init__(self, folder: Path, stack: ExitStack, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.stack = stack
+        self.server: ZmqWorld = stack.enter_context(zmq_world(folder))
+        self.loop = self.server.loop
+        self.came: list[int] = []
+
+        def submit(_client: str, _payload: Any, size: int, _read: Any) -> bool:
+            self.came.append(size)
+            return True
+
+        monkeypatch.setattr(self.loop, "submit_as", submit)
+        self.gateway = self.server.on_server(lambda: ZenohGateway(self.loop, ports=[0]))
+        stack.callback(lambda: self.server.on_server(self.gateway.close))
+        assert self.gateway._held is not None
+        self.held = self.gateway._held
+
+    def limit(self, unfinished: int) -> None:
+        self.server.simulation.limits = Limits(unfinished=unfinished)
+
+    def key(self, client: str) -> str:
+        return keys.call(self.gateway.realm, client)
+
+    def begin(self, client: str) -> Any:
+        """Have a stranger send the first part of a message; return its session when the part is counted."""
+        before = self.loop.unfinished.size
+        wire = self.stack.enter_context(Wire(self.gateway.ports[0], PART))
+        stranger = connect(wire.port)
+        self.stack.callback(stranger.close)
+        Thread(target=_put, args=(stranger, self.key(client), 2 * PART), daemon=True).start()
+        assert wait_until(lambda: self.loop.unfinished.size > before + PART // 2, TIMEOUT)
+        return stranger
+
+    def come(self, client: str) -> Any:
+        """Have a client come that has been greeted."""
+        session = self.stack.enter_context(connect(self.gateway.ports[0]))
+        session.declare_subscriber(keys.reply(self.gateway.realm, client), print)
+        self.gateway._secrets[client] = None
+        self.held.completed(client, 0)
+        assert wait_until(lambda: client in self.held._zids, TIMEOUT)
+        return session
+
+
+def _put(session: zenoh.Session, key: str, size: int) -> None:
+    with contextlib.suppress(zenoh.ZError):  # closed meanwhile
+        session.put(key, bytes(size), congestion_control=zenoh.CongestionControl.BLOCK)
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
+    with ExitStack() as stack:
+        yield Place(tmp_path, stack, monkeypatch)
+
+
+def test_the_oldest_message_of_many_peers_goes_when_they_hold_too_much(
+    place: Place, caplog: pytest.LogCaptureFixture
+) -> None:
+    client = place.come("somebody")
+    place.begin("nobody")
+    second = place.begin("nobody")
+    assert CUT not in caplog.text
+    place.limit(PART * 3 // 2)
+    with caplog.at_level(logging.WARNING):
+        _put(client, place.key("somebody"), 100_000)
+        assert wait_until(lambda: CUT in caplog.text, TIMEOUT)
+    assert caplog.text.count(CUT) == 1
+    assert PART // 2 < place.loop.unfinished.size < PART * 3 // 2
+    assert list(second.info.peers_zid())
+    assert place.came == [100_000]
+
+
+def test_complete_messages_of_clients_do_not_count(place: Place, caplog: pytest.LogCaptureFixture) -> None:
+    place.limit(4 * PART)
+    clients = [place.come(name) for name in ("first", "second")]
+    # One who listens to the replies for another does not share what it has sent.
+    place.stack.enter_context(connect(place.gateway.ports[0])).declare_subscriber(
+        keys.reply(place.gateway.realm, "first"), print
+    )
+    for _ in range(40):
+        for client, name in zip(clients, ("first", "second"), strict=True):
+            _put(client, place.key(name), PART // 4)
+    assert wait_until(lambda: len(place.came) == 80, TIMEOUT)
+    last = place.held._last
+    assert wait_until(lambda: place.held._last > last + 0.5, TIMEOUT)
+    assert place.loop.unfinished.size == 0
+    assert CUT not in caplog.text
+
+
+def test_another_program_cannot_read_the_admin_space(place: Place) -> None:
+    client = place.come("somebody")
+    assert list(client.get(f"@/{place.gateway._session.info.zid()}/**", timeout=5.0)) == []
+
+
+def test_endpoints_of_zenoh_name_connections() -> None:
+    mapped = Connection.of("tcp/[::ffff:127.0.0.1]:7447", "tcp/[::ffff:127.0.0.1]:50000")
+    assert mapped == Connection(7447, "127.0.0.1", 50000)
+    assert Connection.of("tls/[fe80::1%2]:7447", "tls/[fe80::2%2]:1") == Connection(7447, "fe80::2", 1)
+    assert Connection.of("unixsock-stream//tmp/a", "unixsock-stream//tmp/b") is None
+    assert mapped is not None
+    assert find([mapped]) == {mapped: None}

@@ -1,0 +1,73 @@
+"""The build compiles the physics steps where it can, and says in a line why it cannot."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from processes import ROOT
+
+pytest.importorskip("hatchling")
+
+
+@pytest.fixture(scope="module")
+def hook() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("hatch_build_of_project", ROOT / "hatch_build.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def tree(tmp_path: Path, hook: ModuleType) -> Path:
+    """A tree with nothing but the source, and with a module of an earlier build."""
+    folder = tmp_path / hook.SOURCE.parent
+    folder.mkdir(parents=True)
+    shutil.copy(ROOT / hook.SOURCE, folder)
+    (tmp_path / hook.MODULE).write_bytes(b"old")
+    return tmp_path
+
+
+def test_the_module_is_compiled_for_the_installed_mujoco(tree: Path, hook: ModuleType) -> None:
+    if hook.find_compiler() is None:
+        pytest.skip("no C compiler: apt-get install gcc")
+    assert hook.compile_module(tree) == ""
+    text = (
+        f"import sys; sys.path.insert(0, {str((tree / hook.MODULE).parent)!r}); import mujoco, _physics_step as m; "
+        "print(m.HEADER == mujoco.mj_version(), len(m.SOURCE_HASH))"
+    )
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("True 16\n", "")
+
+
+def test_without_a_compiler_no_module_is_left(
+    tree: Path, hook: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tree))
+    monkeypatch.setenv("CC", "no-such-compiler -O2")
+    monkeypatch.setattr(hook.sysconfig, "get_config_var", lambda _name: None)
+    assert hook.compile_module(tree) == "there is no C compiler"
+    assert not (tree / hook.MODULE).exists()
+
+
+def test_a_compiler_that_fails_leaves_no_module(
+    tree: Path, hook: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", f"{sys.executable} -c 'raise SystemExit(\"out of order\")'")
+    assert hook.compile_module(tree) == "the C compiler failed: out of order"
+    assert not (tree / hook.MODULE).exists()
+
+
+def test_without_headers_no_module_is_left(
+    tree: Path, hook: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hook, "find_headers", lambda: None)
+    assert "headers" in hook.compile_module(tree)
+    assert not (tree / hook.MODULE).exists()
