@@ -20,7 +20,7 @@ _Geoms = NDArray[np.bool_]
 
 
 class Sights:
-    """What sensors detect in one model, with its present colours, groups and annotations."""
+    """The geoms of one model that sensors detect, with the present colours, groups and annotations."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         self._surroundings = surroundings
