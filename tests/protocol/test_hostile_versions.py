@@ -21,7 +21,7 @@ import simx_server.gateways.zenoh.gateway as gateway
 gateway.OLDEST_PROTOCOL = gateway.PROTOCOL_VERSION = {version}
 if {notices_nothing}:
     gateway.choose_version = lambda *spoken: {version}
-sys.path[:0] = ["tests/support/worlds", "tests/support/gateways"]
+sys.path.insert(0, "tests/support/worlds")
 runpy.run_path("tests/support/worlds/plain_server.py", run_name="__main__")
 """
 

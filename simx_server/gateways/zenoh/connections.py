@@ -12,10 +12,6 @@ import sys
 from collections.abc import Collection, Generator
 from typing import NamedTuple
 
-if sys.platform == "linux":
-    import fcntl
-    import termios
-
 _ENDPOINT = re.compile(r"\w+/\[?([^]%]+)(?:%\w+)?\]?:(\d+)(?:[?#].*)?")
 """As Zenoh writes it: ``tcp/127.0.0.1:19997``, ``tls/[fe80::1%2]:7447``."""
 
@@ -61,6 +57,9 @@ def received(descriptor: int, connection: Connection) -> int | None:
     """Return how many bytes this process has read from a connection; None if it is closed."""
     if sys.platform != "linux":
         return None
+    import fcntl  # Windows has neither of them
+    import termios
+
     with contextlib.suppress(OSError), _copy(descriptor) as found:
         if _ends(found) == connection:
             info = found.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _RECEIVED.size)

@@ -13,7 +13,7 @@ from .functions import Function, described
 from .wire import WireError, read_request
 
 if TYPE_CHECKING:
-    from simx_server.service.calls.batches import Batches
+    from simx_server.service.calls.work import TableRunner
     from simx_server.service.clients.sessions import ClientSession
 
 _STOP = "sim.stopSimulation"
@@ -54,7 +54,7 @@ class MessageWork:
         """Return it whole: its client waits without a time-out."""
         return None, self
 
-    def run(self, session: ClientSession, batches: Batches) -> None:
+    def run(self, session: ClientSession, table: TableRunner) -> None:
         self.serve(session.client, self.number, self.payload)
 
     def _function(self) -> Function | None:

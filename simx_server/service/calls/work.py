@@ -21,7 +21,6 @@ from simx_server.service.answers.answers import size_of
 if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession
 
-    from .batches import Batches
 
 STOP = "simxStopSimulation"
 
@@ -52,8 +51,16 @@ class Work(Protocol):
         """Return the calls that its client waits for, and the others; None if there are none."""
         ...
 
-    def run(self, session: ClientSession, batches: Batches) -> None:
+    def run(self, session: ClientSession, table: TableRunner) -> None:
         """Execute it for its client. Physics thread."""
+        ...
+
+
+class TableRunner(Protocol):
+    """Executes calls of the table, see `Batches`."""
+
+    def run(self, session: ClientSession, work: TableWork) -> None:
+        """Execute calls of a client. Physics thread."""
         ...
 
 
@@ -103,8 +110,8 @@ class TableWork:
             CallsWork(batch._replace(calls=others)) if others else None
         )
 
-    def run(self, session: ClientSession, batches: Batches) -> None:
-        batches.run(session, self)
+    def run(self, session: ClientSession, table: TableRunner) -> None:
+        table.run(session, self)
 
 
 @dataclass(slots=True, init=False)

@@ -155,7 +155,7 @@ def test_the_end_of_the_engine_gives_up_a_load(world, loader, file, go_on, tmp_p
     before = sorted((tmp_path / "server").iterdir())
     assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
     assert wait_until(lambda: world.loop.turn() or world.parts.trials._pool._used, 20)
-    world.loop.close()
+    world.loop.service.clients.abandon_calls()
     assert sorted((tmp_path / "server").iterdir()) == before
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import time
 from concurrent.futures import Future
 from types import SimpleNamespace
-from typing import Any, cast
-
-from loopback import LoopbackTransport
+from typing import TYPE_CHECKING, Any, cast
 
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
@@ -23,6 +21,9 @@ from simx_server.service.service import build_service
 from simx_server.simulation.interruptions import Interruptions
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
+
+if TYPE_CHECKING:
+    from loopback import LoopbackTransport
 
 
 class PlainSimulation:
@@ -167,6 +168,8 @@ class World:
 
     def client(self, *, port: int = 0, **options) -> int:
         """The options are those of `Connection`."""
+        from loopback import LoopbackTransport  # which the process of `plain_server` does not find
+
         transport = LoopbackTransport(self.loop, port=port)
         connection = Connection(lambda: transport, where=transport.client, **options)
         client_id = CLIENTS.add(connection)
