@@ -28,6 +28,9 @@ logger = logging.getLogger(__name__)
 PERIOD = 0.25
 """Seconds between two counts. Peers of the same machine send some hundred megabytes in them."""
 
+LONGEST_COUNT = 2.0
+"""Seconds to wait for the end of a count; one takes milliseconds."""
+
 OVERHEAD = 512
 """Bytes of a message beside its payload, at most: its key, its attachment, its heads."""
 
@@ -53,8 +56,9 @@ class HeldBytes:
         self._last = time.monotonic()
         self._is_stopped = threading.Event()
         self._is_counting = sys.platform == "linux"
+        self._thread = threading.Thread(target=self._work, name="simx-held", daemon=True)
         if self._is_counting:
-            threading.Thread(target=self._work, name="simx-held", daemon=True).start()
+            self._thread.start()
 
     def completed(self, client: str, size: int) -> None:
         """Note that a message of a client has arrived, or with 0 that the client has come. Any thread."""
@@ -62,8 +66,13 @@ class HeldBytes:
             self._completed.append((client, size))
 
     def stop(self) -> None:
-        """Count no more, before the session is closed."""
+        """Count no more, before the session is closed.
+
+        Python ends a process that still has a thread within Zenoh with an abort.
+        """
         self._is_stopped.set()
+        if self._thread.is_alive():
+            self._thread.join(LONGEST_COUNT)
 
     def _work(self) -> None:
         while not self._is_stopped.wait(PERIOD):
