@@ -46,6 +46,8 @@ def ray_cluster() -> Iterator[Any]:
     """A head; a test adds the node that it will lose."""
     patch = pytest.MonkeyPatch()
     patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
+    # Ray's workers get what other programs leave (nice 15): beside busy tests a server needs half a minute to start.
+    patch.setenv("RAY_worker_niceness", "0")
     # A lost node is known after 1.5 s instead of 15 s.
     checks = {"initial_delay_ms": 0, "period_ms": 500, "failure_threshold": 3}
     settings = {f"health_check_{name}": value for name, value in checks.items()}
