@@ -49,9 +49,8 @@ class ServerLoop:
     def look(self) -> None:
         """Let the watchers do what is due now and then."""
         self.service.handling.looked()
-        for look in (
-            self.service.watchers.look
-        ):  # a look may close a gateway, which changes the tuple and not this one
+        looks = self.service.watchers.look  # one of them may close a gateway, which makes another tuple
+        for look in looks:
             look()
 
     @property

@@ -16,7 +16,7 @@ from simx_server.scene.geometry.triangles import CURVED, plane_triangles, true_s
 from simx_server.scene.poses.poses import Vector
 from simx_server.sensors.instant import Instant
 
-from .first_hit import first_hit
+from .first_hit import MET_BY_RAYS, first_hit
 from .nearest import nearest_points
 from .optics import Optics
 from .reach import pairs_in_reach
@@ -26,8 +26,8 @@ from .volume import Array
 _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
 _CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-_MET_BY_RAYS = np.isin(np.arange(int(mujoco.mjtGeom.mjNGEOMTYPES)), (*CURVED, _PLANE))
-"""(types,) geoms whose surfaces MuJoCo's rays meet as sensors do; rays do not meet the back of a box."""
+_MET_BY_RAYS = np.isin(np.arange(int(mujoco.mjtGeom.mjNGEOMTYPES)), tuple(MET_BY_RAYS))
+"""(types,) whether MuJoCo's rays meet the surface of a geom as sensors do."""
 FEW_RAYS = 8
 """Rays up to which `detect` for each is quicker than `detect_all`; the results are the same."""
 _SNAP = 0.05

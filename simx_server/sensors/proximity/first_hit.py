@@ -21,7 +21,7 @@ from simx_server.sensors.instant import Instant
 from .optics import Optics
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-_MET_BY_RAYS = frozenset((*CURVED, _PLANE))
+MET_BY_RAYS = frozenset((*CURVED, _PLANE))
 """Types of geoms whose surfaces MuJoCo's rays meet as sensors do; rays do not meet the back of a box."""
 
 _SLACK = 1e-6
@@ -94,7 +94,7 @@ class _Ray:
         kinds = self._instant.surroundings.kinds
         entered: list[tuple[float, int, _View]] = []
         for geom in self._geoms:
-            if kinds[geom] in _MET_BY_RAYS:
+            if kinds[geom] in MET_BY_RAYS:
                 self._offer_true_surface(geom)
                 continue
             view = self._view(geom)

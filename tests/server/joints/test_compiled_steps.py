@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import random
+import re
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -16,9 +18,9 @@ from scenes_for_tests import ARM, world_of
 
 from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
-from simx_server.joints import JointMode
+from simx_server.joints import JointMode, servo
 from simx_server.joints.native import loading
-from simx_server.joints.stepping import stepper
+from simx_server.joints.stepping import grip, noslip, separation, sliding, stepper
 from simx_server.simulation.simulation import SimulationState
 from simx_server.world.world import World
 
@@ -300,6 +302,22 @@ def test_physics_steps_are_counted_from_0_to_their_number(
 def test_the_flags_are_those_of_the_module() -> None:
     for name in ("LIMIT_SEPARATION", "KEEP_DOWN", "LAST_FORCE", "UPDATE"):
         assert getattr(compiled, name) == getattr(stepper, name)
+
+
+def test_the_constants_are_those_of_the_form_in_python() -> None:
+    defined = dict(re.findall(r"^#define ([A-Z_]+) (\S+)", loading.SOURCE.read_text(), re.MULTILINE))
+    for name, value in {
+        "DEEP": separation.DEEP,
+        "FASTEST": separation.FASTEST,
+        "SLIDES": sliding.SLOWEST,
+        "TURNS": grip._SLOWEST,
+        "IMMOBILE": noslip._IMMOBILE,
+        "MOST_VELOCITY": servo.MOST_VELOCITY,
+        "LEAST_FORCE": servo._LEAST_FORCE,
+        "DAMPING": separation._DAMPING,
+        "PI": math.pi,
+    }.items():
+        assert float(defined[name]) == value, name
 
 
 @pytest.fixture

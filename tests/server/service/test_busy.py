@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import pytest
@@ -16,8 +15,6 @@ from real_world import RealWorld
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.protocol.codec import encode
-from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
 from simx_server.scene.editing import recompile
 from simx_server.service.calls import busy
 from simx_server.service.calls.work import BatchWork
@@ -133,26 +130,6 @@ def test_one_of_several_clients_waits_for_no_longer_physics_step_than_for_an_edi
         go_on.set()
     assert code == vrep.simx_return_remote_error_flag
     assert "the server is busy with a simulation step" in texts[0]
-
-
-def call(call_id: int, delay_ms: int, operation: int = Operation.EXECUTE) -> Call:
-    return Call(call_id, operation, delay_ms, "simxGetPingTime", [])
-
-
-def batch(*calls: Call) -> bytes:
-    return encode(Batch(1, 2, list(calls)))
-
-
-def ids(work: Any) -> list[int]:
-    return [] if work is None else [each.call_id for each in work.read().calls]
-
-
-def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
-    calls = call(1, NOT_AWAITED_MS), call(2, 0), call(3, 0, Operation.STREAM), call(4, -1), call(5, 1)
-    awaited, left = BatchWork(batch(*calls)).divide()
-    assert (ids(awaited), ids(left)) == ([2, 4], [1, 3, 5])
-    unreadable = BatchWork(b"no batch")
-    assert unreadable.divide() == (None, unreadable)
 
 
 def test_calls_that_only_a_socket_holds_are_refused_too(

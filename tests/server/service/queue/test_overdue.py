@@ -27,6 +27,14 @@ def ids(work: Any) -> list[int]:
     return [] if work is None else [each.call_id for each in work.read().calls]
 
 
+def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
+    calls = call(1, NOT_AWAITED_MS), call(2, 0), call(3, 0, Operation.STREAM), call(4, -1), call(5, 1)
+    awaited, left = BatchWork(batch(*calls)).divide()
+    assert (ids(awaited), ids(left)) == ([2, 4], [1, 3, 5])
+    unreadable = BatchWork(b"no batch")
+    assert unreadable.divide() == (None, unreadable)
+
+
 def test_what_has_waited_for_long_and_is_awaited_can_be_taken_out() -> None:
     box = opened("one", "two", "three")
     awaited, not_awaited = batch(call(7, 0)), batch(call(7, NOT_AWAITED_MS))
