@@ -69,9 +69,8 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
     past = History(replayed.service, history)
     replayed.service.watchers.add(past)
     world.scripts.add_ons[WINDOWS] = Windows()
-    world.scripts.add_ons[ADD_ON] = Feed(
-        replayed.service, "replay", (), past
-    )  # repeats the single steps of a web viewer
+    # repeats the single steps of a web viewer
+    world.scripts.add_ons[ADD_ON] = Feed(replayed.service, "replay", (), past)
     states = _States(world)
     steps = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):

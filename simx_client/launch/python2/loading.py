@@ -28,9 +28,8 @@ _INSTALLED = tuple(
     for folder in (
         *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
         Path(__file__).parents[2],  # this package
-        Path(__file__)
-        .parents[2]
-        .with_name("simx_server"),  # --embed imports it; beside this package in a source tree
+        # --embed imports it; in a source tree it is beside this package.
+        Path(__file__).parents[2].with_name("simx_server"),
     )
 )
 _INSTALLED_ANYWHERE = {"site-packages", "dist-packages"}

@@ -143,9 +143,8 @@ class BusyDesk:
         timeout = TIMEOUT if doing.client or len(self._sessions) > 1 else STEP_TIMEOUT
         busy = time.monotonic() - piece.since
         if busy >= _LOOK:
-            for (
-                read
-            ) in self._watchers.read_while_busy:  # now, as calls wait from the moment at which they are read
+            # Now, as calls wait from the moment at which they are read.
+            for read in self._watchers.read_while_busy:
                 read()
         if busy < LONG:
             return
