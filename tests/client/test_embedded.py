@@ -7,8 +7,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 from launching import simx_run
@@ -16,6 +18,8 @@ from processes import PENDULUM, ROOT, wait_until
 
 import simx_client as v
 from simx_client.client import Client
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.connection.embedding import VARIABLE, as_arguments
 from simx_client.errors import ConnectionFailed
 
@@ -32,8 +36,6 @@ def scene(tmp_path: Path) -> Path:
 @pytest.fixture
 def in_process(scene: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     """A client made by simxStart, with a simulation as fast as possible."""
-    from simx_client.connection.clients import CLIENTS
-
     monkeypatch.setenv(VARIABLE, f"'{scene}' --speed max")
     client = v.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
     assert client >= 0
@@ -256,6 +258,23 @@ def test_a_scene_beside_the_script_is_found_and_its_path_may_have_spaces(tmp_pat
     (folder / "lab one.xml").write_text(PENDULUM)
     finished = simx_run(folder, SCRIPT, flags=("--embed", "lab one.xml"))
     assert (finished.returncode, finished.stdout) == (0, "0 True\n"), finished.stderr
+
+
+@pytest.mark.parametrize(
+    "call", [v.simxGetPingTime, v.simxSynchronousTrigger, lambda c: v.simxGetObjects(c, 0, BLOCKING)]
+)
+def test_ctrl_c_between_taking_a_turn_and_its_work_leaves_the_simulation_usable(
+    in_process: int, call: Callable[[int], object]
+) -> None:
+    assert v.simxSynchronous(in_process, True) == 0
+    assert v.simxStartSimulation(in_process, BLOCKING) == 0
+    connection = CLIENTS.get(in_process)
+    assert isinstance(connection, EmbeddedConnection)
+    turns: Any = connection._direct
+    assert turns._turns.lock.acquire(), "as Ctrl-C leaves it"
+    call(in_process)
+    with ThreadPoolExecutor(1) as other:
+        assert other.submit(v.simxGetObjectHandle, in_process, "hinge", BLOCKING).result(20.0)[0] == 0
 
 
 def test_an_interrupted_wait_leaves_the_simulation_usable(in_process: int) -> None:

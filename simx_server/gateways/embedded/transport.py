@@ -162,10 +162,15 @@ class EmbeddedTransport(PackingLink):
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
         turns, messages, direct = self._turns, self._service.messages, self._direct(self._session, command)
-        lock, execute, received = turns.lock, direct.execute, direct.received
+        lock, is_held_here, execute, received = (
+            turns.lock,
+            turns.is_held_here,
+            direct.execute,
+            direct.received,
+        )
 
         def call(arguments: Values, timeout: float) -> Reply | None:
-            if not lock.acquire(False) and not turns.wait(time.monotonic() + timeout):
+            if (is_held_here() or not lock.acquire(False)) and not turns.wait(time.monotonic() + timeout):
                 return None
             turns.owner = get_ident()
             try:

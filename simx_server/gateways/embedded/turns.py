@@ -11,6 +11,8 @@ import math
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
+from typing import Any
 
 from simx_server.service.loop import LOOK, ServerLoop
 from simx_server.simulation.interruptions import nothing
@@ -32,8 +34,12 @@ class Turns:
             has_gateways: clients of other processes can come.
         """
         self._loop = loop
-        self.lock = threading.Lock()
-        """Held during a turn. A caller that acquires it without waiting sets `owner` itself; see `start`."""
+        self.lock = threading.RLock()
+        """Held during a turn, once by a thread. A caller that acquires it without waiting sets `owner` itself."""
+
+        lock: Any = self.lock
+        self.is_held_here: Callable[[], bool] = lock._is_owned
+        """Returns whether this thread holds the lock: within its turn, or because Ctrl-C came just before that."""
 
         self.owner = 0
         """The thread that has the turn, 0 for none."""
@@ -52,15 +58,18 @@ class Turns:
 
         The second happens when Python collects garbage, and so closes a client, in the middle of a step.
         """
-        if not self.lock.acquire(blocking=False) and not self.wait(deadline):
+        if (self.is_held_here() or not self.lock.acquire(blocking=False)) and not self.wait(deadline):
             return False
         self.owner = threading.get_ident()
         return True
 
     def wait(self, deadline: float) -> bool:
-        """Acquire the lock when another thread ends its turn; return False as ``begin`` does."""
-        if self.owner == threading.get_ident():
-            return False
+        """Acquire the lock when another thread ends its turn; return False as ``begin`` does.
+
+        A thread that holds it without a turn keeps it: Ctrl-C came in between.
+        """
+        if self.is_held_here():
+            return self.owner != threading.get_ident()
         self._callers.append(None)
         try:
             wait = -1.0 if deadline == math.inf else max(0.0, deadline - time.monotonic())
