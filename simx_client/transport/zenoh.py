@@ -27,7 +27,7 @@ from .diagnosis import busy_server, diagnose
 from .endpoints import ServerAddress
 from .time_limit import Alarm
 from .writer import Writer
-from .zenoh_session import client_name, living_realms, open_session, program_name
+from .zenoh_session import client_role, living_realms, open_session, program_name
 
 GREETING_TIMEOUT = 1.0
 """Time-out for the answer to one greeting in seconds."""
@@ -102,7 +102,6 @@ class ZenohTransport:
         self._address = server
         at_port = server.host_and_port[1] if server.host_and_port else 0
         self._asked_port = at_port if asked_port is None else asked_port
-        self.client = client_name()
         self._secret = os.urandom(16)
         """Proves to the server that a message in this client's name is from this client; other clients may
         learn the name."""
@@ -116,7 +115,11 @@ class ZenohTransport:
         self._next_look = 0.0
         self._realm: str | None = None
         self._closed = False
+        role = client_role()
         self._session = self._open(connect_timeout, retry)
+        self.client = f"{role}{self._session.info.zid()}"
+        """The server finds the link of a client by the name of its Zenoh session."""
+
         self._alarm = Alarm(self._wake)
         self._busy_wait = BusyWait()
         self._writer = Writer(self._put)

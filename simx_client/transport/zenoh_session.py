@@ -96,15 +96,20 @@ def _login() -> dict[str, str]:
     return {"transport/auth/usrpwd/user": user, "transport/auth/usrpwd/password": password}
 
 
-def client_name() -> str:
-    """Return a new client's segment of the keys, which tells the server its role. Raises ConnectionFailed for
+def client_role() -> str:
+    """Return the first part of a new client's name, which tells the server its role. Raises ConnectionFailed for
     an unknown role."""
     role = os.environ.get(ROLE_VARIABLE, "").strip()
     if role not in ("", "viewer"):
         raise ConnectionFailed(
             f"{ROLE_VARIABLE}: there is no role {role!r}; valid: viewer, or not set at all"
         )
-    return (keys.VIEWER if role else "") + os.urandom(16).hex()
+    return keys.VIEWER if role else ""
+
+
+def client_name() -> str:
+    """Return the name of a new client that has no Zenoh session. Raises ConnectionFailed for an unknown role."""
+    return client_role() + os.urandom(16).hex()
 
 
 def program_name() -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 import re
@@ -58,9 +57,6 @@ MOST_PRESENT = 10_000
 """Names of clients to remember before they say hello, which they do at once; the oldest are forgotten first. A client
 that says hello after 10,000 others have come has to connect again.
 """
-
-_ADMIN_SPACE = "adminspace/enabled"
-"""The option by which a Zenoh session answers which peers have declared what."""
 
 _OF_ANOTHER_GATEWAY = object()
 """In place of the secret of a client that has not joined at this gateway; it equals no attachment."""
@@ -156,10 +152,7 @@ class ZenohGateway(Gateway, Part):
         self._entrance = Entrance(f"zenoh {self.realm}")
         service.clients.places.open(self._entrance.gateway)
         super().__init__(service)
-        # An operator with own access rules decides who may read the admin space.
-        self._held = (
-            HeldBytes(self._session, self.realm, service.unfinished) if self._has_admin_space else None
-        )
+        self._held = HeldBytes(self._session, service.unfinished)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
@@ -173,9 +166,8 @@ class ZenohGateway(Gateway, Part):
                 config = link.configured_by(zenoh, config_file, defaults)
             except zenoh.ZError as error:
                 raise GatewayError(f"{config_file} is no Zenoh configuration: {link.reason(error)}") from None
-        if not has_rules(config):  # which keep others out of the admin space
-            link.configure(config, {"access_control": rules(self.realm), _ADMIN_SPACE: True})
-        self._has_admin_space: bool = json.loads(config.get_json(_ADMIN_SPACE))
+        if not has_rules(config):
+            link.configure(config, {"access_control": rules(self.realm)})
         if warning := exposure(self.endpoints, config):
             logger.warning("%s", warning)
         try:
@@ -214,7 +206,7 @@ class ZenohGateway(Gateway, Part):
     def _take_in(self) -> Callable[[Any], None]:
         """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
         is_from, submit, slow_down = self._is_from, self._service.queue.put, self._throttle.slow_down
-        completed = self._held.completed if self._held else None
+        completed = self._held.completed
         begin, to_bytes = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
         def read(payload: Any) -> BatchWork:
@@ -224,8 +216,7 @@ class ZenohGateway(Gateway, Part):
             client, payload = str(sample.key_expr)[begin:], sample.payload
             size = len(payload)
             if is_from(client, sample):
-                if completed is not None:
-                    completed(client, size)
+                completed(client, size)
                 if submit(client, payload, size, read):
                     return
             slow_down(size)
@@ -330,8 +321,6 @@ class ZenohGateway(Gateway, Part):
             )
             postman = Postman(self._care, partial(self._service.queue.suspend, client))
             ended = partial(self._secrets.pop, client, None)
-            if self._held is not None:
-                self._held.completed(client, 0)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman, ended)
             its_link = self._offers.invite(client, zenoh_link)
             try:
@@ -411,8 +400,7 @@ class ZenohGateway(Gateway, Part):
     def _end(self, clients: Sequence[str] = ()) -> None:
         """Have a thread close the session, after which clients leave."""
         super().close()
-        if self._held is not None:
-            self._held.stop()
+        self._held.stop()
         self._service.clients.places.close(self._entrance.gateway)
         self._closing = threading.Thread(
             target=self._close_session, args=(clients,), name="simx-close", daemon=True

@@ -1,14 +1,14 @@
 """Count what Zenoh keeps of messages that have not arrived completely, and cut links while that is too much.
 
 Zenoh hands over complete messages only, and limits the rest for each link alone. Linux counts the bytes that each TCP
-connection has delivered: without those of complete messages, the rest is in Zenoh. A session's admin space names the
-link of each client. Links that the server has opened, to routers, are not counted: each carries many clients, and
-Zenoh's maximum bounds what it holds.
+connection has delivered: without those of complete messages, the rest is in Zenoh. A client has the name of its Zenoh
+session, which is the link's too. (The admin space knows which session listens for a client's replies, but reading it
+while another session declares something can block Zenoh for ever, as of 1.10: it locks its tables twice.) Links that
+the server has opened, to routers, are not counted: each carries many clients, and Zenoh's maximum bounds what it holds.
 """
 
 from __future__ import annotations
 
-import json
 import logging
 import sys
 import threading
@@ -42,16 +42,12 @@ QUIET = 1024
 
 
 class HeldBytes:
-    """The count for one Zenoh session with an admin space, on a separate thread until `stop`."""
+    """The count for one Zenoh session, on a separate thread until `stop`."""
 
-    def __init__(self, session: Any, realm: str, unfinished: Unfinished) -> None:
+    def __init__(self, session: Any, unfinished: Unfinished) -> None:
         """Start to count; on other systems than Linux, count nothing."""
         self._session, self._unfinished = session, unfinished
-        self._replies = f"@/{session.info.zid()}/peer/subscriber/{keys.reply(realm, '*')}"
         self._links: dict[Connection, _Link] = {}
-        self._zids: dict[str, str] = {}
-        """The Zenoh session of each client."""
-
         self._completed: deque[tuple[str, int]] = deque()
         self._last = time.monotonic()
         self._is_stopped = threading.Event()
@@ -61,7 +57,7 @@ class HeldBytes:
             self._thread.start()
 
     def completed(self, client: str, size: int) -> None:
-        """Note that a message of a client has arrived, or with 0 that the client has come. Any thread."""
+        """Note that a message of a client has arrived. Any thread."""
         if self._is_counting:
             self._completed.append((client, size))
 
@@ -89,16 +85,20 @@ class HeldBytes:
 
     def _count(self) -> None:
         """Bring the account of each link up to date."""
-        has_changed = self._follow_links()
+        self._follow_links()
         # First the messages: what is complete now has been received before.
-        completed = self._completed_by_zid(has_changed)
+        completed = self._take_completed()
         now = time.monotonic()
         quiet, self._last = QUIET * (now - self._last), now
         for each in self._links.values():
-            each.count(completed[each.zid], quiet)
+            each.has_named_client = each.has_named_client or each.zid in completed
+        named = {each.zid for each in self._links.values() if each.has_named_client}
+        of_others = sum(size for zid, size in completed.items() if zid not in named)
+        for each in self._links.values():
+            each.count(completed[each.zid] if each.has_named_client else of_others, quiet)
 
-    def _follow_links(self) -> bool:
-        """Open accounts of new links and close those of others; return whether there are new ones."""
+    def _follow_links(self) -> None:
+        """Open accounts of new links and close those of others."""
         links = {
             connection: str(link.zid)
             for link in self._session.info.links()
@@ -110,45 +110,14 @@ class HeldBytes:
         for connection, descriptor in find(new).items() if new else ():
             cut = self._unfinished.holder(partial(_cut, connection), is_timed=False)
             self._links[connection] = _Link(connection, links[connection], descriptor, cut)
-        return bool(new)
-
-    def _completed_by_zid(self, has_changed: bool) -> Counter[str]:
-        """Return the bytes of the messages that have been completed since the last call, by Zenoh session."""
-        by_client = self._take_completed()
-        if by_client and (has_changed or by_client.keys() - self._zids.keys()):
-            self._find_clients()
-            by_client += self._take_completed()
-        by_zid = Counter[str]()
-        for client, size in by_client.items():
-            by_zid[self._zids.get(client, "")] += size
-        return by_zid
 
     def _take_completed(self) -> Counter[str]:
-        by_client = Counter[str]()
+        """Return the bytes of the messages that have been completed since the last call, by Zenoh session."""
+        completed = Counter[str]()
         while self._completed:
             client, size = self._completed.popleft()
-            by_client[client] += size + size // FRAGMENTS + OVERHEAD
-        return by_client
-
-    def _find_clients(self) -> None:
-        """Note which session has subscribed to the replies for each client.
-
-        Other programs may do so too: a client stays where it was, and otherwise it is in the newest session.
-        """
-        age = {link.zid: number for number, link in enumerate(self._links.values())}
-        found: dict[str, str] = {}
-        for answer in self._session.get(self._replies):
-            if answer.ok is not None:
-                client = str(answer.ok.key_expr).rpartition("/")[2]
-                sources = json.loads(answer.ok.payload.to_string())
-                zids = [zid for kind in ("clients", "peers") for zid in sources[kind] if zid in age]
-                if (before := self._zids.get(client, "")) in zids:
-                    found[client] = before
-                elif zids:
-                    found[client] = max(zids, key=age.__getitem__)
-                else:  # behind a router
-                    found[client] = ""
-        self._zids = found
+            completed[client.removeprefix(keys.VIEWER)] += size + size // FRAGMENTS + OVERHEAD
+        return completed
 
 
 @dataclass
@@ -163,6 +132,10 @@ class _Link:
     """None: the server has opened the link, or it is not TCP; it is not counted."""
 
     holder: Holder
+    has_named_client: bool = False
+    """A client with the name of this session has sent a message. To the other links, all messages of clients with other
+    names are credited: those of older versions, and those behind a router that has opened the link."""
+
     received: int = 0
     held: float = 0.0
 

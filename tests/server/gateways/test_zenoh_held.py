@@ -19,6 +19,7 @@ from routers import Wire
 from zmq_world import ZmqWorld, zmq_world
 
 from simx_client.protocol.zenoh import keys
+from simx_server.gateways.zenoh import held
 from simx_server.gateways.zenoh.connections import Connection, find
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.limits import Limits
@@ -45,7 +46,6 @@ class Place:
         monkeypatch.setattr(self.loop.service.queue, "put", submit)
         self.gateway = self.server.on_server(lambda: ZenohGateway(self.loop.service, ports=[0]))
         stack.callback(lambda: self.server.on_server(self.gateway.close))
-        assert self.gateway._held is not None
         self.held = self.gateway._held
 
     def limit(self, unfinished: int) -> None:
@@ -53,6 +53,11 @@ class Place:
 
     def key(self, client: str) -> str:
         return keys.call(self.gateway.realm, client)
+
+    def count_twice(self) -> None:
+        for _ in range(2):
+            last = self.held._last
+            assert wait_until(lambda last=last: self.held._last > last, TIMEOUT)
 
     def begin(self, client: str) -> Any:
         """Have a stranger send the first part of a message; return its session when the part is counted."""
@@ -64,14 +69,16 @@ class Place:
         assert wait_until(lambda: self.loop.service.unfinished.size > before + PART // 2, TIMEOUT)
         return stranger
 
-    def come(self, client: str) -> Any:
-        """Have a client come that has been greeted."""
+    def come(self, name: str = "") -> tuple[Any, str]:
+        """Have a client come that has been greeted; return its session and its key for calls.
+
+        Args:
+            name: of a client whose session is not its name, as that of an older version.
+        """
         session = self.stack.enter_context(connect(self.gateway.ports[0]))
-        session.declare_subscriber(keys.reply(self.gateway.realm, client), print)
+        client = name or str(session.info.zid())
         self.gateway._secrets[client] = None
-        self.held.completed(client, 0)
-        assert wait_until(lambda: client in self.held._zids, TIMEOUT)
-        return session
+        return session, self.key(client)
 
 
 def _put(session: zenoh.Session, key: str, size: int) -> None:
@@ -88,13 +95,13 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
 def test_the_oldest_message_of_many_peers_goes_when_they_hold_too_much(
     place: Place, caplog: pytest.LogCaptureFixture
 ) -> None:
-    client = place.come("somebody")
+    client, key = place.come()
     place.begin("nobody")
     second = place.begin("nobody")
     assert CUT not in caplog.text
     place.limit(PART * 3 // 2)
     with caplog.at_level(logging.WARNING):
-        _put(client, place.key("somebody"), 100_000)
+        _put(client, key, 100_000)
         assert wait_until(lambda: CUT in caplog.text, TIMEOUT)
     assert caplog.text.count(CUT) == 1
     assert PART // 2 < place.loop.service.unfinished.size < PART * 3 // 2
@@ -102,26 +109,50 @@ def test_the_oldest_message_of_many_peers_goes_when_they_hold_too_much(
     assert place.came == [100_000]
 
 
-def test_complete_messages_of_clients_do_not_count(place: Place, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("names", [("", ""), ("", "older"), ("older", "oldest")])
+def test_complete_messages_of_clients_do_not_count(
+    place: Place, names: tuple[str, str], caplog: pytest.LogCaptureFixture
+) -> None:
     place.limit(4 * PART)
-    clients = [place.come(name) for name in ("first", "second")]
-    # One who listens to the replies for another does not share what it has sent.
-    place.stack.enter_context(connect(place.gateway.ports[0])).declare_subscriber(
-        keys.reply(place.gateway.realm, "first"), print
-    )
+    clients = [place.come(name) for name in names]
     for _ in range(40):
-        for client, name in zip(clients, ("first", "second"), strict=True):
-            _put(client, place.key(name), PART // 4)
+        for session, key in clients:
+            _put(session, key, PART // 4)
     assert wait_until(lambda: len(place.came) == 80, TIMEOUT)
-    last = place.held._last
-    assert wait_until(lambda: place.held._last > last + 0.5, TIMEOUT)
+    place.count_twice()
     assert place.loop.service.unfinished.size == 0
     assert CUT not in caplog.text
 
 
-def test_another_program_cannot_read_the_admin_space(place: Place) -> None:
-    client = place.come("somebody")
-    assert list(client.get(f"@/{place.gateway._session.info.zid()}/**", timeout=5.0)) == []
+def test_messages_of_a_named_client_are_not_credited_to_strangers(place: Place) -> None:
+    session, key = place.come()
+    _put(session, key, PART)
+    assert wait_until(lambda: bool(place.came), TIMEOUT)
+    place.count_twice()
+    place.begin("nobody")
+    before = place.loop.service.unfinished.size
+    _put(session, key, PART)
+    assert wait_until(lambda: len(place.came) == 2, TIMEOUT)
+    place.count_twice()
+    assert place.loop.service.unfinished.size > before - PART // 4
+
+
+def test_sessions_that_declare_while_their_links_are_counted_are_not_blocked(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(held, "PERIOD", 0.0)
+    clients = [place.come() for _ in range(3)]
+
+    def declare(session: Any, key: str) -> None:
+        for number in range(100):
+            place.held.completed(f"of {number}", PART)
+            session.declare_subscriber(keys.reply(place.gateway.realm, f"any-{number}"), print).undeclare()
+        _put(session, key, 100_000)
+
+    threads = [Thread(target=declare, args=each, daemon=True) for each in clients]
+    for thread in threads:
+        thread.start()
+    assert wait_until(lambda: len(place.came) == len(clients), TIMEOUT)
 
 
 def test_endpoints_of_zenoh_name_connections() -> None:

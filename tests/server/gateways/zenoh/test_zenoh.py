@@ -266,8 +266,6 @@ def test_a_killed_client_frees_its_stepped_mode_and_its_streams(scene):
             assert wait_until(
                 lambda: v.simxGetBooleanParameter(watcher, waiting, BLOCKING) == (0, False), BEFORE_THE_LEASE
             )
-            assert client.stdin is not None
-            client.stdin.close()
 
 
 def test_sigterm_and_sigint_end_the_server_cleanly_within_five_seconds(scene):
