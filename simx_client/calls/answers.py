@@ -44,6 +44,10 @@ class Answer(Explained, Generic[T]):
             return f"<Answer of {call}: {reprlib.repr(self.value)}>"
         return f"<Answer of {call}: none, {self.failure.reason}>"
 
+    def allow_refusal(self) -> None:
+        """Let the batch succeed if the server refuses this call."""
+        self.may_be_refused = True
+
     def take(self, reply: Reply) -> None:
         """Store the server's reply."""
         self.reply = reply

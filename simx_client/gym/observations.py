@@ -35,7 +35,7 @@ class Reading:
         """Note the calls that read it, before the first step of an episode or after a step; return their answers."""
         answers = self.entry.note(calls, self.subjects[place])
         if is_start and self.entry.at_start is not None:
-            answers.may_be_refused = True
+            answers.allow_refusal()
         return answers
 
     def value(self, answers: Any) -> Any:

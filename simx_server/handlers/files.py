@@ -39,7 +39,7 @@ def store_file(world: World, name: str, data: bytes) -> None:
     count = client_files.count_with(path, sim.limits.files - len(folders)) + len(folders)
     sim.limits.check("files", count, "erase some with simxEraseFile")
     client_files.note(path, data)
-    sim.files.made_folders |= folders
+    sim.files.made_folders.update(folders)
     workspace.store(sim.files.workspace, name, data)
     sim.files.stored[path] = size
 

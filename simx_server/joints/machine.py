@@ -113,7 +113,7 @@ class Machine:
         self._asked: Mapping[int, Ask] = {}
         self._accompany: Accompany | None = None
         self.within_steps: Within | None = None
-        """Called within each physics step from the next simulation step on."""
+        """Called within each physics step."""
         self._measured = Measured(sim)
         self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
@@ -314,6 +314,10 @@ class Machine:
     def calls_scripts(self) -> bool:
         """Return whether scripts are called between the physics steps of a simulation step."""
         return bool(self._asked) or self._accompany is not None
+
+    def call_within_steps(self, within: Within | None) -> None:
+        """Call a function within each physics step from the next simulation step on; None: no more."""
+        self.within_steps = within
 
     def step(self, count: int, flags: int = 0, *within: Within) -> bool:
         """Make `count` physics steps under the controllers.

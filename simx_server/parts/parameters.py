@@ -48,7 +48,6 @@ class Parameters(Part):
         self.random = random.Random(0)  # the same numbers in every run of the server
         self.speed_index = 0
         self.next_port = FIRST_PORT
-        self.page = 0
         self.kept: dict[tuple[str, str | int], Any] = {}
         """Quantities without meaning here that were set, by kind and name."""
         self.error_report_mode = c.sim_api_errormessage_report
@@ -73,6 +72,10 @@ class Parameters(Part):
             end: ends it; None: it cannot be ended.
         """
         self.pace, self._is_waiting, self._end = pace, is_waiting_for_trigger, end
+
+    def set_error_report_mode(self, mode: int) -> None:
+        """Report errors in another way from now on (integer parameter 0)."""
+        self.error_report_mode = mode
 
     def is_waiting_for_trigger(self) -> bool:
         """Return whether a stepped simulation waits (boolean 45)."""

@@ -162,6 +162,19 @@ class Scene:
         self._by_element = None
         self._by_name = None
 
+    def recall(
+        self,
+        parent_overrides: Mapping[int, int],
+        model_properties: Mapping[int, int],
+        withheld: Mapping[tuple[str, str], int],
+        annotations: Annotations,
+    ) -> None:
+        """Restore the tables that change during a run. Objects follow, and then `reindex`."""
+        self.parent_overrides = dict(parent_overrides)
+        self.model_properties = dict(model_properties)
+        self.withheld = dict(withheld)
+        self.annotations = annotations
+
     def override_parent(self, handle: int, parent: int) -> None:
         """Move an object in the tree without changing the model."""
         self.override_parents({handle: parent})

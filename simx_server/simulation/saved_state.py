@@ -79,10 +79,7 @@ class Snapshot:
         write_options(self.model, self.options)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self.state, STATE)
-        self.scene.parent_overrides = dict(self.overrides)
-        self.scene.model_properties = dict(self.model_properties)
-        self.scene.withheld = dict(self.withheld)
-        self.scene.annotations = self.annotations
+        self.scene.recall(self.overrides, self.model_properties, self.withheld, self.annotations)
         for handle, parent in self.parents.items():
             item = self.scene.objects[handle]
             item.parent = parent

@@ -76,6 +76,14 @@ class Sleepers:
         self._copy: tuple[int, mujoco.MjData] | None = None
         """Version of the simulation, and a copy of its data in which nothing sleeps."""
 
+    def note_contact_callback(self, is_there: bool) -> None:
+        """Note whether a script decides about contacts."""
+        self.contacts_are_asked_about = is_there
+
+    def note_moving_surfaces(self, are_moving: bool) -> None:
+        """Note whether surfaces move in this simulation step."""
+        self.surfaces_move = are_moving
+
     def keep_possible(self, model: mujoco.MjModel) -> None:
         """Switch sleeping off in a new model in which it would change results: see `_reason_against`."""
         if model.opt.enableflags & _SLEEP and (reason := _reason_against(model)):

@@ -113,12 +113,12 @@ class Surfaces(Part):
         if not velocities:
             self._rest()
             return
-        sim.joints.within_steps = self._within
+        sim.joints.call_within_steps(self._within)
         self._velocities = velocities
         self._first_time = sim.data.time
         if self._motion is not None:
             self._place(0.0)
-        sim.sleepers.surfaces_move = True
+        sim.sleepers.note_moving_surfaces(True)
 
     def finish(self) -> None:
         """Put moved bodies at their ends; called right after the physics."""
@@ -205,8 +205,8 @@ class Surfaces(Part):
         self._motion = None
         if self.are_moving:
             self._velocities = {}
-            self._sim.sleepers.surfaces_move = False
-        self._sim.joints.within_steps = None
+            self._sim.sleepers.note_moving_surfaces(False)
+            self._sim.joints.call_within_steps(None)
 
 
 def _differ(first: Array, second: Array) -> NDArray[np.bool_]:

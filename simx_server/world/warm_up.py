@@ -89,9 +89,11 @@ def with_images(world: World, handle: int) -> int | Steps[int]:
 def _when_warm(world: World, handle: int) -> Steps[int]:
     """Wait beside the physics thread; a stream, which cannot wait, goes on at once."""
     rendering, sim = world.rendering, world.simulation
-    task = Task(lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN), lambda: None)
-    task.may_be_skipped = True
-    yield task
+    yield Task(
+        lambda: wait_until_warm(rendering, lambda: sim.is_ending, LOADED_WITHIN),
+        lambda: None,
+        may_be_skipped=True,
+    )
     return handle
 
 

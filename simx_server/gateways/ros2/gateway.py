@@ -187,8 +187,7 @@ class Ros2Gateway(Gateway, Part):
         """End the stepped mode when the nodes that trigger steps are frozen, or have gone."""
         pulse, session = self._pulse, self._client.session
         if session.is_stepping != pulse.is_wanted:
-            pulse.forget()
-            pulse.is_wanted = session.is_stepping
+            pulse.want(session.is_stepping)
         if session.is_waiting and pulse.problem:
             self._service.clients.end_stepping(
                 self._client.key, f"{pulse.problem}; {SET_STEPPING} sets it again"

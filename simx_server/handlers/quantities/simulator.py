@@ -29,7 +29,6 @@ _MUJOCO = "mujoco"
 _MUJOCO_ENGINE = ENGINES.index(_MUJOCO)
 """`sim_physics_mujoco` of later CoppeliaSim versions; 0 to 3 are Bullet, ODE, Vortex, Newton."""
 
-_PAGES = 8
 """Number of pages of V-REP's window; 0 is the first."""
 
 _PLATFORMS = {"win32": 0, "darwin": 1}
@@ -82,14 +81,7 @@ def _set_error_report_mode(world: World, value: int) -> None:
     known = c.sim_api_errormessage_report | c.sim_api_errormessage_output
     if value & ~known:
         raise CommandError(f"the error report mode is 0 to {known}, not {value}")
-    world.parameters.error_report_mode = value
-
-
-def _set_page(world: World, page: int) -> None:
-    """Set the page of V-REP's window that shows a scene's views; it has no effect here."""
-    if not 0 <= page < _PAGES:
-        raise CommandError(f"the pages are 0 to {_PAGES - 1}, not {page}")
-    world.parameters.page = page
+    world.parameters.set_error_report_mode(value)
 
 
 def _mouse(place: int) -> Callable[[World], int]:
@@ -100,7 +92,12 @@ _INTEGERS = (
     of_simulator(
         "int", "error_report_mode", lambda world: world.parameters.error_report_mode, _set_error_report_mode
     ),
-    of_simulator("int", "current_page", lambda world: world.parameters.page, _set_page),
+    of_simulator(
+        "int",
+        "current_page",
+        lambda world: world.user_interface.views.page,
+        lambda world, page: world.user_interface.views.set_page(page),
+    ),
     of_simulator("int", "dynamic_step_divider", lambda world: world.simulation.substeps),
     of_simulator("int", "dynamic_engine", _engine, _set_engine),
     _of("int", "visible_layers", lambda world: world.object_settings, "visible_layers"),

@@ -54,6 +54,10 @@ class Views(Registry[FloatingView]):
         self.page = self.navigation_mode = 0
         self._opened.clear()
 
+    def set_navigation_mode(self, mode: int) -> None:
+        """Keep a mode of the mouse; nothing here depends on it."""
+        self.navigation_mode = mode
+
     def set_page(self, page: int) -> None:
         """Turn to a page. Raises CommandError: no such page."""
         if not 0 <= page < PAGES:

@@ -53,7 +53,8 @@ class PhysicsCallBacks:
             ask_about_contacts(self._sim, self._may_touch)
         elif self._is_asked and not wants:
             ask_no_more(self._sim)
-        self._is_asked = self._sim.sleepers.contacts_are_asked_about = wants
+        self._is_asked = wants
+        self._sim.sleepers.note_contact_callback(wants)
         self._sim.joints.accompany(self._tell if self._step else None)
 
     def _may_touch(self, first: int, second: int) -> bool:

@@ -65,7 +65,7 @@ class VisionCallBacks:
         """Update the list of sensors after scripts have started or ended."""
         self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
         self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
-        self._vision.on_image = self._judge
+        self._vision.tell_images(self._judge)
 
     def sense(self) -> None:
         """Process the images of a simulation step: all are requested before the first script waits for one."""

@@ -54,8 +54,11 @@ class VisionSensors(SensorSettings, Part):
         """Boolean parameter 10: whether sensors are handled at all; if false, images are the background."""
         self._are_sensed = False
         """Whether a simulation step of this run has come to its sensing phase."""
-        self.on_image: Callable[[int], object] = _nobody
-        """Called with a sensor's handle when it was handled or an image was set: scripts that process images."""
+        self._on_image: Callable[[int], object] = _nobody
+
+    def tell_images(self, on_image: Callable[[int], object]) -> None:
+        """Call scripts with a sensor's handle whenever it was handled or an image was set."""
+        self._on_image = on_image
 
     def scene_changed(self) -> None:
         self._change_scene()
@@ -181,7 +184,7 @@ class VisionSensors(SensorSettings, Part):
             settings.image = None
             return
         self._take(sensor, self._sim.step_count)
-        self.on_image(handle)
+        self._on_image(handle)
 
     def sense(self, handle: int) -> bool:
         """Render a sensor for its script in the sensing phase; the image is kept until the next sensing.
@@ -238,7 +241,7 @@ class VisionSensors(SensorSettings, Part):
             as_set = CameraImage(rgb, np.ones((height, width), np.float32))
             settings.processed = done(self._process(settings)(as_set))
         settings.image_step = max(settings.image_step, self._sim.step_count)
-        self.on_image(handle)
+        self._on_image(handle)
 
     def _check_room(self, taker: VisionSettings) -> None:
         """Check the memory of all kept images together with an image of this sensor.

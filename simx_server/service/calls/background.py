@@ -28,18 +28,20 @@ _GLANCE = 0.002
 class Task(Generic[Result]):
     """Work for a separate thread."""
 
-    def __init__(self, work: Callable[[], Result], give_up: Callable[[], object]) -> None:
+    def __init__(
+        self, work: Callable[[], Result], give_up: Callable[[], object], *, may_be_skipped: bool = False
+    ) -> None:
         """Make a task that has not started.
 
         Args:
             work: the function to run; it does not touch the simulation.
             give_up: makes it end soon. Any thread; also after it is done.
+            may_be_skipped: the call goes on without the work where it cannot wait: it only saves time later.
         """
         self._work = work
         self.give_up = give_up
         self.done: Future[Result] = Future()
-        self.may_be_skipped = False
-        """The call goes on without the work where it cannot wait: it only saves time later."""
+        self.may_be_skipped = may_be_skipped
 
     def start(self) -> None:
         """Start the work. ``done`` gets the result on that thread."""

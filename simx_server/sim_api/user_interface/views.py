@@ -27,7 +27,7 @@ class ViewFunctions(ApiPart, effect="changes"):
     def setNavigationMode(self, mode: int) -> int:
         """Keep the mode of the mouse and return 1. Stand-in: a web viewer is moved by the person who looks at it."""
         self._say_once(_NAVIGATION)
-        self._world.user_interface.views.navigation_mode = mode
+        self._world.user_interface.views.set_navigation_mode(mode)
         return 1
 
     @reads

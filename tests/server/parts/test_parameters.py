@@ -159,9 +159,9 @@ def test_settings_of_v_reps_window_are_kept(world: World, tmp_path: Path) -> Non
         assert world.call("simxGetIntegerParameter", number) == value
     scripts = ScriptWorld(tmp_path)
     assert scripts.lua("return sim.setInt32Parameter(sim.intparam_current_page, 2)") == [1]
-    assert scripts.lua("return sim.getInt32Parameter(sim.intparam_current_page)") == [2]
+    assert scripts.lua("return sim.getInt32Parameter(sim.intparam_current_page), sim.getPage()") == [2, 2]
     for page in (-1, 8):
-        with pytest.raises(CommandError, match=f"the pages are 0 to 7, not {page}"):
+        with pytest.raises(CommandError, match=f"{page} is not a page; those are 0 to 7"):
             world.call("simxSetIntegerParameter", 5, page)
 
 

@@ -79,6 +79,11 @@ class Pulse:
         self._absent = 0
         """Looks in succession without any node."""
 
+    def want(self, is_wanted: bool) -> None:
+        """Start again, and ask from now on, or no more. Physics thread."""
+        self.forget()
+        self.is_wanted = is_wanted
+
     def forget(self) -> None:
         """Start again: the mode was set or has ended, or the router has gone. Any thread."""
         with self._lock:
