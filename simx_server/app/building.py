@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
@@ -44,13 +46,15 @@ from simx_server.sensors.instant import Instants
 from simx_server.sensors.proximity.proximity import ProximitySensors
 from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
-from simx_server.sim_api.listing.coverage import descriptions
-from simx_server.sim_api.listing.import_log import ImportLog
-from simx_server.sim_api.namespaces import Namespaces
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation
 from simx_server.simulation.velocities import Velocities
 from simx_server.world.world import World
+
+from .import_log import ImportLog
+
+if TYPE_CHECKING:
+    from simx_server.sim_api.namespaces import Namespaces
 
 
 def build_world(
@@ -102,8 +106,16 @@ def build_world(
 
     script_ports = ScriptPorts(sim, status_bar)
 
+    # Only scripts and programs of the ZeroMQ remote API need these: a quarter of the server's modules.
     def open_spaces(script: Script) -> Namespaces:
+        from simx_server.sim_api.namespaces import Namespaces
+
         return Namespaces(world, script)
+
+    def descriptions() -> Mapping[str, str]:
+        from simx_server.sim_api.listing import coverage
+
+        return coverage.descriptions()
 
     def store(name: str, data: bytes) -> None:
         store_file(world, name, data)

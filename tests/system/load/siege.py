@@ -45,6 +45,8 @@ KEPT = 150.0
 """MB that a server may keep from the first half: its pools, the allocator's, the scene that was loaded last."""
 GROWTH = 50.0
 """MB that the second half may add."""
+CLEARING = 30.0
+"""Seconds until the server has to load the scene of the start, after the last attacker has left."""
 SETTLING = 40.0
 """Seconds after the last attacker has left: Zenoh gives up a dead peer after its lease, what it has sent is executed
 for a while, and then the heap is given back in three turns."""
@@ -104,9 +106,14 @@ class Bystander:
         v.simxGetVisionSensorImage(self.client, camera, 0, v.simx_opmode_blocking)
 
     def clear_up(self) -> None:
-        """Have the scene of the start again."""
-        v.simxStopSimulation(self.client, v.simx_opmode_blocking)
-        v.simxLoadScene(self.client, str(SCENE), 1, v.simx_opmode_blocking)
+        """Have the scene of the start again; a busy server asks to be called again."""
+        deadline = time.monotonic() + CLEARING
+        while v.simxStopSimulation(self.client, v.simx_opmode_blocking) or v.simxLoadScene(
+            self.client, str(SCENE), 1, v.simx_opmode_blocking
+        ):
+            if time.monotonic() > deadline:
+                self.problems.append("the scene of the start does not come back")
+                break
 
     def _version(self) -> tuple[int, int]:
         """The state that no client can change."""
