@@ -343,16 +343,9 @@ def _find_equality(item: SceneObject, model: mujoco.MjModel) -> int:
     """Return the equality that loading added for the joint, or -1; the name of a copy's equality has a prefix."""
     if item.element != "joint":
         return -1
-    return next(
-        (
-            equality
-            for equality in range(model.neq)
-            if model.eq_type[equality] == mujoco.mjtEq.mjEQ_JOINT
-            and model.eq_obj1id[equality] == item.id
-            and EQUALITY in model.equality(equality).name
-        ),
-        -1,
-    )
+    of_joint = (model.eq_type == mujoco.mjtEq.mjEQ_JOINT) & (model.eq_obj1id == item.id)
+    found = np.nonzero(of_joint)[0].tolist()
+    return next((equality for equality in found if EQUALITY in model.equality(equality).name), -1)
 
 
 def _native(model: mujoco.MjModel, actuator: int) -> Native:
