@@ -1,7 +1,7 @@
-"""Compiles the physics steps (`simx_server/joints/native/_physics_step.c`) where there is a C compiler.
+"""Compiles the physics steps and the search for distances of surfaces (`SOURCES`) where there is a C compiler.
 
-Without one, or without MuJoCo's headers, the package is built all the same: physics steps then run in Python, with
-equal results. `simx-server --doctor` says which form runs, and why.
+Without one, or without MuJoCo's headers, the package is built all the same: both then run in Python, with equal
+results. `simx-server --doctor` says in which form physics steps run, and why.
 """
 
 from __future__ import annotations
@@ -19,42 +19,53 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-SOURCE = Path("simx_server/joints/native/_physics_step.c")
-MODULE = SOURCE.with_suffix(".abi3.so")  # for every CPython from 3.11 on
+SOURCES = (
+    Path("simx_server/joints/native/_physics_step.c"),
+    Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
+)
+
+
+def module_of(source: Path) -> Path:
+    """Return the path of the module that a source is compiled to, for every CPython from 3.11 on."""
+    return source.with_suffix(".abi3.so")
 
 
 class Build(BuildHookInterface[Any]):
-    """Compiles beside the source, where an editable installation finds the module, and adds it to a wheel."""
+    """Compiles beside the sources, where an editable installation finds the modules, and adds them to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile the module; a wheel with it is for this kind of machine only."""
+        """Compile the modules; a wheel with them is for this kind of machine only."""
         if self.target_name != "wheel":
             return
-        problem = compile_module(Path(self.root))
+        problem = compile_modules(Path(self.root))
         if problem:
-            self.app.display_warning(f"physics steps will run in Python, which is slower: {problem}")
+            self.app.display_warning(
+                f"physics steps and distances will run in Python, which is slower: {problem}"
+            )
             return
         build_data["pure_python"] = False
         build_data["tag"] = f"cp311-abi3-{_platform_tag()}"
-        build_data["artifacts"].append(f"/{MODULE.as_posix()}")
+        build_data["artifacts"] += [f"/{module_of(source).as_posix()}" for source in SOURCES]
 
 
-def compile_module(root: Path) -> str:
-    """Compile the module; return why it cannot be, or an empty text. An old module is never left then."""
-    problem = _compile(root)
+def compile_modules(root: Path) -> str:
+    """Compile the modules; return why they cannot be, or an empty text. No old module is left then."""
+    problem = next(filter(None, (_compile(root, source) for source in SOURCES)), "")
     if problem:
-        (root / MODULE).unlink(missing_ok=True)
+        for source in SOURCES:
+            (root / module_of(source)).unlink(missing_ok=True)
     return problem
 
 
-def _compile(root: Path) -> str:
+def _compile(root: Path, source: Path) -> str:
     if sys.platform == "win32":
         return "it is compiled on Linux and macOS only"
     if (headers := find_headers()) is None:
         return "the package mujoco, whose headers are needed, is not installed"
     if (compiler := find_compiler()) is None:
         return "there is no C compiler"
-    source, new = root / SOURCE, root / MODULE.with_suffix(".new")
+    module = root / module_of(source)
+    source, new = root / source, module.with_suffix(".new")
     command = [
         *compiler,
         *shlex.split(os.environ.get("CFLAGS", "")),
@@ -69,7 +80,7 @@ def _compile(root: Path) -> str:
     if done.returncode:
         new.unlink(missing_ok=True)
         return f"the C compiler failed: {done.stderr.strip() or done.stdout.strip()}"
-    new.replace(root / MODULE)  # at once, since programs may be starting
+    new.replace(module)  # at once, since programs may be starting
     return ""
 
 

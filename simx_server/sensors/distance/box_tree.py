@@ -1,11 +1,14 @@
 """Triangles of one geom under boxes, boxes of boxes and so on: bounds of distances without a look at each triangle.
 
 The boxes stand along the axes of the geom's frame, so a tree is made once and holds in every pose; and all boxes of a
-geom have the same directions, so bounds of thousands of pairs are a few products of matrices.
+geom have the same directions, so bounds of thousands of pairs are a few operations on arrays.
+
+Sums of products are written out, term by term, so that they round as those of the compiled form do.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -33,11 +36,18 @@ class BoxTree:
         """Make the boxes of triangles (n, 3, 3)."""
         self.corners = corners[_neighbours_together(corners.mean(axis=1))]
         low, high = self.corners.min(axis=1), self.corners.max(axis=1)
-        self.levels = [_level(low, high)]
+        made = [_boxes(low, high)]
         while len(low) > FAN:
             starts = np.arange(0, len(low), FAN)
             low, high = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
-            self.levels.append(_level(low, high))
+            made.append(_boxes(low, high))
+        self.boxes = np.concatenate(made)
+        """(boxes, 2, 3): centre and half sides of the boxes of all levels, those of single triangles first."""
+        ends = np.cumsum([len(each) for each in made]).tolist()
+        self.levels = [
+            _Level(*self.boxes[end - len(each) : end].swapaxes(0, 1))
+            for each, end in zip(made, ends, strict=True)
+        ]
 
     def level(self, number: int) -> _Level:
         """Return a level; above the top, each box stands over one that is the same."""
@@ -45,7 +55,7 @@ class BoxTree:
 
     def ends(self, direction: Array, extreme: np.ufunc) -> list[Array]:
         """Return the greatest or smallest coordinate along a direction of the triangles of each box, by level."""
-        along = self.corners @ direction
+        along = dot(self.corners, direction)
         found = [extreme(extreme(along[:, 0], along[:, 1]), along[:, 2])]
         for _ in self.levels[1:]:
             found.append(extreme.reduceat(found[-1], np.arange(0, len(found[-1]), FAN)))
@@ -74,11 +84,11 @@ class Placed(NamedTuple):
     def middle(self) -> Array:
         """Return the middle (3,) of its boxes in the world."""
         centres = self.tree.levels[-1].centres
-        return self.turn @ centres.mean(axis=0) + self.place if len(centres) else self.place
+        return turned(centres.mean(axis=0), self.turn.T) + self.place if len(centres) else self.place
 
     def corners(self, triangles: Indices) -> Array:
         """Return triangles (n, 3, 3) in the world."""
-        return self.tree.corners[triangles] @ self.turn.T + self.place
+        return turned(self.tree.corners[triangles], self.turn.T) + self.place
 
 
 class Bounds:
@@ -86,8 +96,8 @@ class Bounds:
 
     def __init__(self, first: Placed, second: Placed) -> None:
         self._first, self._second = first, second
-        self._turn = first.turn.T @ second.turn
-        self._place = (second.place - first.place) @ first.turn
+        self._turn = turned(first.turn.T, second.turn)
+        self._place = turned(second.place - first.place, first.turn)
         self._spread = np.abs(self._turn)
 
     def look_along(self, direction: Array) -> None:
@@ -96,18 +106,18 @@ class Bounds:
         Along the shortest line between two surfaces they show at once that most pairs of long triangles are farther
         apart, whose boxes overlap.
         """
-        direction = direction / max(float(np.linalg.norm(direction)), 1e-300)
-        self._ends = self._first.tree.ends((direction @ self._first.turn), np.maximum)
-        self._begins = self._second.tree.ends((direction @ self._second.turn), np.minimum)
-        self._shift = float(direction @ (self._second.place - self._first.place))
+        direction = direction / max(math.sqrt(dot(direction, direction)), 1e-300)
+        self._ends = self._first.tree.ends(turned(direction, self._first.turn), np.maximum)
+        self._begins = self._second.tree.ends(turned(direction, self._second.turn), np.minimum)
+        self._shift = float(dot(direction, self._second.place - self._first.place))
 
     def between(self, level: int, mine: Indices, theirs: Indices) -> Array:
         """Return metres (n,) between boxes pair by pair, as far as planes show."""
         ours, yours = self._first.tree.level(level), self._second.tree.level(level)
         half, other_half = ours.halves[mine], yours.halves[theirs]
-        away = yours.centres[theirs] @ self._turn.T + self._place - ours.centres[mine]
-        along = np.abs(away) - half - other_half @ self._spread.T
-        other = np.abs(away @ self._turn) - other_half - half @ self._spread
+        away = turned(yours.centres[theirs], self._turn.T) + self._place - ours.centres[mine]
+        along = np.abs(away) - half - turned(other_half, self._spread.T)
+        other = np.abs(turned(away, self._turn)) - other_half - turned(half, self._spread)
         by_sides = np.sqrt(np.maximum(_square(along), _square(other)))
         ends, begins = (
             self._ends[min(level, len(self._ends) - 1)],
@@ -116,13 +126,23 @@ class Bounds:
         return np.maximum(by_sides, begins[theirs] - ends[mine] + self._shift)
 
 
+def dot(a: Array, b: Array) -> Array:
+    """Return the products (...) of vectors (..., 3)."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def turned(vectors: Array, turn: Array) -> Array:
+    """Return the products (..., 3) of vectors (..., 3), as rows, and a matrix (3, 3)."""
+    return vectors[..., :1] * turn[0] + vectors[..., 1:2] * turn[1] + vectors[..., 2:] * turn[2]
+
+
 def _square(gaps: Array) -> Array:
     gaps = np.maximum(gaps, 0.0)
-    return np.einsum("ni,ni->n", gaps, gaps)
+    return dot(gaps, gaps)
 
 
-def _level(low: Array, high: Array) -> _Level:
-    return _Level((low + high) / 2, (high - low) / 2)
+def _boxes(low: Array, high: Array) -> Array:
+    return np.stack([(low + high) / 2, (high - low) / 2], axis=1)
 
 
 def _neighbours_together(centres: Array) -> Indices:

@@ -1,7 +1,7 @@
 """The minimum distance between two surfaces of triangles: exact for surfaces of any shape, hollow or not.
 
 Pairs of boxes are examined from the nearest on, so time and memory grow with the number of near pairs, not with all
-pairs.
+pairs. `native/_triangle_pairs.c` does the same operations in the same order where it is compiled.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from simx_server.scene.geometry.triangles import Array
 from simx_server.sensors.proximity.seen import cross
 
-from .box_tree import Bounds, Indices, Placed
+from .box_tree import Bounds, Indices, Placed, dot
+from .native.loading import compiled_module
 
 _BOXES_AT_ONCE, _PAIRS_AT_ONCE = 32, 512
 
@@ -24,6 +25,9 @@ _ROUNDING = 1e-9
 
 _SMALLEST = 1e-12
 """The same in metres."""
+
+_APART = 1e-6
+"""Metres between the boxes of two triangles from which on none passes through the other, whatever rounding does."""
 
 _MUCH = 1.0 - 1e-6
 """A distance that is less shorter than by this factor lies along the same line, on which the bounds look already."""
@@ -65,6 +69,16 @@ def least_gap(first: Placed, second: Placed, limit: float, guess: Pair | None = 
         limit: metres from which on a distance does not matter.
         guess: triangles that were nearest in a similar pose. The result does not depend on it, only the time does.
     """
+    module = compiled_module()
+    if module is not None:
+        mine, theirs = (-1, -1) if guess is None else guess
+        distance, *numbers, mine, theirs = module.least_gap(
+            *(first.tree.corners, first.tree.boxes, first.turn, first.place),
+            *(second.tree.corners, second.tree.boxes, second.turn, second.place),
+            *(limit, mine, theirs),
+        )
+        gap = Gap(distance, np.array(numbers[:3]), np.array(numbers[3:]))
+        return Found(gap, (mine, theirs) if mine >= 0 else None)
     search = _Search(first, second, limit, guess)
     search.run()
     if search.best.gap.distance <= 0.0 and search.is_guided:
@@ -84,8 +98,9 @@ class _Search:
         direction = second.middle - first.middle
         gap = None
         if guess is not None:
-            gap = _pairs(first.corners(np.array(guess[:1])), second.corners(np.array(guess[1:])))
-        self.is_guided = gap is not None and gap.distance > 0.0
+            mine, theirs = np.array(guess[:1]), np.array(guess[1:])
+            gap = _pairs(first.corners(mine), second.corners(theirs), np.zeros(1, np.intp))
+        self.is_guided = gap is not None and 0.0 < gap.distance < math.inf
         if gap is not None and self.is_guided:
             limit = min(limit, _beyond(gap.distance))
             direction = gap.second - gap.first
@@ -113,7 +128,7 @@ class _Search:
                 return
             some = slice(start, start + at_once)
             if level == 0:
-                self._compare(mine[some], theirs[some])
+                self._compare(mine[some], theirs[some], bounds[some])
             else:
                 self.examine(level - 1, *self._below(level - 1, mine[some], theirs[some]))
 
@@ -124,11 +139,12 @@ class _Search:
         rows, columns = np.broadcast_arrays(ours[:, :, np.newaxis], yours[:, np.newaxis])
         return rows[are_real], columns[are_real]
 
-    def _compare(self, mine: Indices, theirs: Indices) -> None:
+    def _compare(self, mine: Indices, theirs: Indices, bounds: Array) -> None:
         """Compare triangles pair by pair; of equally near ones those with the lowest numbers count, in any order."""
         ordered = np.lexsort((theirs, mine))
         mine, theirs = mine[ordered], theirs[ordered]
-        found = _pairs(self._first.corners(mine), self._second.corners(theirs))
+        close = np.flatnonzero(bounds[ordered] <= _APART)
+        found = _pairs(self._first.corners(mine), self._second.corners(theirs), close)
         pair = int(mine[found.row]), int(theirs[found.row])
         best = self.best
         if found.distance < best.gap.distance or (
@@ -148,13 +164,16 @@ def _by_distance(gap: Gap) -> tuple[float, int]:
     return gap.distance, gap.row
 
 
-def _pairs(first: Array, second: Array) -> Gap:
-    """Return the minimum gap of triangles pair by pair, (n, 3, 3) each; of equal ones that of the first pair."""
+def _pairs(first: Array, second: Array, close: Indices) -> Gap:
+    """Return the minimum gap of triangles pair by pair, (n, 3, 3) each; of equal ones that of the first pair.
+
+    `close`: the pairs that may pass through each other.
+    """
     edges, others = first[:, _NEXT] - first, second[:, _NEXT] - second
     for corners, sides, faces in ((first, edges, second), (second, others, first)):
-        through = _pierced(corners, sides, faces)
+        through = _pierced(corners[close], sides[close], faces[close])
         if through is not None:
-            return through
+            return through._replace(row=int(close[through.row]))
     back = _face_gap(second, first)
     found = (
         _face_gap(first, second),
@@ -169,15 +188,15 @@ def _edge_gap(first: Array, edges: Array, second: Array, others: Array) -> Gap:
     p, u = first[:, :, np.newaxis], edges[:, :, np.newaxis]
     q, v = second[:, np.newaxis], others[:, np.newaxis]
     r = p - q
-    a, e = _dot(u, u), _dot(v, v)
-    b, c, f = _dot(u, v), _dot(u, r), _dot(v, r)
+    a, e = dot(u, u), dot(v, v)
+    b, c, f = dot(u, v), dot(u, r), dot(v, r)
     denominator = a * e - b * b
     with np.errstate(divide="ignore", invalid="ignore"):
         s = np.where(denominator > 1e-14 * a * e, np.clip((b * f - c * e) / denominator, 0.0, 1.0), 0.0)
         t = np.clip((b * s + f) / e, 0.0, 1.0)
         s = np.clip((b * t - c) / a, 0.0, 1.0)
     away = r + s[..., np.newaxis] * u - t[..., np.newaxis] * v
-    squares = np.nan_to_num(_dot(away, away), nan=math.inf)
+    squares = np.nan_to_num(dot(away, away), nan=math.inf)
     pair, edge, side = np.unravel_index(int(squares.argmin()), squares.shape)
     least = squares[pair, edge, side]
     if not math.isfinite(least):
@@ -193,10 +212,10 @@ def _edge_gap(first: Array, edges: Array, second: Array, others: Array) -> Gap:
 def _face_gap(corners: Array, faces: Array) -> Gap:
     """Return the gap from corners of one to the inside of the other."""
     normal = cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    length = np.sqrt(_dot(normal, normal))
+    length = np.sqrt(dot(normal, normal))
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = normal / length[:, np.newaxis]
-    heights = np.einsum("nki,ni->nk", corners - faces[:, :1], normal)
+    heights = dot(corners - faces[:, :1], normal[:, np.newaxis])
     feet = corners - heights[..., np.newaxis] * normal[:, np.newaxis]
     away = np.where(_held(feet, faces, normal), np.abs(heights), math.inf)
     pair, corner = np.unravel_index(int(away.argmin()), away.shape)
@@ -206,7 +225,7 @@ def _face_gap(corners: Array, faces: Array) -> Gap:
 def _pierced(corners: Array, edges: Array, faces: Array) -> Gap | None:
     """Return a point where an edge passes through the other triangle of its pair as a gap of 0, or None."""
     normal = cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    heights = np.einsum("nki,ni->nk", corners - faces[:, :1], normal)
+    heights = dot(corners - faces[:, :1], normal[:, np.newaxis])
     ends = heights[:, _NEXT]
     crosses = heights * ends < 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -223,8 +242,4 @@ def _held(points: Array, faces: Array, normal: Array) -> NDArray[np.bool_]:
     """Return (n, k): whether points (n, k, 3) of each triangle's plane lie within it."""
     inward = cross(normal[:, np.newaxis], faces[:, _NEXT] - faces)
     offset = points[:, :, np.newaxis] - faces[:, np.newaxis]
-    return np.all(np.einsum("nkei,nei->nke", offset, inward) >= 0.0, axis=2)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return (a * b).sum(axis=-1)
+    return np.all(dot(offset, inward[:, np.newaxis]) >= 0.0, axis=2)

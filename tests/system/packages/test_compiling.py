@@ -1,4 +1,4 @@
-"""The build compiles the physics steps where it can, and says in a line why it cannot."""
+"""The build compiles the modules in C where it can, and says in a line why it cannot."""
 
 from __future__ import annotations
 
@@ -27,24 +27,31 @@ def hook() -> ModuleType:
 
 @pytest.fixture
 def tree(tmp_path: Path, hook: ModuleType) -> Path:
-    """A tree with nothing but the source, and with a module of an earlier build."""
-    folder = tmp_path / hook.SOURCE.parent
-    folder.mkdir(parents=True)
-    shutil.copy(ROOT / hook.SOURCE, folder)
-    (tmp_path / hook.MODULE).write_bytes(b"old")
+    """A tree with nothing but the sources, and with modules of an earlier build."""
+    for source in hook.SOURCES:
+        folder = tmp_path / source.parent
+        folder.mkdir(parents=True)
+        shutil.copy(ROOT / source, folder)
+        (tmp_path / hook.module_of(source)).write_bytes(b"old")
     return tmp_path
 
 
-def test_the_module_is_compiled_for_the_installed_mujoco(tree: Path, hook: ModuleType) -> None:
+def modules(tree: Path, hook: ModuleType) -> list[Path]:
+    """Return the compiled modules of a tree."""
+    return [path for source in hook.SOURCES if (path := tree / hook.module_of(source)).exists()]
+
+
+def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: ModuleType) -> None:
     if hook.find_compiler() is None:
         pytest.skip("no C compiler: apt-get install gcc")
-    assert hook.compile_module(tree) == ""
+    assert hook.compile_modules(tree) == ""
+    steps, pairs = modules(tree, hook)
     text = (
-        f"import sys; sys.path.insert(0, {str((tree / hook.MODULE).parent)!r}); import mujoco, _physics_step as m; "
-        "print(m.HEADER == mujoco.mj_version(), len(m.SOURCE_HASH))"
+        f"import sys; sys.path[:0] = {str(steps.parent)!r}, {str(pairs.parent)!r}; import mujoco, _physics_step as m; "
+        "import _triangle_pairs as t; print(m.HEADER == mujoco.mj_version(), len(m.SOURCE_HASH), len(t.SOURCE_HASH))"
     )
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("True 16\n", "")
+    assert (done.stdout, done.stderr) == ("True 16 16\n", "")
 
 
 def test_without_a_compiler_no_module_is_left(
@@ -53,21 +60,21 @@ def test_without_a_compiler_no_module_is_left(
     monkeypatch.setenv("PATH", str(tree))
     monkeypatch.setenv("CC", "no-such-compiler -O2")
     monkeypatch.setattr(hook.sysconfig, "get_config_var", lambda _name: None)
-    assert hook.compile_module(tree) == "there is no C compiler"
-    assert not (tree / hook.MODULE).exists()
+    assert hook.compile_modules(tree) == "there is no C compiler"
+    assert not modules(tree, hook)
 
 
 def test_a_compiler_that_fails_leaves_no_module(
     tree: Path, hook: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CC", f"{sys.executable} -c 'raise SystemExit(\"out of order\")'")
-    assert hook.compile_module(tree) == "the C compiler failed: out of order"
-    assert not (tree / hook.MODULE).exists()
+    assert hook.compile_modules(tree) == "the C compiler failed: out of order"
+    assert not modules(tree, hook)
 
 
 def test_without_headers_no_module_is_left(
     tree: Path, hook: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hook, "find_headers", lambda: None)
-    assert "headers" in hook.compile_module(tree)
-    assert not (tree / hook.MODULE).exists()
+    assert "headers" in hook.compile_modules(tree)
+    assert not modules(tree, hook)

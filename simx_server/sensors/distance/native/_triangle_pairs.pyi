@@ -1,0 +1,20 @@
+"""Types of the compiled module; `_triangle_pairs.c` documents it."""
+
+from simx_server.scene.geometry.triangles import Array
+
+SOURCE_HASH: str
+
+def least_gap(
+    corners: Array,
+    boxes: Array,
+    turn: Array,
+    place: Array,
+    other_corners: Array,
+    other_boxes: Array,
+    other_turn: Array,
+    other_place: Array,
+    limit: float,
+    mine: int,
+    theirs: int,
+    /,
+) -> tuple[float, float, float, float, float, float, float, int, int]: ...

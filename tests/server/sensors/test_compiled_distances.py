@@ -1,0 +1,149 @@
+"""The compiled search for the distance of two surfaces and the one in Python give the same numbers, bit for bit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from simx_server.scene.geometry.triangles import Array
+from simx_server.sensors.distance.box_tree import BoxTree, Placed
+from simx_server.sensors.distance.native import loading
+from simx_server.sensors.distance.triangle_pairs import Found, least_gap
+
+if loading.form().module is None:
+    pytest.skip(f"distances are not compiled: {loading.form().reason}", allow_module_level=True)
+
+from simx_server.sensors.distance.native import _triangle_pairs as compiled
+
+Random = np.random.Generator
+
+
+def turn(random: Random) -> Array:
+    return np.linalg.qr(random.normal(size=(3, 3)))[0]
+
+
+def blob(random: Random) -> Array:
+    """A ball with dents, of some hundred to some thousand triangles."""
+    rings = int(random.integers(8, 40))
+    a, b = np.meshgrid(np.linspace(0, math.pi, rings + 1), np.linspace(0, 2 * math.pi, 2 * rings + 1))
+    radius = 1 + random.uniform(0, 0.4) * np.sin(5 * b) * np.sin(a)
+    points = np.stack([radius * np.sin(a) * np.cos(b), radius * np.sin(a) * np.sin(b), np.cos(a)], axis=-1)
+    return grid(points)
+
+
+def grid(points: Array) -> Array:
+    """The triangles between points (n, m, 3); those at the poles of a ball are degenerate."""
+    p, q, r, s = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    return np.concatenate(
+        [np.stack([p, q, r], 2).reshape(-1, 3, 3), np.stack([p, r, s], 2).reshape(-1, 3, 3)]
+    )
+
+
+def sheet(random: Random) -> Array:
+    """A flat sheet: many of its triangles are equally far from another one."""
+    across = int(random.integers(2, 30))
+    x, y = np.meshgrid(np.linspace(-1, 1, across), np.linspace(-1, 1, across))
+    return grid(np.stack([x, y, np.zeros_like(x)], axis=-1))
+
+
+def soup(random: Random) -> Array:
+    """Triangles of all sizes, which lie anywhere."""
+    count = int(random.integers(1, 400))
+    return random.normal(size=(count, 1, 3)) + random.normal(size=(count, 3, 3)) * random.uniform(
+        0, 1, (count, 1, 1)
+    )
+
+
+SHAPES: tuple[Callable[[Random], Array], ...] = (blob, sheet, soup)
+
+
+def numbers(found: Found) -> tuple[object, ...]:
+    gap = found.gap
+    return gap.distance, gap.first.tobytes(), gap.second.tobytes(), found.pair
+
+
+def in_both_forms(
+    monkeypatch: pytest.MonkeyPatch,
+    first: Placed,
+    second: Placed,
+    limit: float,
+    guess: tuple[int, int] | None = None,
+) -> Found:
+    """Return what both forms find."""
+    found: list[Found] = []
+    for form in ("python", ""):
+        monkeypatch.setenv(loading.VARIABLE, form)
+        found.append(least_gap(first, second, limit, guess))
+    in_python, in_c = found
+    assert numbers(in_c) == numbers(in_python)
+    return in_c
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_both_forms_find_the_same_distance_points_and_triangles(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(seed)
+    one, other = (SHAPES[int(random.integers(len(SHAPES)))](random) for _ in range(2))
+    scale = 10.0 ** random.integers(-3, 3)
+    trees = BoxTree(one * scale), BoxTree(other * scale)
+    guess: tuple[int, int] | None = None
+    place = random.normal(size=3) * scale * random.uniform(0.5, 4)
+    first = Placed(trees[0], turn(random), random.normal(size=3) * scale)
+    second = Placed(trees[1], turn(random), place)
+    for _ in range(4):
+        found = in_both_forms(monkeypatch, first, second, 1e6, guess)
+        in_both_forms(monkeypatch, first, second, found.gap.distance * random.uniform(0.5, 2), guess)
+        guess = found.pair
+        second = second._replace(place=second.place + random.normal(size=3) * 0.02 * scale)
+
+
+def test_both_forms_take_surfaces_without_triangles_and_triangles_without_an_area(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    none, point = BoxTree(np.zeros((0, 3, 3))), BoxTree(np.ones((3, 3, 3)))
+    sheets = BoxTree(sheet(np.random.default_rng(0)))
+    placed = [Placed(tree, np.eye(3), np.zeros(3)) for tree in (none, point, sheets)]
+    for first in placed:
+        for second in placed:
+            in_both_forms(monkeypatch, first, second, 9.0)
+    assert in_both_forms(monkeypatch, placed[2], placed[2], 9.0).gap.distance == 0.0
+
+
+def test_both_forms_find_the_same_point_of_surfaces_that_meet(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        first, second = (
+            Placed(BoxTree(blob(random)), turn(random), random.normal(size=3) * 0.3) for _ in range(2)
+        )
+        guess = (int(random.integers(100)), int(random.integers(100)))
+        assert in_both_forms(monkeypatch, first, second, 9.0, guess).gap.distance == 0.0
+
+
+def test_arrays_that_do_not_fit_are_refused() -> None:
+    tree = BoxTree(sheet(np.random.default_rng(0)))
+    fits = tree.corners, tree.boxes, np.eye(3), np.zeros(3)
+    assert compiled.least_gap(*fits, *fits, 1.0, -1, -1)[0] == 0.0
+    wrong = (
+        (ValueError, (tree.corners, tree.boxes[:-1], np.eye(3), np.zeros(3))),
+        (ValueError, (tree.corners[:-1], tree.boxes, np.eye(3), np.zeros(3))),
+        (ValueError, (tree.corners, tree.boxes, np.eye(2), np.zeros(3))),
+        (ValueError, (tree.corners, tree.boxes, np.eye(3), np.zeros(2))),
+        (TypeError, (tree.corners, tree.boxes, np.eye(3, dtype=int), np.zeros(3))),
+        (BufferError, (tree.corners, tree.boxes, np.ones((3, 6))[:, ::2], np.zeros(3))),
+    )
+    for error, arrays in wrong:
+        with pytest.raises((error, ValueError)):
+            compiled.least_gap(*fits, *arrays, 1.0, -1, -1)
+    for pair in ((0, -1), (len(tree.corners), 0), (-2, 0)):
+        with pytest.raises(IndexError):
+            compiled.least_gap(*fits, *fits, 1.0, *pair)
+
+
+def test_a_variable_leaves_the_compiled_form_unused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert loading.form().reason == "compiled"
+    monkeypatch.setenv(loading.VARIABLE, "python")
+    assert loading.form() == (None, "SIMX_TRIANGLE_PAIRS is python")
