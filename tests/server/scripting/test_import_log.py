@@ -6,9 +6,9 @@ import logging
 
 import pytest
 
+from simx_server.app.import_log import ImportLog
 from simx_server.scene.formats.vrep.report import Report
 from simx_server.scene.formats.vrep.script_needs import needs_of
-from simx_server.app.import_log import ImportLog
 
 
 def test_a_line_tells_the_changes_and_lacking_functions_and_one_more_each_credit(
