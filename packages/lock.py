@@ -68,6 +68,7 @@ def write(uv: str) -> None:
         command = [
             *(uv, "pip", "compile", "-", "--quiet", "--universal", "--python-version", least),
             *("--generate-hashes", "--no-emit-index-url", "--no-header", "--no-annotate"),
+            "--no-strip-extras",  # pip takes the newest release of a package without the extra that another one needs
             *(() if lock == LOCKS[0] else ("--constraint", str(path_of(LOCKS[0])))),
         ]
         text = subprocess.run(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import re
 import tomllib
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 ROOT = Path(__file__).parents[3]
@@ -20,7 +22,8 @@ lock = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(lock)
 
 PINNED = re.compile(
-    r"^([\w.-]+)==(\S+)(?: ; [^\\]+)? \\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)", re.M
+    r"^([\w.-]+)(?:\[[\w,-]+\])?==(\S+)(?: ; [^\\]+)? \\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)",
+    re.M,
 )
 
 
@@ -48,6 +51,24 @@ def test_a_lock_has_hashes_and_nothing_but_packages(name: str) -> None:
     packages = re.sub(r"\A(#[^\n]*\n){2}", "", text)
     assert PINNED.sub("", packages) == ""
     assert "://" not in text
+
+
+@pytest.mark.parametrize("name", lock.LOCKS)
+def test_a_lock_names_the_extras_that_packages_need(name: str) -> None:
+    text = lock.path_of(name).read_text(encoding="utf-8")
+    pinned: dict[str, set[str]] = {}
+    for package, extras in re.findall(r"^([\w.-]+)(?:\[([\w,-]+)\])?==", text, re.M):
+        pinned.setdefault(package, set()).update(extras.split(",") if extras else ())
+    for package, extras in pinned.items():
+        try:
+            needed = importlib.metadata.requires(package) or []
+        except importlib.metadata.PackageNotFoundError:  # for another system or Python
+            continue
+        for requirement in map(Requirement, needed):
+            environments = [{"extra": extra} for extra in ("", *extras)]
+            if requirement.marker is None or any(map(requirement.marker.evaluate, environments)):
+                # pip would look for the newest release, and refuse it for its missing hash
+                assert requirement.extras <= pinned.get(canonicalize_name(requirement.name), set()), package
 
 
 def test_another_requirement_needs_another_lock() -> None:
