@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simx_client.client.servers import Servers
 from simx_client.connection.calls import Calls
@@ -52,8 +51,11 @@ class Episodes:
         self.states: list[State] = [State() for _ in range(len(servers))]
         """The newest state of each simulation."""
 
-        self._values: list[dict[str, NDArray[np.float64]]] = [{} for _ in range(len(servers))]
+        self._values: list[dict[str, list[float]]] = [{} for _ in range(len(servers))]
         """Values of the increments, for each simulation by name."""
+
+        self._steps: dict[int, tuple[Calls, list[Any]]] = {}
+        """For each simulation the calls of every step, behind those of the action, and the answers of `_readings`."""
 
     def start(self, random: Mapping[int, np.random.Generator]) -> None:
         """Start an episode: a stop restores the state of the scene, so equal episodes are equal bit for bit.
@@ -78,7 +80,7 @@ class Episodes:
                 self.states[place] = self._state(answers)
                 found = dict(zip(self._started, counted, strict=True))
                 self._values[place] = {
-                    text: np.atleast_1d(self._started[name.text].value(found[name.text]))
+                    text: np.atleast_1d(self._started[name.text].value(found[name.text])).tolist()
                     for text, name in self._counted.items()
                 }
 
@@ -103,10 +105,10 @@ class Episodes:
             if place not in numbers:
                 return []
             for part, value in zip(self.actions.parts, numbers[place], strict=True):
-                part.entry.note(calls, part.subjects[place], value.tolist())
-            for _ in range(self.task.frame_skip):
-                calls.simxSynchronousTrigger()
-            return [each.note(calls, place, is_start=False) for each in self._readings]
+                part.entry.note(calls, part.subjects[place], value)
+            step, answers = self._steps.get(place) or self._note_step(place, calls.where)
+            calls.repeat(step.noted)
+            return answers
 
         for place, answers in enumerate(self.servers.each(note)):
             if place in numbers:
@@ -114,9 +116,10 @@ class Episodes:
                 after.before, after.action = self.states[place], actions[place]
                 after.before.before = None  # otherwise all states of the episode would be kept
                 self.states[place] = after
-                for part, value in zip(self.actions.parts, numbers[place], strict=True):
-                    if part.name.text in self._counted:
-                        self._values[place][part.name.text] = value
+                if self._counted:
+                    for part, value in zip(self.actions.parts, numbers[place], strict=True):
+                        if part.name.text in self._counted:
+                            self._values[place][part.name.text] = value
 
     def end(self) -> None:
         """Stop the simulations that still answer, and leave stepped mode."""
@@ -137,6 +140,14 @@ class Episodes:
                 )
             entry, subjects = self._starts[text]
             entry.note(calls, subjects[place], value)
+
+    def _note_step(self, place: int, where: str) -> tuple[Calls, list[Any]]:
+        calls = Calls(place, where)
+        for _ in range(self.task.frame_skip):
+            calls.simxSynchronousTrigger()
+        answers = [each.note(calls, place, is_start=False) for each in self._readings]
+        self._steps[place] = calls, answers
+        return self._steps[place]
 
     def _writable(self, text: str, count: int) -> tuple[Writable, list[Subject]]:
         name = read_name(text)

@@ -11,7 +11,7 @@ from simx_client.protocol import constants as c
 from .names import WORLD, Name, Subject
 from .readable import KINDS, OBJECT, SIGNAL
 
-_ALL, _TYPES = c.sim_appobj_object_type, 1
+_ALL, _NAMES, _TYPES = c.sim_appobj_object_type, 0, 1
 
 
 class Quantity(Protocol):
@@ -36,29 +36,31 @@ class Objects:
     """Handles of the objects that names refer to, in each simulation."""
 
     def __init__(self, servers: Servers, names: Iterable[Name]) -> None:
-        """Look up all objects with one message per simulation.
+        """Look up all objects with two messages per simulation.
 
         Raises:
             CallsFailed: an object does not exist; the text contains the nearest names.
         """
-        wanted = list(
-            dict.fromkeys(
-                part
-                for name in names
-                for part in (None if is_signal(name) else name.object, name.frame)
-                if part is not None
-            )
-        )
-        found = servers.each(
+        names = list(names)
+        objects = dict.fromkeys(name.object for name in names if not is_signal(name))
+        frames = dict.fromkeys(name.frame for name in names if name.frame is not None)
+        # The handle of a camera prepares its images, which takes time and memory: a frame needs none.
+        listed = servers.each(
             lambda calls, _: (
-                [calls.simxGetObjectHandle(each) for each in wanted],
+                calls.simxGetObjectGroupData(_ALL, _NAMES),
                 calls.simxGetObjectGroupData(_ALL, _TYPES),
             )
         )
+        by_name = [dict(zip(answer.value[3], answer.value[0], strict=True)) for answer, _ in listed]
+        is_plain = {frame: all(frame in known for known in by_name) for frame in frames}
+        wanted = list(dict.fromkeys([*objects, *(frame for frame in frames if not is_plain[frame])]))
+        found = servers.each(lambda calls, _: [calls.simxGetObjectHandle(each) for each in wanted])
         self._handles = [
-            dict(zip(wanted, (answer.value for answer in handles), strict=True)) for handles, _ in found
+            {frame: known[frame] for frame in frames if is_plain[frame]}
+            | dict(zip(wanted, (answer.value for answer in handles), strict=True))
+            for known, handles in zip(by_name, found, strict=True)
         ]
-        handles, types, _, _ = found[0][1].value
+        handles, types, _, _ = listed[0][1].value
         self._types: dict[int, int] = dict(zip(handles, types, strict=True))
 
     def kind_of(self, name: Name) -> str:

@@ -115,7 +115,14 @@ def groups_of(chosen: Observed | Mapping[str, Observed]) -> dict[str, list[str]]
 
 
 def _numbers(values: Mapping[str, Any], texts: Sequence[str]) -> NDArray[np.float32]:
-    return np.hstack([values[text] for text in texts]).astype(np.float32)
+    numbers: list[float] = []
+    for text in texts:
+        value = values[text]
+        if value.__class__ is float:
+            numbers.append(value)
+        else:
+            numbers += value.tolist()
+    return np.array(numbers, np.float32)
 
 
 def _image_space(reading: Reading, servers: Servers) -> Box:

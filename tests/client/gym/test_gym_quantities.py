@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.errors import CallsFailed
 from simx_client.gym import SimxEnv
 from simx_client.gym.readable import READABLE
@@ -119,3 +122,16 @@ def test_a_signal_that_nobody_sets_is_0_at_the_start_and_named_after_the_first_s
     with pytest.raises(CallsFailed, match="speed"):
         environment.step(np.zeros(1, np.float32))
     environment.close()
+
+
+def test_a_camera_that_is_only_a_frame_prepares_no_images(scene: Path) -> None:
+    def prepares_images(observed: str) -> bool:
+        with closing(observe(scene, observed)) as env:
+            env.reset(seed=0)
+            (client,) = env._episodes.servers.clients
+            connection = CLIENTS.get(client)
+            assert isinstance(connection, EmbeddedConnection)
+            return connection._direct._service.world.rendering.is_begun  # type: ignore[union-attr]
+
+    assert not prepares_images("ball.position in eye")
+    assert prepares_images("eye.rgb")
