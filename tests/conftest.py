@@ -22,6 +22,7 @@ from real_world import Open, RealWorld, World
 import simx_client as v
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.sensors.opengl import backend as opengl
+from simx_server.world import world as composition
 
 # A shell ignores Ctrl-C for what it starts in the background, and every process that a test starts would inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -157,6 +158,24 @@ def logging_ends_with_the_test() -> Iterator[None]:
     for logger, level, handlers in before:
         logger.setLevel(level)
         logger.handlers[:] = handlers
+
+
+@pytest.fixture(autouse=True)
+def no_stage_is_missed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Fail where a part has something to do in simulation steps, or nothing more, and did not call `replan`."""
+    missed: list[str] = []
+    step = composition.World.step
+
+    def compare_and_step(self: composition.World) -> None:
+        if not self.simulation.are_stages_stale and self.stages != (found := self.find_stages()):
+            names = [name for name, _ in self.STEP]
+            known, present = ([names[number] for number, _ in stages] for stages in (self.stages, found))
+            missed.append(f"listed: {known}, to do: {present}")
+        step(self)
+
+    monkeypatch.setattr(composition.World, "step", compare_and_step)
+    yield
+    assert not missed
 
 
 @pytest.fixture

@@ -64,8 +64,10 @@ class Answer(Explained, Generic[T]):
     @property
     def has_failed(self) -> bool:
         """Return whether the call has no result, other than by a refusal that was expected."""
-        is_refused = self.code == c.simx_return_remote_error_flag
-        return bool(self.code) and not (is_refused and self.may_be_refused)
+        reply = self.reply
+        if reply is not None and not reply.status:
+            return False
+        return not (self.may_be_refused and self.code == c.simx_return_remote_error_flag)
 
     @property
     def value(self) -> T:

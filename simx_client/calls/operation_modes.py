@@ -59,7 +59,10 @@ class Modes:
         self._ended: dict[int, int] = {}
         """Cancelled streams whose data must not be lost: id of the cancelling call to id of the stream."""
 
-        self._outbox: dict[Any, Call] = {}
+        self.has_kept: set[str] = set()
+        """The functions that have had a stream, or a reply in the inbox: the others have no entry of any key."""
+
+        self.outbox: dict[Any, Call] = {}
         self._awaited: int | None = None
         self._awaited_key: Key = ()
         self._answer: Reply | None = None
@@ -68,21 +71,21 @@ class Modes:
 
     def take_outbox(self) -> list[Call]:
         """Return the calls to send now, in order, and empty the outbox."""
-        calls = list(self._outbox.values())
-        self._outbox.clear()
+        calls = list(self.outbox.values())
+        self.outbox.clear()
         return calls
 
     @property
     def unsent(self) -> int:
         """Return how many calls are in the outbox."""
-        return len(self._outbox)
+        return len(self.outbox)
 
     def _queue(
         self, marshal: Marshal, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: the last one remains, at
         the end if it carries a value, in its old position if it reads."""
-        call, outbox = self._make(marshal, key, operation, arguments, delay_ms), self._outbox
+        call, outbox = self._make(marshal, key, operation, arguments, delay_ms), self.outbox
         slot: Any = call.call_id if marshal.command.keeps_every_call else key
         if slot in outbox:
             unsent = outbox.pop(slot) if marshal.is_set else outbox[slot]
@@ -117,8 +120,8 @@ class Modes:
                 self._ended[cancel_id] = stream.call_id
             else:
                 del self._asked[stream.call_id]
-            self._outbox.pop(key, None)
-            self._outbox["cancel", stream.call_id] = Call(
+            self.outbox.pop(key, None)
+            self.outbox["cancel", stream.call_id] = Call(
                 cancel_id, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
             )
 
@@ -134,9 +137,10 @@ class Modes:
             The calls to send now, in order: those of the outbox, then this one.
         """
         self._awaited_key = key = marshal.key(arguments)
+        self.has_kept.add(key[0])  # its reply may be late
         self._end_stream(key)
         self._answer = None
-        if is_held or self._outbox:
+        if is_held or self.outbox:
             self._awaited = self._queue(marshal, key, marshal.operation, arguments, pace)
             return [] if is_held else self.take_outbox()
         call = self._make(marshal, key, marshal.operation, arguments, pace)
@@ -171,6 +175,7 @@ class Modes:
         """Make a call in a mode other than blocking: update the outbox, return the present result."""
         base, low = mode & MODE_MASK, mode & ~MODE_MASK
         key = marshal.key(arguments)
+        self.has_kept.add(key[0])
         if mode == c.simx_opmode_remove:
             return marshal.failure(
                 c.simx_return_novalue_flag if self.inbox.pop(key, None) is None else c.simx_return_ok
@@ -217,12 +222,16 @@ class Modes:
         """Return the key of a call that can be executed without a message: nothing waits to be sent, its key has no
         stream, and its reply comes at once.
         """
-        if self._outbox or not (
+        if self.outbox or not (
             marshal.is_plain if mode == c.simx_opmode_blocking else marshal.is_plain_oneshot
         ):
             return None
         key = marshal.key(arguments)
         return None if key in self._streams else key
+
+    def note_reply(self, time_ms: int) -> None:
+        """Note the simulation time of a reply that did not come through these modes."""
+        self.last_command_time_ms = time_ms
 
     def answered_directly(self, marshal: Marshal, key: Key, reply: Reply | None) -> Any:
         """Finish a blocking call that was executed without a message; None is a reply that did not come in time."""
@@ -235,6 +244,7 @@ class Modes:
 
     def sent_directly(self, marshal: Marshal, key: Key, reply: Reply | None) -> Any:
         """Finish a oneshot call that was executed without a message: return the result of the one before."""
+        self.has_kept.add(key[0])
         result = self._fetch(marshal, key, c.simx_opmode_oneshot)
         if reply is not None:
             self.inbox[key] = reply
@@ -334,7 +344,7 @@ class Modes:
         self._asked.clear()
         self._cancels.clear()
         self._ended.clear()
-        self._outbox.clear()
+        self.outbox.clear()
         self._awaited = self._answer = None
         if arms_again:
             for (key, marshal), stream in streams:

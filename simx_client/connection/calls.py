@@ -6,7 +6,7 @@ types are in ``calls.pyi``, made from the table by ``python -m simx_client.legac
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from simx_client.calls.answers import Answer
@@ -23,7 +23,7 @@ def is_batched(command: Command) -> bool:
 class Calls(Explained):
     """Calls to one server, in order; each method returns the ``Answer`` to come."""
 
-    __slots__ = ("__weakref__", "_server", "_where", "noted")
+    __slots__ = ("__weakref__", "_server", "noted", "where")
 
     def __init__(self, server: int, where: str) -> None:
         """Note calls for one of several servers.
@@ -32,11 +32,11 @@ class Calls(Explained):
             server: index of the server, for messages.
             where: its address, for messages.
         """
-        self._server, self._where = server, where
+        self._server, self.where = server, where
         self.noted: list[Answer[Any]] = []
 
     def __repr__(self) -> str:
-        return f"<Calls to {self._where}: {len(self.noted)} noted>"
+        return f"<Calls to {self.where}: {len(self.noted)} noted>"
 
     def note(self, marshal: Marshal, arguments: tuple[Any, ...]) -> Answer[Any]:
         """Add one call.
@@ -44,9 +44,13 @@ class Calls(Explained):
         Raises:
             TypeError, IndexError: an argument is not valid; the text names function and argument.
         """
-        answer: Answer[Any] = Answer(marshal, marshal.coerce(arguments), self._server, self._where)
+        answer: Answer[Any] = Answer(marshal, marshal.coerce(arguments), self._server, self.where)
         self.noted.append(answer)
         return answer
+
+    def repeat(self, noted: Sequence[Answer[Any]]) -> None:
+        """Add calls to the same server that were noted earlier; their answers are replaced."""
+        self.noted += noted
 
 
 _TEMPLATE = "def {name}(self{parameters}):\n    return self.note(_marshal, ({arguments}))\n"

@@ -12,7 +12,7 @@ from typing import Any
 from simx_client.calls.marshalling import Marshal
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import Delivery, Pace, Reply
-from simx_client.transport.direct import DirectFunction, DirectTransport
+from simx_client.transport.direct import DirectFunction, DirectTransport, ShortWay
 
 from .connection import MESSAGE_ID_MASK, Connection
 from .message_header import client_time
@@ -37,6 +37,8 @@ class EmbeddedConnection(Connection):
         """Prepare a connection; ``connect`` makes it. The arguments are those of `Connection`."""
         self._direct: DirectTransport | None = None
         self._calls: dict[Marshal, DirectFunction] = {}
+        self._short_ways: dict[Marshal, ShortWay] = {}
+        """Those of the functions called before."""
 
         def opened() -> DirectTransport:
             self._direct = transport = open_transport()
@@ -46,32 +48,44 @@ class EmbeddedConnection(Connection):
 
     def invoke(self, marshal: Marshal, arguments: tuple[Any, ...], mode: int) -> Any:
         """Make one legacy call in one operation mode; return the result of the legacy function."""
-        direct = self._direct
+        direct, modes = self._direct, self._modes
         if direct is None or mode.__class__ is not int:
             return super().invoke(marshal, arguments, mode)
-        values = marshal.coerce(arguments)
         with self._lock:
-            if self._closed or self._pauses or not direct.is_direct:
+            if not direct.is_direct or self._closed or self._pauses:
                 pass
-            elif mode != _BLOCKING and mode != _ONESHOT:
+            elif mode == _BLOCKING:
+                if self._pace is Pace.FREE or not direct.is_running_freely:
+                    short = self._short_ways.get(marshal)
+                    if short is not None and not modes.outbox and marshal.command.name not in modes.has_kept:
+                        result = short(arguments)
+                        if result is not None:
+                            self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+                            self._header = None
+                            modes.note_reply(direct.replied_at_ms)
+                            return result
+                    values = marshal.coerce(arguments)
+                    if slot := modes.free_slot(marshal, values, mode):
+                        return modes.answered_directly(marshal, slot, self._execute(direct, marshal, values))
+            elif mode == _ONESHOT:
+                values = marshal.coerce(arguments)
+                if slot := modes.free_slot(marshal, values, mode):
+                    return modes.sent_directly(marshal, slot, self._execute(direct, marshal, values))
+            else:
+                values = marshal.coerce(arguments)
                 self._drain()
-                result = self._modes.call(marshal, values, mode)
-                if self._modes.unsent:
+                result = modes.call(marshal, values, mode)
+                if modes.outbox:
                     self._flush()
                 return result
-            elif slot := self._modes.free_slot(marshal, values, mode):
-                if mode == _ONESHOT:
-                    return self._modes.sent_directly(marshal, slot, self._execute(direct, marshal, values))
-                if self._pace is Pace.FREE or not direct.is_running_freely:
-                    return self._modes.answered_directly(
-                        marshal, slot, self._execute(direct, marshal, values)
-                    )
         return super().invoke(marshal, arguments, mode)
 
     def _execute(self, direct: DirectTransport, marshal: Marshal, values: list[Any]) -> Reply | None:
         call = self._calls.get(marshal)
         if call is None:
             call = self._calls[marshal] = direct.prepare(marshal.command)
+            if short := direct.short_way(marshal.command, self._log_once):
+                self._short_ways[marshal] = short
         self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
         self._header = None
         reply = call(values, self.timeout)
@@ -80,7 +94,10 @@ class EmbeddedConnection(Connection):
         return reply
 
     def send_together(self, calls: Iterable[tuple[Marshal, list[Any], Callable[[Reply], None]]]) -> list[int]:
-        """Execute calls; see `Connection.send_together`. After a time-out, the rest of them is not executed."""
+        """Execute calls; see `Connection.send_together`. After a time-out, the rest of them is not executed.
+
+        No ids are returned if all replies are here.
+        """
         with self._lock:
             direct = self._direct
             if direct is None or self._pauses or not direct.is_direct or not self._check_link():
@@ -97,7 +114,7 @@ class EmbeddedConnection(Connection):
             self._header = None
             for (_, _, take), reply in zip(calls, replies, strict=False):
                 take(reply)
-            return [self._modes.new_call_id() for _ in calls]
+            return [] if len(replies) == len(calls) else [self._modes.new_call_id() for _ in calls]
 
     def _drain(self) -> None:
         """Store what came: replies and images as messages, the values of the streams directly."""

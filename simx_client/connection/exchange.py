@@ -72,6 +72,8 @@ class Exchange:
             deadline: on the monotonic clock; several servers may share it.
             timeout: the time-out in seconds, for the message.
         """
+        if self._is_answered():
+            return
         if self._ids:
             is_soon = all(answer.marshal.command.answers_soon for answer in self._answers)
             self.connection.receive_until(self._is_answered, deadline, is_soon=is_soon)

@@ -44,7 +44,7 @@ from simx_client.client import Client as Client
 
 _CALLS_HEADER = '''"""Generated from the table by ``python -m simx_client.legacy.stubs``; do not edit."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, SupportsFloat, SupportsIndex
 
 from simx_client.calls.answers import Answer
@@ -56,8 +56,10 @@ def is_batched(command: Command) -> bool: ...
 
 class Calls:
     noted: list[Answer[Any]]
+    where: str
     def __init__(self, server: int, where: str) -> None: ...
     def note(self, marshal: Marshal, arguments: tuple[Any, ...]) -> Answer[Any]: ...
+    def repeat(self, noted: Sequence[Answer[Any]]) -> None: ...
 '''
 
 

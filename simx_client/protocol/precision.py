@@ -42,13 +42,14 @@ def _unchanged(values: Values) -> Values:
 
 def _converter(kind: Kind) -> Callable[[Any], Any]:
     if kind.annotation == "float":
-        return _single
+        return as_single
     if kind.annotation == "list[float]" and not kind.is_image:
         return _floats
     return _plain
 
 
-def _single(value: Any) -> Any:
+def as_single(value: Any) -> Any:
+    """Return a number in single precision, infinity for one beyond it."""
     if value.__class__ is float:
         try:
             return _SINGLE.unpack(_SINGLE.pack(value))[0]

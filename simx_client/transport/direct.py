@@ -16,11 +16,20 @@ if the call takes longer.
 """
 
 
+ShortWay = Callable[[tuple[Any, ...]], Any]
+"""Makes a blocking call without marshalling: takes the arguments as the script gave them, and returns the result of the
+legacy function. The result is None if the call has to be made in the normal way; nothing has happened then.
+"""
+
+
 class DirectTransport(Transport, Protocol):
     """A link that can also execute a call in the caller's thread, without a message."""
 
     is_direct: bool
     """Whether calls may be direct now; otherwise calls are sent as messages."""
+
+    replied_at_ms: int
+    """Simulation time in ms of the newest reply by a `ShortWay`."""
 
     @property
     def is_running_freely(self) -> bool:
@@ -29,6 +38,14 @@ class DirectTransport(Transport, Protocol):
 
     def prepare(self, command: Command) -> DirectFunction:
         """Return a function that executes a command directly, for many calls."""
+        ...
+
+    def short_way(self, command: Command, report: Callable[[str], object]) -> ShortWay | None:
+        """Return the short way of a command; None if it has none.
+
+        Args:
+            report: is called with the reason when a call is refused.
+        """
         ...
 
     def execute_together(

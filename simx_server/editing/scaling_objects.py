@@ -70,7 +70,7 @@ def scale_objects(world: World, handles: Sequence[int], factor: float, *, positi
     scene = world.simulation.scene
     _checked([factor] * 3)
     chosen: dict[int, bool] = {}
-    for handle in handles:
+    for handle in dict.fromkeys(handles):
         chosen[handle] = chosen.get(handle, False) or positions
         if scene.is_model_base(handle):
             chosen |= dict.fromkeys(scene.descendants(handle), True)

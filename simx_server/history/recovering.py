@@ -30,7 +30,6 @@ from .writing import FIELDS, FIELDS_OF_JOINTS, First, Kind, Run
 
 if TYPE_CHECKING:
     from simx_server.service.service import Service
-    from simx_server.simulation.part import Part
 
 logger = logging.getLogger(__name__)
 
@@ -170,7 +169,7 @@ class _Reader:
         return self._made[number]
 
     def _memories(self, names: Sequence[str], memories: Sequence[int]) -> Memories:
-        parts: list[Part] = self._sim.remembering
+        parts = self._sim.remembering
         if [*names] != [type(part).__name__ for part in parts]:
             raise NotPackable("it is of a server with other parts")
         return [(part, self._section(number)) for part, number in zip(parts, memories, strict=True)]

@@ -335,8 +335,10 @@ class Machine:
             mujoco.FatalError: MuJoCo failed.
         """
         self._measured.begin()
-        calls = within if self.within_steps is None else (self.within_steps, *within)
-        return self._current_stepper().step(count, flags, average_force=self._average_force, within=calls)
+        if self.within_steps is not None:
+            within = (self.within_steps, *within)
+        stepper = self._stepper or self._current_stepper()
+        return stepper.step(count, flags, average_force=self._average_force, within=within)
 
     @property
     def mean_sensed(self) -> np.ndarray:
@@ -344,7 +346,7 @@ class Machine:
 
         They are averaged in scenes with force sensors.
         """
-        return self._current_stepper().mean_sensed
+        return (self._stepper or self._current_stepper()).mean_sensed
 
     def measure(self) -> None:
         """Measure velocities at the end of a simulation step, with fresh kinematics."""

@@ -29,6 +29,8 @@ class Measured:
         self._before: Positions | None = None
         self._after: Positions | None = None
         self._kept: dict[int, float] = {}
+        self._data = sim.data
+        self._copy, self._lengths = self._data.qpos.copy, self._data.ten_length
 
     def forget(self) -> None:
         """Forget all positions: a run starts and everything is at rest."""
@@ -56,7 +58,8 @@ class Measured:
     def end(self) -> None:
         """Note that a simulation step has ended, and the kinematics are fresh."""
         self._after = self._positions()
-        self._kept = {}
+        if self._kept:
+            self._kept = {}
 
     def velocity(self, binding: Binding) -> float:
         """Return the velocity, rad/s or m/s; a hinge's difference is taken the short way round."""
@@ -70,5 +73,7 @@ class Measured:
 
     def _positions(self) -> Positions:
         data = self._sim.data
-        lengths = data.ten_length
-        return data.qpos.copy(), lengths.copy() if lengths.size else lengths
+        if data is not self._data:
+            self._data, self._copy, self._lengths = data, data.qpos.copy, data.ten_length
+        lengths = self._lengths
+        return self._copy(), lengths.copy() if lengths.size else lengths

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
-import threading
 import time
+from threading import get_ident
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -83,6 +83,7 @@ class Watch:
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
+        self._interruptions = sim.interruptions
         self._cost = GLANCE
         """Duration of a physics step in seconds, from the last ones."""
         self._has_warned = False
@@ -90,17 +91,16 @@ class Watch:
         """When the thread's time is read again: reading it takes as long as a small physics step."""
 
         self._thread, self._thread_time = 0, 0.0
-        self._began = self._before = self._worked = 0.0
-        """When the simulation step and its last physics steps started, and the thread's time then."""
+        self._began = self._before = 0.0
+        """When the simulation step and its last physics steps started."""
         self._count = self._done = 0
 
     def begin(self, count: int) -> None:
         """Note that the `count` physics steps of a simulation step start."""
-        self._began = self._before = time.perf_counter()
-        if self._began >= self._read_next or self._thread != threading.get_ident():
-            self._thread, self._thread_time = threading.get_ident(), time.thread_time()
-            self._read_next = self._began + READ_EVERY
-        self._worked = self._thread_time
+        self._began = self._before = now = time.perf_counter()
+        if now >= self._read_next or self._thread != get_ident():
+            self._thread, self._thread_time = get_ident(), time.thread_time()
+            self._read_next = now + READ_EVERY
         self._count, self._done = count, 0
 
     def next_end(self, *, stops: bool = False) -> int:
@@ -111,17 +111,12 @@ class Watch:
         """
         left = self._count - self._done
         if left > 1:
-            if self._sim.interruptions.physics_point is not None:
+            if self._interruptions.physics_point is not None:
                 left = min(left, RECORDED_AT_ONCE)
             elif not stops:
                 most = min(MOST_AT_ONCE, max(FIRST_AT_ONCE, self._done), int(GLANCE / self._cost))
                 left = max(1, min(most, left))
         return self._done + left
-
-    @property
-    def has_points(self) -> bool:
-        """Return whether the pieces have a fixed length, as a recording or a replay has to know where they end."""
-        return self._sim.interruptions.physics_point is not None
 
     def made(self, done: int, *, has_diverged: bool) -> None:
         """Check the progress after some physics steps.
@@ -141,13 +136,13 @@ class Watch:
         self._before = now
         # A process that was suspended for a while has not worked during that time.
         longest = self._sim.limits.step_seconds
-        if cost > longest and (seconds := (time.thread_time() - self._worked) / done) > longest:
+        if cost > longest and (seconds := (time.thread_time() - self._thread_time) / done) > longest:
             raise TooSlow(_too_slow(seconds, self._sim))
         if done == self._count:
             return
         if now - self._began > SERVES_AFTER:
             self._look_around(now - self._began, done, self._count)
-        point = self._sim.interruptions.physics_point
+        point = self._interruptions.physics_point
         if point is not None:
             point()
 
@@ -170,7 +165,7 @@ class Watch:
                 count,
                 whole,
             )
-        self._sim.interruptions.serve_others()
+        self._interruptions.serve_others()
 
 
 def _too_slow(seconds: float, sim: LiveScene) -> str:

@@ -169,6 +169,7 @@ class IkGroups(Part):
         )
         handle, self._next = self._next, self._next + 1
         self._made = {**self._made, handle: group}
+        self._sim.replan()
         return handle
 
     def remove(self, handle: int) -> None:
@@ -226,10 +227,13 @@ class IkGroups(Part):
         """Return all groups by handle, also those of the scene that are removed."""
         return {handle: group for handle, (_, group) in self._registry.all().items()} | self._made
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether there are groups."""
+        return bool(self._registry or self._made)
+
     def handle_automatic(self) -> int:
         """Handle all groups that are not explicit; return their number."""
-        if not self._registry and not self._made:
-            return 0
         return sum(self._handle_or_complain(group) for group in self._groups() if not group.explicit)
 
     def handle_all(self) -> int:

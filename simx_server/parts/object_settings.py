@@ -53,6 +53,8 @@ class ObjectSettings(Part):
         self._kept_before_the_run: dict[tuple[int, int], float] = {}
         self._placed: set[int] = set()
         """Handles of objects that were placed since the last physics."""
+        self.has_work = False
+        """Whether objects were ever placed."""
 
     def scene_changed(self) -> None:
         self._known = {}
@@ -69,7 +71,9 @@ class ObjectSettings(Part):
 
     def recall(self, memory: Any) -> None:
         known, placed, kept = memory
-        self._known, self._placed, self._kept = dict(known), set(placed), dict(kept)
+        self._known, self._kept = dict(known), dict(kept)
+        self._placed.clear()
+        self._place(placed)
 
     def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
@@ -150,8 +154,14 @@ class ObjectSettings(Part):
 
     def launch(self, handles: Collection[int]) -> None:
         """Apply the pending first velocities of placed shapes; velocities that are set before physics count too."""
-        self._placed.update(handles)
+        self._place(handles)
         self._launch_free(handles)
+
+    def _place(self, handles: Collection[int]) -> None:
+        self._placed.update(handles)
+        if self._placed and not self.has_work:
+            self.has_work = True
+            self._sim.replan()
 
     def launch_placed(self) -> None:
         """Apply the first velocities of the shapes that were placed since the last physics."""

@@ -7,7 +7,7 @@ are marked as first come first, with everything below them, and those marked as 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from .script import Order, Script, ScriptKind, Traversal
 
@@ -19,6 +19,23 @@ _BEFORE, _AFTER = (int(Order.FIRST) - 1,), (int(Order.LAST) + 1,)
 
 _Place = tuple[tuple[int, ...], ...]
 _Homes = Mapping[tuple[int, ScriptKind], Script]
+
+
+class Called(NamedTuple):
+    """The scripts of a scene in the order in which they are called."""
+
+    every: tuple[Script, ...] = ()
+    main: tuple[Script, ...] = ()
+    children: tuple[Script, ...] = ()
+    customizations: tuple[Script, ...] = ()
+
+
+def called(scripts: Iterable[Script], scene: Scene) -> Called:
+    """Return the scripts of a scene, and those of each kind."""
+    scripts = list(scripts)
+    kinds = (ScriptKind.MAIN, ScriptKind.CHILD, ScriptKind.CUSTOMIZATION)
+    of_kinds = ([one for one in scripts if one.kind == kind] for kind in kinds)
+    return Called(*(tuple(in_calling_order(some, scene)) for some in (scripts, *of_kinds)))
 
 
 def in_calling_order(scripts: Iterable[Script], scene: Scene) -> list[Script]:

@@ -40,6 +40,9 @@ from ..errors import CommandError
 TIME_LIMIT = 2.0
 """Processor seconds that one call into a script may take; well below the 5 s that a blocking client waits."""
 
+ACTUATION, SENSING = PHASES = "sysCall_actuation", "sysCall_sensing"
+"""Call-backs of each simulation step."""
+
 MEMORY_LIMIT = 64 << 20
 """Maximum memory of one script in bytes."""
 
@@ -173,6 +176,10 @@ class Api(Protocol):
         """
         ...
 
+    def phases_changed(self) -> None:
+        """Note that `Interpreter.lacking` has changed."""
+        ...
+
     def serve_others(self) -> None:
         """Process the requests of other clients; return immediately when there are none.
 
@@ -198,6 +205,8 @@ class Interpreter(Protocol):
     """
 
     name: str
+    lacking: frozenset[str]
+    """Those of `PHASES` that surely do not exist now; empty where that is not known."""
 
     def run(self, source: bytes) -> None:
         """Execute the script's text, which defines its functions; to be called once, before all else."""
@@ -213,6 +222,10 @@ class Interpreter(Protocol):
         A function of Python returns a list of one value, of several when it returns a tuple, of none for None. May be
         called while another call of the same script runs (a function of the API that calls back).
         """
+        ...
+
+    def attempt(self, function: str, *arguments: Any) -> list[Any] | None:
+        """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
         ...
 
     def start_thread(self, function: str) -> None:

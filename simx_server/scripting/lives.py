@@ -38,6 +38,8 @@ NEVER_CALLED: Mapping[str, str] = MappingProxyType(
 """Call-backs of CoppeliaSim that can never come here, and why; a script that has one is told so."""
 
 
+_WITHOUT_OBJECT = (ScriptKind.MAIN, ScriptKind.SANDBOX)
+
 OpenSpaces = Callable[[Script], Spaces]
 """Creates the namespaces of a script that starts."""
 
@@ -114,6 +116,7 @@ class Lives:
         script.switching.level = 0
         script.switching.is_last = False
         script.raises_errors = script.stops_at_errors
+        self._sim.replan()
         try:
             source = script.code(self._sim, allows_code=self.allows_code)
             spaces = self._open_spaces(script)
@@ -161,17 +164,23 @@ class Lives:
         """Call a function if the script has it and may run; return None if not. An error ends the script."""
         if not (script.enabled or function == "sysCall_init"):
             return None
-        if not self._may_run(script) or not script.has(function):
+        if not self._may_run(script):
             return None
         interpreter = script.interpreter
         assert interpreter is not None
+        is_there = True
         self._active += 1
         try:
-            return interpreter.call(function, *arguments)
+            results = interpreter.attempt(function, *arguments)
+            is_there = results is not None
+            return results
         except ScriptError as problem:
             failure = str(problem)
         finally:
-            self._leave()
+            if is_there:
+                self._leave()
+            else:
+                self._active -= 1
         self.fail(script, failure)
         return None
 
@@ -196,14 +205,15 @@ class Lives:
     def _may_run(self, script: Script) -> bool:
         if script.interpreter is None or script.is_removed:
             return False
-        if script.kind in (ScriptKind.MAIN, ScriptKind.SANDBOX):
+        if script.kind in _WITHOUT_OBJECT:
             return True
         if not script.active_in_run and self._sim.is_running:
             return False
-        if script.home not in self._sim.scene.objects:
+        scene, home = self._sim.scene, script.home
+        if home not in scene.objects:
             self._end(script, "its object was removed")
             return False
-        return not self._sim.scene.overridden(script.home) & SCRIPTS_INACTIVE
+        return not scene.overridden(home) & SCRIPTS_INACTIVE
 
     def _attempt(self, script: Script, action: Callable[[Interpreter], Any]) -> Any:
         interpreter = script.interpreter

@@ -42,6 +42,8 @@ from ..joints.stepping.scripted import Ask
 from .callbacks.objects import ObjectCallBacks
 from .callbacks.physics import PhysicsCallBacks
 from .callbacks.vision import VisionCallBacks
+from .calling_order import Called
+from .interpreter import ACTUATION, SENSING
 from .lives import Lives
 from .script import Script, ScriptKind
 
@@ -64,8 +66,7 @@ _IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
 class ListOfScripts(Protocol):
     """The scripts of the scene; see `scripts.Scripts`."""
 
-    def all(self, kind: ScriptKind | None = None) -> list[Script]: ...
-    def of(self, owner: int, kind: ScriptKind) -> Script | None: ...
+    def called(self) -> Called: ...
     def notify(self, owner: int, function: str, *arguments: Any) -> list[Any] | None: ...
     def say_once(self, text: str) -> None: ...
 
@@ -93,15 +94,18 @@ class Phases:
         """Scripts for which the warning about their joint call-back was printed; it is printed once."""
         self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity, force)
         self._physics = PhysicsCallBacks(sim, lives)
-        self.objects = ObjectCallBacks(
-            sim, lambda function, data: self.call_all(function, None, data), scripts.say_once
-        )
+        self.objects = ObjectCallBacks(sim, self.call_all, scripts.say_once)
 
     def actuate(self) -> None:
         """Run threads and actuation, before physics."""
         self._physics.forget_answers()
         self._call_scheduled()
-        self._phase("sysCall_actuation")
+        self._phase(ACTUATION)
+
+    @property
+    def judges(self) -> bool:
+        """Return whether scripts process images, or are called on detections."""
+        return self._vision.has_work
 
     def judge_images(self) -> None:
         """Let scripts process the images of their vision sensors, and call them on detections."""
@@ -109,21 +113,34 @@ class Phases:
 
     def sense(self) -> None:
         """Run sensing, after physics and the sensors."""
-        self._phase("sysCall_sensing")
+        self._phase(SENSING)
 
     def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
-        if function == "sysCall_actuation":
-            for script in self._scripts.all(ScriptKind.CHILD):
-                self._lives.resume(script)
-        return self.call_all(function, ScriptKind.CHILD, *values)
+        if function == ACTUATION:
+            self._resume(self._scripts.called().children)
+        return self._call(self._scripts.called().children, function, *values)
 
-    def call_all(self, function: str, kind: ScriptKind | None = None, *values: Any) -> int:
-        called = 0
-        for script in self._scripts.all(kind):
+    def call_all(self, function: str, *values: Any) -> None:
+        """Call a function of all scripts."""
+        self._call(self._scripts.called().every, function, *values)
+
+    def call_customizations(self, function: str) -> None:
+        """Call a function of all customization scripts."""
+        self._call(self._scripts.called().customizations, function)
+
+    def _call(self, scripts: tuple[Script, ...], function: str, *values: Any) -> int:
+        """Call a function of these scripts; return how many have it."""
+        have_it = 0
+        for script in scripts:
             if self._lives.call(script, function, *values) is not None:
-                called += 1
-        return called
+                have_it += 1
+        return have_it
+
+    def _resume(self, scripts: tuple[Script, ...]) -> None:
+        for script in scripts:
+            if script.has_thread:
+                self._lives.resume(script)
 
     def start(self) -> None:
         simulated = [one for one in self._simulated() if one.starts_enabled]
@@ -139,20 +156,20 @@ class Phases:
         self._lives.call(script, "sysCall_init")
 
     def _call_scheduled(self) -> None:
-        for script in self._scripts.all():
+        for script in self._scripts.called().every:
             if script.scheduled:
                 self._lives.call_scheduled(script, time.monotonic())
 
     def _phase(self, function: str) -> None:
-        main = self._scripts.of(-1, ScriptKind.MAIN)
-        if main is None:
-            self.handle_children(function)
+        main = self._scripts.called().main
+        if main:
+            self._lives.call(main[0], function)
         else:
-            self._lives.call(main, function)
-        if function == "sysCall_actuation":
-            for script in self._scripts.all(ScriptKind.CUSTOMIZATION):
-                self._lives.resume(script)
-        self.call_all(function, ScriptKind.CUSTOMIZATION)
+            self.handle_children(function)
+        if customizations := self._scripts.called().customizations:
+            if function == ACTUATION:
+                self._resume(customizations)
+            self.call_customizations(function)
 
     def stop(self) -> None:
         simulated = self._simulated()
@@ -166,7 +183,7 @@ class Phases:
 
     def _simulated(self) -> list[Script]:
         """Return the scripts that run from start to stop."""
-        return [one for one in self._scripts.all() if one.kind != ScriptKind.CUSTOMIZATION]
+        return [one for one in self._scripts.called().every if one.kind != ScriptKind.CUSTOMIZATION]
 
     def idle(self) -> None:
         """Run the scripts between simulation steps, while the simulation is stopped or paused."""
@@ -174,15 +191,14 @@ class Phases:
         if self._sim.is_running:
             self.call_all("sysCall_suspended")
         else:
-            for script in self._scripts.all(ScriptKind.CUSTOMIZATION):
-                self._lives.resume(script)
-            self.call_all("sysCall_nonSimulation", ScriptKind.CUSTOMIZATION)
+            self._resume(self._scripts.called().customizations)
+            self.call_customizations("sysCall_nonSimulation")
 
     def watch(self) -> None:
         """Update the lists of call-backs after scripts have started or ended."""
         self._watch_idle()
         self._watch_joints()
-        scripts = self._scripts.all()
+        scripts = self._scripts.called().every
         self._vision.watch(scripts)
         self._physics.watch(scripts)
         self.objects.watch(scripts)
@@ -190,7 +206,7 @@ class Phases:
     def _watch_joints(self) -> None:
         """Find joints whose script has a joint callback; a child script goes before a customization script."""
         asked: dict[int, Ask] = {}
-        for script in reversed(self._scripts.all()):
+        for script in reversed(self._scripts.called().every):
             is_first = script.kind == ScriptKind.CHILD or script.owner not in asked
             if is_first and script.has(_JOINT_CALLBACK):
                 asked[script.owner] = self._asking(script)
@@ -220,5 +236,5 @@ class Phases:
     def _watch_idle(self) -> None:
         """Check whether a script wants calls while the simulation is idle; without one there are none."""
         self.wants_idle = any(
-            one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.all()
+            one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.called().every
         )

@@ -15,9 +15,9 @@ from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
 from simx_server.simulation.part import Part
 
-from .calling_order import in_calling_order
+from .calling_order import Called, called
 from .exchange import check_results
-from .interpreter import Function, ScriptError
+from .interpreter import SENSING, Function, ScriptError
 from .lives import Lives, OpenSpaces
 from .named_ports import named_ports
 from .phases import Phases
@@ -80,6 +80,10 @@ class Scripts(Part):
         self._name_ports = name_ports
         self.describe_api = describe_api
         self._scripts: list[Script] = []
+        self._called = Called()
+        self._ordered_by: object = None
+        """The order of the scene's objects from which `_called` follows; None: it is not known."""
+
         self._next_handle = FIRST_HANDLE
         self._is_of_client = False
         """Whether a client sent the scene."""
@@ -138,7 +142,7 @@ class Scripts(Part):
         self.of_objects.copied(copies)
 
     def run_starting(self) -> None:
-        self._phases.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION)
+        self._phases.call_customizations("sysCall_beforeSimulation")
 
     def run_started(self) -> None:
         self._phases.start()
@@ -154,12 +158,32 @@ class Scripts(Part):
 
     def run_stopped(self) -> None:
         self._phases.watch()
-        self._phases.call_all("sysCall_afterSimulation", ScriptKind.CUSTOMIZATION)
+        self._phases.call_customizations("sysCall_afterSimulation")
+
+    @property
+    def has_work(self) -> bool:
+        """Return whether the scene has scripts."""
+        return bool(self._scripts)
+
+    @property
+    def senses(self) -> bool:
+        """Return whether a script may have something to do after the sensors."""
+        return any(map(self._may_sense, self._scripts))
+
+    def _may_sense(self, script: Script) -> bool:
+        if script.interpreter is None:
+            return False
+        is_lost = script.kind != ScriptKind.MAIN and script.home not in self._sim.scene.objects
+        return is_lost or SENSING not in script.interpreter.lacking
+
+    @property
+    def judges(self) -> bool:
+        """Return whether scripts process images, or are called on detections."""
+        return self._phases.judges
 
     def actuate(self) -> None:
         """Run the scripts' threads and actuation, before physics."""
-        if self._scripts:
-            self._phases.actuate()
+        self._phases.actuate()
 
     def judge_images(self) -> None:
         """Have scripts process the images of their vision sensors, and call them on detections."""
@@ -167,8 +191,7 @@ class Scripts(Part):
 
     def sense(self) -> None:
         """Run the scripts' sensing, after physics and the sensors."""
-        if self._scripts:
-            self._phases.sense()
+        self._phases.sense()
 
     @property
     def of_objects(self) -> ObjectCallBacks:
@@ -260,12 +283,27 @@ class Scripts(Part):
                 return one
         return None
 
-    def all(self, kind: ScriptKind | None = None) -> list[Script]:
+    def all(self, kind: ScriptKind | None = None) -> tuple[Script, ...]:
         """Return the scripts (of a kind) in the order in which they are called."""
-        if len(self._scripts) < 2:
-            return [one for one in self._scripts if kind is None or one.kind == kind]
-        chosen = (script for script in self._scripts if kind is None or script.kind == kind)
-        return in_calling_order(chosen, self._sim.scene)
+        every = self.called().every
+        return every if kind is None else tuple(script for script in every if script.kind == kind)
+
+    def called(self) -> Called:
+        """Return the scripts in the order in which they are called."""
+        places = self._sim.scene.leaves_first()
+        if places is not self._ordered_by:
+            self._called, self._ordered_by = called(self._scripts, self._sim.scene), places
+        return self._called
+
+    def set_order(self, script: Script, order: Order) -> None:
+        """Set when a script is called compared with its siblings."""
+        script.order = order
+        self._reorder()
+
+    def _reorder(self) -> None:
+        """Find the order of calls again: there are other scripts, or the order of one has changed."""
+        self._ordered_by = None
+        self._sim.replan()
 
     def list_scripts(self) -> str:
         """Return the scripts of the scene in one line, for messages."""
@@ -298,6 +336,7 @@ class Scripts(Part):
         if script not in self._scripts:
             return  # it has removed itself before, in the same call
         self._scripts.remove(script)
+        self._reorder()
         scene = self._sim.scene
         if script.kind == ScriptKind.MAIN:
             scene.annotations = replace(scene.annotations, main_script=None)
@@ -369,10 +408,11 @@ class Scripts(Part):
 
     def close(self) -> None:
         """End all scripts when the scene is closed."""
-        self._phases.call_all("sysCall_cleanup", ScriptKind.CUSTOMIZATION)
+        self._phases.call_customizations("sysCall_cleanup")
         for script in (*self._scripts, self.sandbox):
             self._lives.drop(script)
         self._scripts = []
+        self._reorder()
         self._phases.objects.forget()
         self.loose.clear()
         self.told.clear()
@@ -396,6 +436,7 @@ class Scripts(Part):
             for script in gone:
                 self._lives.drop(script)
                 self._scripts.remove(script)
+                self._reorder()
         for script in self._scripts:
             if script.place in objects:
                 script.owner = objects[script.place].parent
@@ -449,6 +490,7 @@ class Scripts(Part):
         )
         self._next_handle += 1
         self._scripts.append(script)
+        self._reorder()
         with suppress(ScriptError):  # its start, or the announcement of it, reports the reason
             self._name_ports(named_ports(script.code(self._sim, allows_code=self.allows_code)))
         return script

@@ -119,6 +119,8 @@ def to_text(value: Any) -> str:
 
 def to_short_text(value: Any) -> str:
     """Return a C string that is not too long."""
+    if value.__class__ is bytes and len(value) <= MOST_CHARACTERS and b"\0" not in value:
+        return value.decode("utf-8", "surrogateescape")
     if isinstance(value, (bytes, str)) and len(value) > MOST_CHARACTERS:
         raise TypeError(f"a string of at most {MOST_CHARACTERS} characters")
     return to_text(value)
@@ -331,14 +333,14 @@ class Signature:
         Raises:
             CommandError: an argument has the wrong type; the text numbers the argument and names the type.
         """
+        bound: list[Any] = []
         if len(values) == len(self.parameters) and self.rest is None and None not in values:
             try:
-                return [
-                    parameter.convert(value) for parameter, value in zip(self.parameters, values, strict=True)
-                ]
+                for parameter, value in zip(self.parameters, values, strict=True):
+                    bound.append(parameter.convert(value))
+                return bound
             except TypeError:
-                pass  # found again below, where the error gets its text
-        bound: list[Any] = []
+                bound.clear()  # found again below, where the error gets its text
         for index, parameter in enumerate(self.parameters, 1):
             if index <= len(values):
                 bound.append(_bind(index, parameter, values[index - 1]))

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -64,9 +64,18 @@ class ForceSensors(Part):
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._records: dict[int, _Record] = {}
+        """Of the sensors that are, or were, measured in each simulation step."""
         self._broken: set[int] = set()
+        self._values: NDArray[np.float64] | None = None
+        """MuJoCo's `sensordata`, mean over the last simulation step; None: there was none with dynamics."""
         self._places: dict[int, slice | NDArray[np.intp]] = {}
-        """Where force and torque of each sensor are in MuJoCo's `sensordata`: six numbers."""
+        """Where force and torque of each sensor are in it: six numbers."""
+        self._carried: dict[int, NDArray[np.float64]] = {}
+        """Measurements in the last simulation step, of another model than the present one."""
+        self._remembering: list[SceneObject] = []
+        """The sensors that are measured in each simulation step: they average several, or may break."""
+        self._annotations: object = None
+        """The scene's annotations with which places and sensors were found; None: the model is another one."""
         self.overloaded: dict[int, ForceReading] = {}
         """The sensors whose scripts are to be called in this simulation step, and what they measure."""
 
@@ -80,7 +89,9 @@ class ForceSensors(Part):
         self._forget()
 
     def model_changed(self, twins: Twins | None) -> None:
+        self._carried = self._last_measurements()
         self._places.clear()
+        self._values = self._annotations = None
 
     def object_scaled(self, handle: int, factor: float) -> None:
         if self._sim.scene.get(handle).kind == ObjectKind.FORCE_SENSOR:
@@ -88,25 +99,31 @@ class ForceSensors(Part):
             renaming.scale_annotation(self._sim, handle, "force", powers, factor)
 
     def remember(self) -> object:
-        if not self._records and not self._broken:
+        samples = {handle: ((tuple(each.tolist()),), 0) for handle, each in self._last_measurements().items()}
+        if not samples and not self._records and not self._broken:
             return None
         records = {
             handle: (tuple(tuple(sample.tolist()) for sample in each.samples), each.violations)
             for handle, each in self._records.items()
         }
-        return records, frozenset(self._broken)
+        return samples | records, frozenset(self._broken)
 
     def recall(self, memory: Any) -> None:
         if memory is None:
             self._forget()
             return
         records: Mapping[int, tuple[tuple[tuple[float, ...], ...], int]]
-        records, self._broken = memory[0], set(memory[1])
-        self._records = {}
+        records, broken = memory
+        self._forget()
+        self._broken.update(broken)
         for handle, (samples, violations) in records.items():
-            record = self._renew(self._sim.scene.objects[handle], None)
-            record.samples.extend(map(np.array, samples))
-            record.violations = violations
+            item = self._sim.scene.objects[handle]
+            if _is_remembering(item):
+                record = self._renew(item, None)
+                record.samples.extend(map(np.array, samples))
+                record.violations = violations
+            elif samples:
+                self._carried[handle] = np.array(samples[-1])
 
     def read(self, handle: int) -> ForceReading | None:
         """Return the last measurement, filtered.
@@ -118,10 +135,10 @@ class ForceSensors(Part):
             UnknownHandle, WrongKind: the handle is not a force sensor's.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
-        record = self._records.get(handle)
-        if record is None or handle in self._broken or len(record.samples) < _samples(item):
+        samples = self._samples_of(handle)
+        if handle in self._broken or len(samples) < _samples(item):
             return None
-        x, y, z, a, b, c = _filtered(item, record).tolist()
+        x, y, z, a, b, c = _filtered(item, samples).tolist()
         return ForceReading((x, y, z), (a, b, c))
 
     def newest(self, handle: int) -> ForceReading | None:
@@ -131,10 +148,10 @@ class ForceSensors(Part):
             UnknownHandle, WrongKind: the handle is not a force sensor's.
         """
         self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
-        record = self._records.get(handle)
-        if record is None or handle in self._broken or not record.samples:
+        samples = self._samples_of(handle)
+        if handle in self._broken or not samples:
             return None
-        x, y, z, a, b, c = record.samples[-1].tolist()
+        x, y, z, a, b, c = samples[-1].tolist()
         return ForceReading((x, y, z), (a, b, c))
 
     def violations_to_trigger(self, handle: int) -> int:
@@ -171,30 +188,39 @@ class ForceSensors(Part):
             break_sensor(self._sim, item)
             self._broken.add(handle)
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether the scene has force sensors."""
+        return bool(self._sim.scene.of_kind(ObjectKind.FORCE_SENSOR))
+
     def sense(self) -> None:
-        self.overloaded.clear()
+        """Note the values of a simulation step, from which a sensor is measured when it is read."""
         sim = self._sim
-        handles = sim.scene.of_kind(ObjectKind.FORCE_SENSOR)
-        if not handles:
-            return
+        if self.overloaded:
+            self.overloaded.clear()
         if not sim.dynamics_enabled:
             self._records.clear()
+            self._carried.clear()
+            self._values = None
             return
-        values, objects, records, places = (
-            sim.joints.mean_sensed,
-            sim.scene.objects,
-            self._records,
-            self._places,
-        )
+        if self._annotations is not sim.scene.annotations:
+            self._find()
+        self._values = sim.joints.mean_sensed.copy()
+        if self._carried:
+            self._carried.clear()
+        if self._remembering:
+            self._measure()
+
+    def _measure(self) -> None:
+        """Measure the sensors that remember earlier steps; break those under too much load."""
+        assert self._values is not None
         failing: list[int] = []
-        for handle in handles:
-            item = objects[handle]
-            note = _note(item)
-            record = records.get(handle)
+        for item in self._remembering:
+            handle, note = item.handle, _note(item)
+            record = self._records.get(handle)
             if record is None or record.note is not note:
                 record = self._renew(item, record)
-            place = places.get(handle)
-            record.samples.append(-values[self._find(item) if place is None else place])
+            record.samples.append(-self._values[self._places[handle]])
             if not record.has_threshold or not self._is_overloaded(item, record):
                 continue
             reading = self.read(handle)
@@ -203,8 +229,39 @@ class ForceSensors(Part):
             elif reading is not None:
                 self.overloaded[handle] = reading
         for handle in failing:
-            logger.info("force sensor '%s' breaks under its load", sim.scene.get(handle).name)
+            logger.info("force sensor '%s' breaks under its load", self._sim.scene.get(handle).name)
             self.break_apart(handle)
+
+    def _find(self) -> None:
+        """Find where the values of the sensors are, and which sensors remember earlier steps."""
+        scene, places = self._sim.scene, self._sim.model.sensor_adr
+        items = [scene.objects[handle] for handle in scene.of_kind(ObjectKind.FORCE_SENSOR)]
+        self._remembering = [each for each in items if each.handle in self._records or _is_remembering(each)]
+        for item in self._remembering:
+            if item.handle not in self._records:
+                self._renew(item, None).samples.extend(self._samples_of(item.handle))
+        for item in items:
+            force, torque = places[list(item.sensors)].tolist()
+            is_one = torque == force + 3
+            self._places[item.handle] = (
+                slice(force, force + 6) if is_one else np.r_[force : force + 3, torque : torque + 3]
+            )
+        self._annotations = scene.annotations
+
+    def _samples_of(self, handle: int) -> Sequence[NDArray[np.float64]]:
+        """Return the measurements that a sensor has."""
+        if (record := self._records.get(handle)) is not None:
+            return record.samples
+        if (carried := self._carried.get(handle)) is not None:
+            return [carried]
+        if self._values is None or handle not in self._places:
+            return []
+        return [-self._values[self._places[handle]]]
+
+    def _last_measurements(self) -> dict[int, NDArray[np.float64]]:
+        """Return what the sensors without a record have measured in the last simulation step."""
+        handles = [handle for handle in {**self._carried, **self._places} if handle not in self._records]
+        return {handle: samples[-1] for handle in handles if (samples := self._samples_of(handle))}
 
     def _renew(self, item: SceneObject, record: _Record | None) -> _Record:
         """Return the record of a sensor that has none, or whose annotation has changed."""
@@ -219,20 +276,12 @@ class ForceSensors(Part):
         self._records[item.handle] = record
         return record
 
-    def _find(self, item: SceneObject) -> slice | NDArray[np.intp]:
-        """Find where the values of a sensor are."""
-        force, torque = self._sim.model.sensor_adr[list(item.sensors)].tolist()
-        place = self._places[item.handle] = (
-            slice(force, force + 6) if torque == force + 3 else np.r_[force : force + 3, torque : torque + 3]
-        )
-        return place
-
     def _is_overloaded(self, item: SceneObject, record: _Record) -> bool:
         """Count the simulation steps in which a threshold is reached; return whether the sensor breaks."""
         note = _note(item)
         if item.handle in self._broken or len(record.samples) < _samples(item):
             return False
-        filtered = _filtered(item, record)
+        filtered = _filtered(item, record.samples)
         too_much = any(
             key in note and float(np.linalg.norm(part)) >= float(note[key])
             for key, part in (("max_force", filtered[:3]), ("max_torque", filtered[3:]))
@@ -242,6 +291,8 @@ class ForceSensors(Part):
 
     def _forget(self) -> None:
         self._records.clear()
+        self._carried.clear()
+        self._values = self._annotations = None
         self._broken.clear()
         self.overloaded.clear()
 
@@ -257,9 +308,15 @@ def _samples(item: SceneObject) -> int:
     return int(_note(item).get("samples", 1))
 
 
-def _filtered(item: SceneObject, record: _Record) -> NDArray[np.float64]:
+def _is_remembering(item: SceneObject) -> bool:
+    """Return whether a sensor needs more than the values of the last simulation step."""
+    note = _note(item)
+    return _samples(item) > 1 or "max_force" in note or "max_torque" in note
+
+
+def _filtered(item: SceneObject, measured: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     """Return (6,): mean, or per component the median (of an even number the upper median, as in V-REP)."""
-    samples = np.array(record.samples)
+    samples = np.array(measured)
     if _note(item).get("filter", "average") == "median":
         return np.sort(samples, axis=0)[len(samples) // 2]
     return samples.mean(axis=0)

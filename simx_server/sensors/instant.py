@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.geometry.triangles import GeomTriangles
-from simx_server.scene.poses.pose_copies import PoseCopies, Poses
+from simx_server.scene.poses.pose_copies import Array, PoseCopies, Poses
 
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import Scene
@@ -98,11 +98,26 @@ class Surroundings:
 class Instant:
     """Poses of all geoms and sites, and positions of all bodies, at one moment; never changed after it was made."""
 
-    def __init__(self, poses: Poses, surroundings: Surroundings) -> None:
+    def __init__(self, copies: PoseCopies, numbers: Array, surroundings: Surroundings) -> None:
+        """Note a moment; `numbers`: what `copies` has copied."""
         self.surroundings = surroundings
-        self.scene, self.model = surroundings.scene, surroundings.model
-        self._poses = poses
-        self._detectable: dict[str | None, NDArray[np.bool_]] = {}
+        self._copies, self._numbers = copies, numbers
+
+    @property
+    def scene(self) -> Scene:
+        return self.surroundings.scene
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        return self.surroundings.model
+
+    @cached_property
+    def _poses(self) -> Poses:
+        return self._copies.poses(self._numbers)
+
+    @cached_property
+    def _detectable(self) -> dict[str | None, NDArray[np.bool_]]:
+        return {}
 
     @cached_property
     def geom_xpos(self) -> NDArray[np.float64]:
@@ -161,23 +176,27 @@ class Instants:
         """Store the simulation; `show_points` brings the meshes of point clouds and octrees up to date."""
         self._sim = sim
         self._show_points = show_points
+        self._present = sim.poses
+        self._of_trials: PoseCopies | None = None
         self._surroundings: Surroundings | None = None
-        self._copies: PoseCopies | None = None
 
     def now(self, *, with_points: bool = True) -> Instant:
         """Return the present state. Not `with_points`: point clouds and octrees may be as they were."""
         if with_points:
             self._show_points()
         self._sim.refresh()
-        return self.of(self._sim.data)
+        numbers = self._present.numbers()
+        return Instant(self._present.copies, numbers, self._present_surroundings())
 
     def of(self, data: mujoco.MjData) -> Instant:
         """Return another state of the present model, with fresh kinematics: a trial state."""
-        sim = self._sim
-        known = self._surroundings
+        copies = self._of_trials
+        if copies is None or copies.data is not data:
+            copies = self._of_trials = PoseCopies(data)
+        return Instant(copies, copies.numbers(), self._present_surroundings())
+
+    def _present_surroundings(self) -> Surroundings:
+        sim, known = self._sim, self._surroundings
         if known is None or known.scene is not sim.scene or known.model is not sim.model:
             known = self._surroundings = Surroundings(sim.scene, sim.model)
-        copies = self._copies
-        if copies is None or copies.data is not data:
-            copies = self._copies = PoseCopies(data)
-        return Instant(copies.take(), known)
+        return known

@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Mapping
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from .watcher import Watchers
 
 logger = logging.getLogger(__name__)
+
+_STREAMS = attrgetter("streams.by_id")
 
 
 class Rounds:
@@ -65,11 +68,18 @@ class Rounds:
 
     def make(self) -> None:
         """Make a round."""
-        is_advancing = self._due.is_advancing
-        if is_advancing:
-            self._step()
+        if self._due.is_advancing:
+            self.make_step()
         else:
             self._idle()
+            self._end_round(is_advancing=False)
+
+    def make_step(self) -> None:
+        """Make a round with a simulation step."""
+        self._step()
+        self._end_round(is_advancing=True)
+
+    def _end_round(self, *, is_advancing: bool) -> None:
         for react in self._watchers.round_made:
             react(is_advancing=is_advancing)
         self._waiting.count_round()
@@ -90,7 +100,8 @@ class Rounds:
             self._handling.handle(partial(self._simulation.fail, problem))
         if self._due.is_paced:
             self._pacer.passed(self._simulation.time_step)
-        self._publish(after_step=True)
+        if any(map(_STREAMS, self._sessions.values())):
+            self._publish(after_step=True)
         for session in self._sessions.values():
             # Values read after a trigger are of the new state, including streamed images.
             session.release_triggers(after=session.streams.images_on_the_way())

@@ -88,6 +88,17 @@ class Namespaces:
         """Return for each namespace its constants, and every function's name with None; always the same object."""
         return {space: {**constants(space), **dict.fromkeys(signatures(space))} for space in api.NAMESPACES}
 
+    @staticmethod
+    @cache
+    def reading() -> frozenset[str]:
+        """Return the full names of the functions that only read or calculate."""
+        return frozenset(
+            f"{space}.{name}"
+            for space in api.NAMESPACES
+            for name, effect in effects(space).items()
+            if effect == "reads"
+        )
+
     def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting:
         """Call a function with a script's plain values; return its results as a tuple, or a generator that returns
         them.

@@ -19,6 +19,8 @@ class AppliedForces:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._any = False
+        self.has_work = False
+        """Whether forces were ever applied."""
 
     def add(self, shape: int, force: Vector, torque: Vector) -> None:
         """Add newtons at the centre of mass and newton metres, both along world axes.
@@ -31,6 +33,9 @@ class AppliedForces:
         body = self._body(shape)
         self._sim.data.xfrc_applied[body] += (*force, *torque)
         self._any = True
+        if not self.has_work:
+            self.has_work = True
+            self._sim.replan()
 
     def add_at(self, shape: int, point: Vector, force: Vector) -> None:
         """Add a force in newtons at a point, both in the shape's own frame.

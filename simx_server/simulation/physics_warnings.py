@@ -30,18 +30,23 @@ def listen() -> None:
 
 
 class OnceAKind:
-    """Log only the first warning of each kind within the block. Each simulation step enters one.
+    """Log only the first warning of each kind within the block, which may be entered again: in each simulation step.
 
     Warnings that differ only in numbers are of one kind.
     """
 
-    __slots__ = ("_token",)
+    __slots__ = ("_kinds", "_token")
+
+    def __init__(self) -> None:
+        self._kinds: set[str] = set()
 
     def __enter__(self) -> None:
-        self._token = _heard.set(set())
+        self._token = _heard.set(self._kinds)
 
     def __exit__(self, *_: object) -> None:
         _heard.reset(self._token)
+        if self._kinds:
+            self._kinds.clear()
 
 
 _collecting: ContextVar[list[Warning] | None] = ContextVar("collecting", default=None)

@@ -11,7 +11,6 @@ import numpy as np
 
 from simx_server.scene.editing.model_state import (
     STATE,
-    editable_arrays,
     get_state,
     option_values,
     write_options,
@@ -54,7 +53,7 @@ class Snapshot:
             model=sim.model,
             data=sim.data,
             state=get_state(sim.model, sim.data),
-            arrays=[(value, value.tobytes()) for _, value in editable_arrays(sim.model)],
+            arrays=[(value, value.tobytes()) for value in sim.editable_arrays()],
             options=option_values(sim.model),
             parents={handle: item.parent for handle, item in sim.scene.objects.items()},
             identities={

@@ -8,29 +8,31 @@ length, so it does not drift.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection, Generator
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
+import numpy as np
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.foresight import Foresight
 from simx_server.joints.stepping import kinematics
-from simx_server.joints.stepping.sliding import lifts_what_slides
-from simx_server.joints.stepping.stepper import KEEP_DOWN, LIMIT_SEPARATION, UPDATE, Within
+from simx_server.joints.stepping.stepper import LIMIT_SEPARATION, UPDATE
 from simx_server.joints.watch import StepFailed, TooSlow
 from simx_server.limits import Limits
 from simx_server.scene import properties
+from simx_server.scene.editing.model_state import editable_arrays
 from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.objects import Scene
 from simx_server.scene.poses.first_turns import set_turns
+from simx_server.scene.poses.pose_copies import PresentPoses
 
 from . import physics_warnings
 from .interruptions import Interruptions
@@ -52,6 +54,9 @@ DEFAULT_TIME_STEP = 0.05
 
 Memories = list[tuple[Part, object]]
 """Parts, and what each of them remembers of a moment."""
+
+
+_RUN_EVENTS = "run_starting", "run_started", "run_ending", "run_stopping", "run_stopped"
 
 
 class SimulationState(Enum):
@@ -98,16 +103,22 @@ class Simulation:
         self.scene_is_of_client = False
         """A client sent the scene's file, or a file that it includes."""
         self._is_going_back = False
+        self.are_stages_stale = True
+        """See `replan`."""
         self._parts: list[Part] = []
-        self._told_of_steps: list[Part] = []
-        self._holding: list[Part] = []
-        self.remembering: list[Part] = []
+        self._told_of_steps: tuple[Part, ...] = ()
+        self._holding: tuple[Part, ...] = ()
+        self._told_of_runs: Mapping[str, tuple[Part, ...]] = dict.fromkeys(_RUN_EVENTS, ())
+        self.remembering: tuple[Part, ...] = ()
         """Parts that remember something of a moment, in the order of `remember_parts`."""
         self._soon: list[Callable[[], object]] = []
         self.foresight = Foresight(self)
         self.sleepers = Sleepers(self)
+        self._warnings = physics_warnings.OnceAKind()
         self.surfaces = Surfaces(self)
         self._snapshot: Snapshot | None = None
+        self._arrays: tuple[mujoco.MjModel, Sequence[np.ndarray]] | None = None
+        """A model and its `editable_arrays`."""
         self._too_slow: tuple[int, int, str] | None = None
         """The version of state and model with which a run could not make its first step, and the reason."""
 
@@ -118,8 +129,11 @@ class Simulation:
         """Shapes overlapped deeply in the last physics step."""
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
+        self.substeps = 1
+        """Number of physics steps per simulation step."""
         scene, model = empty_scene()
         self._adopt(scene, model, self._first_state(scene, model))
+        self.poses = PresentPoses(self)
 
     def attach(self, *parts: Part) -> None:
         """Notify these parts of the simulation's events from now on, after those attached before; each only once."""
@@ -132,12 +146,21 @@ class Simulation:
         self._sort_parts()
 
     def _sort_parts(self) -> None:
-        # Most parts do nothing at these two events, which come with every simulation step.
-        self._told_of_steps = [
-            each for each in self._parts if type(each).step_finished is not Part.step_finished
-        ]
-        self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
-        self.remembering = [each for each in self._parts if type(each).remember is not Part.remember]
+        # Most parts do nothing at these events, which come with every simulation step or run.
+        self._told_of_steps = self._parts_with("step_finished")
+        self._holding = self._parts_with("holds_step")
+        self.remembering = self._parts_with("remember")
+        self._told_of_runs = {event: self._parts_with(event) for event in _RUN_EVENTS}
+
+    def _parts_with(self, method: str) -> tuple[Part, ...]:
+        """Return the parts that override a method."""
+        own = getattr(Part, method)
+        return tuple(each for each in self._parts if getattr(type(each), method) is not own)
+
+    def _tell_of_run(self, event: str) -> None:
+        self.replan()
+        for part in self._told_of_runs[event]:
+            getattr(part, event)()
 
     @property
     def is_held(self) -> bool:
@@ -146,8 +169,20 @@ class Simulation:
 
     def tell(self, event: Callable[[Part], object]) -> None:
         """Notify all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
+        self.replan()
         for part in tuple(self._parts):
             event(part)
+
+    def replan(self) -> None:
+        """Have the stages of a simulation step listed again: a part has something to do in steps, or has nothing more.
+
+        Events (`tell`) do this as well.
+        """
+        self.are_stages_stale = True
+
+    def stages_listed(self) -> None:
+        """Note that the stages were listed, after all that has called `replan`."""
+        self.are_stages_stale = False
 
     def registered_names(self) -> dict[str, Collection[str]]:
         """Return the names of what exists in the parts beside objects, by its kind of annotation."""
@@ -173,9 +208,9 @@ class Simulation:
             raise CommandError("the time step can be set only while the simulation is stopped; stop it first")
         if not 0 < seconds <= 10:
             raise CommandError(f"a time step is a number above 0, up to 10 s, not {seconds}")
-        count = self._substeps(seconds, self._wanted_timestep)
+        self.substeps = self._substeps(seconds, self._wanted_timestep)
         self._time_step = float(seconds)
-        timestep = self._time_step / count
+        timestep = self._time_step / self.substeps
         if abs(timestep - self.model.opt.timestep) > 1e-12:
             logger.info(
                 "physics step is %.6g s, a whole fraction of the simulation step of %.6g s",
@@ -205,11 +240,6 @@ class Simulation:
     def physics_step(self) -> float:
         """Return the length of a physics step that was asked for; the actual one is a whole fraction of `time_step`."""
         return self._wanted_timestep
-
-    @property
-    def substeps(self) -> int:
-        """Return the number of physics steps per simulation step."""
-        return max(1, round(self._time_step / self._wanted_timestep))
 
     @property
     def is_running(self) -> bool:
@@ -272,13 +302,13 @@ class Simulation:
             return
         self._refuse_what_was_too_slow()
         self.foresight.begin_run()
-        self.tell(lambda part: part.run_starting())
+        self._tell_of_run("run_starting")
         self._snapshot = Snapshot.take(self)
         self.joints.forget_run()
         self.step_count = 0
         self.state = SimulationState.RUNNING
         self.refresh()
-        self.tell(lambda part: part.run_started())
+        self._tell_of_run("run_started")
 
     def go_back(self, snapshot: Snapshot, step_count: int) -> None:
         """Set a run that has just started to the end of a step of an earlier one, whose state was saved.
@@ -306,6 +336,7 @@ class Simulation:
 
     def recall_parts(self, memories: Memories) -> None:
         """Restore what `remember_parts` returned."""
+        self.replan()
         for part, memory in memories:
             part.recall(memory)
 
@@ -329,15 +360,16 @@ class Simulation:
         self.changed()
         self.refresh()
         self.is_stopping = False
-        self.tell(lambda part: part.run_stopped())
+        self._tell_of_run("run_stopped")
         if replaced:
             self.tell(lambda part: part.model_changed(None))
 
     def _prepare_stop(self) -> None:
         """Prepare the end of the run. The run ends even if this fails; otherwise it could never be ended."""
+        told = self._told_of_runs
         for tell in [
-            *(part.run_ending for part in self._parts),
-            *(part.run_stopping for part in self._parts),
+            *(part.run_ending for part in told["run_ending"]),
+            *(part.run_stopping for part in told["run_stopping"]),
         ]:
             try:
                 tell()
@@ -345,6 +377,12 @@ class Simulation:
                 logger.exception(
                     "part of what a stop does first has failed; the simulation stops all the same"
                 )
+
+    def editable_arrays(self) -> Sequence[np.ndarray]:
+        """Return every array of the model that a command may write: finding them takes longer than copying them."""
+        if self._arrays is None or self._arrays[0] is not self.model:
+            self._arrays = self.model, [value for _, value in editable_arrays(self.model)]
+        return self._arrays[1]
 
     def run_physics(self) -> None:
         """Make the physics steps of one simulation step. When physics cannot continue, the run is stopped."""
@@ -360,7 +398,7 @@ class Simulation:
     def count_step(self) -> None:
         """Advance the time after a complete simulation step."""
         self.step_count += 1
-        for part in tuple(self._told_of_steps):
+        for part in self._told_of_steps:
             part.step_finished()
 
     def _make_physics(self) -> None:
@@ -375,35 +413,35 @@ class Simulation:
             self.refresh()
             return
         flags = LIMIT_SEPARATION if self.is_rearranged or self.has_overlaps else 0
-        if lifts_what_slides(self.model):
-            flags |= KEEP_DOWN
-        within: tuple[Within, ...] = (self.foresight.look,) if self.foresight.is_needed(self.model) else ()
         if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
             self.is_rearranged = False
             if self.model.ngeom > FEW:
                 self._check_room()
         sleepers = self.sleepers
-        with physics_warnings.OnceAKind():
+        with self._warnings:
             if sleepers.are_to_wake:
                 self.refresh()
             if sleepers.must_stay_awake:
                 with sleepers.kept_awake():
-                    self._step_joints(flags, within)
+                    self._step_joints(flags)
                 is_updated = False
             else:
-                self._step_joints(flags | UPDATE, within)
+                self._step_joints(flags | UPDATE)
                 is_updated = not sleepers.are_to_wake  # clients are served within a long step
-        self._moved()
-        if is_updated:
-            self._stale = False
-        else:
+        self.version += 1
+        self._stale = not is_updated
+        if not is_updated:
             self.refresh()
 
-    def _step_joints(self, flags: int, within: tuple[Within, ...]) -> None:
+    def _step_joints(self, flags: int) -> None:
+        foresight = self.foresight
+        if not foresight.is_needed(self.model):
+            self.has_overlaps = self.joints.step(self.substeps, flags)
+            return
         try:
-            self.has_overlaps = self.joints.step(self.substeps, flags, *within)
+            self.has_overlaps = self.joints.step(self.substeps, flags, foresight.look)
         finally:
-            self.foresight.restore()
+            foresight.restore()
 
     def _check_room(self) -> None:
         """Refuse a state in which one physics step might take very long.

@@ -96,10 +96,15 @@ class Surfaces(Part):
         else:
             self._own.pop(handle, None)
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether surfaces could move, and drag something."""
+        return bool(self._sim.model.nv and len(self._bodies))
+
     def prepare(self) -> None:
         """Find what moves in the physics of this simulation step; called right before it."""
         sim = self._sim
-        if not (sim.model.nv and len(self._bodies)):
+        if not (sim.is_rearranged or self._own or self._velocities):
             return
         velocities = self._of_moved_bodies() if sim.is_rearranged else {}
         if not sim.dynamics_enabled:

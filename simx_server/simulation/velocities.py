@@ -30,8 +30,8 @@ class Velocities(Part):
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
-        self._copies = PoseCopies(sim.data)
-        self._before = self._after = self._copies.take()
+        self._present = sim.poses
+        self.restart()
 
     def scene_changed(self) -> None:
         self.restart()
@@ -50,28 +50,32 @@ class Velocities(Part):
 
     def restart(self) -> None:
         """Reset all velocities to 0: a run starts or ends, or there is another model. The kinematics must be fresh."""
-        if self._copies.data is not self._sim.data:
-            self._copies = PoseCopies(self._sim.data)
-        self._before = self._after = self._copies.take()
+        self._before = self._after = self._present.numbers()
+        self._copies = self._present.copies
 
     def store(self) -> None:
         """Store the poses at the end of a simulation step. The kinematics must be fresh."""
-        self._before, self._after = self._after, self._copies.take()
+        self._before, self._after = self._after, self._present.numbers()
 
     def go_on(self, before: mujoco.MjData | None) -> None:
         """Take the velocities between an earlier step's poses and the present ones; None: all are 0."""
         self.restart()
         if before is not None:
-            self._before = PoseCopies(before).take()
+            self._before = self._copies.numbers()
+            old, new = PoseCopies(before).take(), self._copies.poses(self._before)
+            for element in POSES:
+                for kept, known in zip(new.of(element), old.of(element), strict=True):
+                    kept[:] = known
 
     def _carry(self, twins: Twins) -> None:
         """Carry velocities over to an edited model, for elements that stayed (by name)."""
-        before, after = self._before, self._after
+        before, after = map(self._copies.poses, (self._before, self._after))
         self.restart()
-        self._before = self._copies.take()  # a separate copy, since both are written
+        self._before, self._after = self._copies.numbers(), self._copies.numbers()
+        new_before, new_after = map(self._copies.poses, (self._before, self._after))
         for element in POSES:
             old, new = twins.pairs("cam" if element == "camera" else element)
-            for target, source in ((self._before, before), (self._after, after)):
+            for target, source in ((new_before, before), (new_after, after)):
                 for kept, known in zip(target.of(element), source.of(element), strict=True):
                     kept[new] = known[old]
 
@@ -98,15 +102,14 @@ class Velocities(Part):
         return motion[3:].tolist(), motion[:3].tolist()
 
     def _poses(self, item: SceneObject) -> tuple[Pose, Pose]:
+        before, after = map(self._copies.poses, (self._before, self._after))
         if item.element in POSES:
-            return _pose(self._before, item.element, item.id), _pose(self._after, item.element, item.id)
+            return _pose(before, item.element, item.id), _pose(after, item.element, item.id)
         # A joint or a tendon's frame is measured by the body it is fixed to.
         self._sim.refresh()
         body = carrier_body(self._sim, item)
         local = compose(inverse(body_pose(self._sim, body)), object_pose(self._sim, item))
-        return compose(_pose(self._before, "body", body), local), compose(
-            _pose(self._after, "body", body), local
-        )
+        return compose(_pose(before, "body", body), local), compose(_pose(after, "body", body), local)
 
 
 def _pose(memory: Poses, element: str, index: int) -> Pose:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.planning.motion_plannings import MotionPlannings
@@ -47,8 +47,8 @@ from simx_server.simulation.velocities import Velocities
 
 Action = Callable[[], object]
 
-Stage = tuple[str, Callable[["World"], Action]]
-"""A name, and a function that returns what a world does in this stage."""
+Stage = tuple[str, Callable[["World"], Action | Literal[False]]]
+"""A name, and a function that returns what a world does in this stage; False: nothing, until `Simulation.replan`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,34 +94,43 @@ class World:
     parameters: Parameters
 
     STEP: ClassVar[tuple[Stage, ...]] = (
-        ("scripts' actuation", lambda world: world.scripts.actuate),
-        ("paths", lambda world: world.paths.move),
-        ("inverse kinematics", lambda world: world.ik_groups.handle_automatic),
-        ("first velocities of placed shapes", lambda world: world.object_settings.launch_placed),
-        ("surfaces that move", lambda world: world.simulation.surfaces.prepare),
+        ("scripts' actuation", lambda world: world.scripts.has_work and world.scripts.actuate),
+        ("paths", lambda world: world.paths.has_work and world.paths.move),
+        ("inverse kinematics", lambda world: world.ik_groups.has_work and world.ik_groups.handle_automatic),
+        (
+            "first velocities of placed shapes",
+            lambda world: world.object_settings.has_work and world.object_settings.launch_placed,
+        ),
+        (
+            "surfaces that move",
+            lambda world: world.simulation.surfaces.has_work and world.simulation.surfaces.prepare,
+        ),
         ("physics with joint controllers", lambda world: world.simulation.run_physics),
-        ("moved surfaces arrive", lambda world: world.simulation.surfaces.finish),
-        ("applied forces end", lambda world: world.applied_forces.clear),
+        (
+            "moved surfaces arrive",
+            lambda world: world.simulation.surfaces.has_work and world.simulation.surfaces.finish,
+        ),
+        ("applied forces end", lambda world: world.applied_forces.has_work and world.applied_forces.clear),
         ("velocities of objects", lambda world: world.velocities.store),
         ("velocities of joints", lambda world: world.simulation.measure_joints),
-        ("meshes of changed point clouds", lambda world: world.clouds.show),
-        ("textures that scripts wrote", lambda world: world.textures.show),
-        ("collisions and distances", lambda world: world.meters.sense),
-        ("proximity sensors", lambda world: world.proximity.sense),
-        ("force sensors", lambda world: world.force.sense),
-        ("vision sensors", lambda world: world.vision.sense_all),
-        ("images that scripts judge", lambda world: world.scripts.judge_images),
-        ("scripts' sensing", lambda world: world.scripts.sense),
-        ("graphs", lambda world: world.graphs.record_all),
+        ("meshes of changed point clouds", lambda world: world.clouds.has_work and world.clouds.show),
+        ("textures that scripts wrote", lambda world: world.textures.has_work and world.textures.show),
+        ("collisions and distances", lambda world: world.meters.has_work and world.meters.sense),
+        ("proximity sensors", lambda world: world.proximity.has_work and world.proximity.sense),
+        ("force sensors", lambda world: world.force.has_work and world.force.sense),
+        ("vision sensors", lambda world: world.vision.has_work and world.vision.sense_all),
+        ("images that scripts judge", lambda world: world.scripts.judges and world.scripts.judge_images),
+        ("scripts' sensing", lambda world: world.scripts.senses and world.scripts.sense),
+        ("graphs", lambda world: world.graphs.has_work and world.graphs.record_all),
         ("time", lambda world: world.simulation.count_step),
     )
     """The stages of a simulation step, in the order of V-REP's main script. Other images are rendered on request."""
 
-    _step: tuple[Action, ...] = field(init=False, repr=False)
-    """The stages of this world: a small step spends much of its time on reaching them."""
+    stages: list[tuple[int, Action]] = field(init=False, repr=False)
+    """What `find_stages` found when `Simulation.replan` was called last; belongs to `step`."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_step", tuple(stage(self) for _, stage in self.STEP))
+        object.__setattr__(self, "stages", [])
 
     @property
     def limits(self) -> Limits:
@@ -130,13 +139,28 @@ class World:
 
     def step(self) -> None:
         """Make one simulation step if the simulation runs. When physics cannot continue, the run is stopped."""
-        simulation = self.simulation
-        running = SimulationState.RUNNING
-        for stage in self._step:
-            if simulation.state is not running:
-                return
-            stage()
+        simulation, running, done = self.simulation, SimulationState.RUNNING, -1
+        while done < len(self.STEP) - 1:
+            for number, act in self._stages_after(done):
+                if simulation.state is not running:
+                    return
+                act()
+                done = number
+                if simulation.are_stages_stale:
+                    break
         simulation.settle()
+
+    def _stages_after(self, done: int) -> Sequence[tuple[int, Action]]:
+        """Return what is left of a simulation step; a stage may give a later one something to do."""
+        if self.simulation.are_stages_stale:
+            self.simulation.stages_listed()
+            self.stages[:] = self.find_stages()
+        return self.stages if done < 0 else [each for each in self.stages if each[0] > done]
+
+    def find_stages(self) -> list[tuple[int, Action]]:
+        """Return what there is to do in a simulation step now, with the numbers of the stages in `STEP`."""
+        found = ((number, find(self)) for number, (_, find) in enumerate(self.STEP))
+        return [(number, act) for number, act in found if callable(act)]
 
     def idle(self) -> None:
         """Do regular work; to be called from time to time while stopped or paused."""

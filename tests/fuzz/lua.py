@@ -96,6 +96,9 @@ class _Victim:
             raise ValueError("embedded null byte")
         return None
 
+    def phases_changed(self) -> None:
+        pass
+
     def serve_others(self) -> None:
         now = time.thread_time()
         self.longest = max(self.longest, now - self.last)

@@ -32,6 +32,9 @@ class EchoApi:
             raise CommandError("too long a pause")
         return (count, "done")
 
+    def phases_changed(self) -> None:
+        pass
+
     def serve_others(self) -> None:
         self.served += 1
 

@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 
 from simx_client.protocol.cli.installing import DISTRIBUTION, by_extra, declared, line, name_of, package_line
@@ -96,18 +96,23 @@ def check_memory(free: int | None = None) -> Finding:
     return Finding(OK, "memory", text)
 
 
-def check_physics_steps() -> Finding:
-    """Check in which form physics steps run; it is the same physics in both."""
-    topic = "physics steps"
+def check_compiled_forms() -> list[Finding]:
+    """Check in which form physics steps run and distances are searched; the results of both forms are equal."""
+    topics = {"physics steps": "joints.native", "distances": "sensors.distance.native"}
+    return [_check_form(topic, f"simx_server.{package}.loading") for topic, package in topics.items()]
+
+
+def _check_form(topic: str, module: str) -> Finding:
     try:
-        from simx_server.joints.native.loading import form
+        found = import_module(module).form()
     except ImportError as error:
         return Finding(WARNING, topic, f"not known: {error}")
-    module, reason = form()
-    if module is not None:
-        return Finding(OK, topic, reason)
-    advice = "with a C compiler, install the package again; physics is the same without, and up to five times slower"
-    return Finding(WARNING, topic, f"in Python: {reason}", advice)
+    if found.module is not None:
+        return Finding(OK, topic, found.reason)
+    advice = (
+        "with a C compiler, install the package again; results are equal without, and up to five times slower"
+    )
+    return Finding(WARNING, topic, f"in Python: {found.reason}", advice)
 
 
 def _available_memory() -> int | None:

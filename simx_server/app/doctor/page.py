@@ -29,7 +29,7 @@ def checks(settings: Settings) -> list[Check]:
         lambda: [machine.check_python()],
         machine.check_packages,
         lambda: [machine.check_cores(), machine.check_memory()],
-        lambda: [machine.check_physics_steps()],
+        machine.check_compiled_forms,
         lambda: [machine.check_workspace(settings.workspace)],
         lambda: network.check_ports([*settings.ports, *map(port_of, settings.legacy_ports)]),
         lambda: [network.check_zenoh()],

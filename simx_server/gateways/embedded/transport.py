@@ -10,16 +10,17 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from threading import get_ident
-from typing import cast
+from time import monotonic, perf_counter
+from typing import Any, cast
 
 from simx_client.errors import ConnectionFailed
-from simx_client.protocol.commands import Command
+from simx_client.protocol.commands import TRIGGER, Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values
-from simx_client.transport.direct import DirectFunction
+from simx_client.transport.direct import DirectFunction, ShortWay
 from simx_server.limits import LimitReached
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.link import PackingLink
@@ -29,7 +30,10 @@ from simx_server.service.calls.direct import DirectCall
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.loop import ServerLoop
+from simx_server.simulation.simulation import SimulationState
 
+from .addresses import Addresses, Read
+from .alone import Alone
 from .turns import Turns
 
 _MOST_WAITED = 0.05
@@ -51,6 +55,7 @@ class EmbeddedTransport(PackingLink):
         self._loop, self._service, self._turns = loop, loop.service, turns
         self._name, self._port = name, port
         self._session: ClientSession | None = None
+        self._alone: Alone | None = None
         self.is_direct = False
         """Whether calls may be direct: the client has joined, and no recording needs messages."""
 
@@ -60,11 +65,14 @@ class EmbeddedTransport(PackingLink):
         self._computed: Instant | None = None
         """When these values were computed."""
 
-        self._replied: Instant | None = None
+        self._replied: tuple[float, SimulationState, int] | None = None
         """When the client took the newest values, or got its newest direct reply."""
 
         self._images: dict[int, bytes] = {}
         self._prepared: dict[str, DirectCall] = {}
+        self._addresses = Addresses(self._service.world)
+        self._version = -1
+        self.replied_at_ms = 0
 
     # --- the client's side: messages -------------------------------------------------------------
 
@@ -82,7 +90,8 @@ class EmbeddedTransport(PackingLink):
         if not self._turns.begin(time.monotonic() + timeout):
             raise ConnectionFailed("the embedded simulation does not answer: another thread keeps it busy")
         try:
-            self._session = self._service.clients.join(self.client, self._name, self._port, self)
+            session = self._service.clients.join(self.client, self._name, self._port, self)
+            self._session, self._alone = session, Alone(self._service, self._turns, session)
             self.is_direct = not self._service.watchers.need_whole_batches
             self._turns.note_change()
         except LimitReached as problem:
@@ -190,6 +199,77 @@ class EmbeddedTransport(PackingLink):
 
         return call
 
+    def short_way(self, command: Command, report: Callable[[str], object]) -> ShortWay | None:
+        """Return a function that makes a call without marshalling; None if the command has none.
+
+        Args:
+            report: is called with the reason of a refused call.
+        """
+        session, alone = self._session, self._alone
+        if session is None or alone is None:
+            raise ConnectionFailed("the client has not joined")
+        direct = self._direct(session, command)
+        if command.name == TRIGGER:
+            return self._step(direct, alone, report)
+        read = self._addresses.read_of(command.name)
+        return None if read is None else self._read(direct, read)
+
+    def _read(self, direct: DirectCall, read_at: Read) -> ShortWay:
+        turns, executor = self._turns, self._service.executor
+        lock, is_held_here, is_first_at, note_time = (
+            turns.lock,
+            turns.is_held_here,
+            direct.begin,
+            self._note_time,
+        )
+        simulation = self._service.simulation
+
+        def read(arguments: tuple[Any, ...]) -> Any:
+            if executor.log_of_calls is not None or is_held_here() or not lock.acquire(False):
+                return None
+            turns.owner = get_ident()
+            try:
+                result = read_at(arguments)
+                if result is not None:
+                    if (began := is_first_at()) is not None:
+                        direct.record(perf_counter() - began)
+                    if simulation.version != self._version:
+                        note_time()
+                    self._replied = monotonic(), simulation.state, simulation.scene_id
+                return result
+            finally:
+                turns.owner = 0
+                lock.release()
+
+        return read
+
+    def _step(self, direct: DirectCall, alone: Alone, report: Callable[[str], object]) -> ShortWay:
+        turns, messages = self._turns, self._service.messages
+        lock, is_held_here = turns.lock, turns.is_held_here
+
+        def step(_arguments: tuple[Any, ...]) -> int | None:
+            if is_held_here() or not lock.acquire(False):
+                return None
+            turns.owner = get_ident()
+            try:
+                if not alone.is_alone:
+                    return None
+                self._note_time()
+                self._replied = messages.instant()
+                status, values = alone.step(direct)
+            finally:
+                turns.owner = 0
+                lock.release()
+            if status and values:
+                report(str(values[0]))
+            return status
+
+        return step
+
+    def _note_time(self) -> None:
+        """Note the time of replies, which changes with `Simulation.version`: steps and stops change that too."""
+        self._version, self.replied_at_ms = self._service.simulation.version, self._service.messages.time_ms()
+
     def execute_together(self, calls: Sequence[tuple[Command, Values]], timeout: float) -> list[Reply] | None:
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
@@ -200,6 +280,7 @@ class EmbeddedTransport(PackingLink):
         while left and self._turns.begin(deadline):
             try:
                 later = self._execute_until_wait(self._session, left, replies)
+                self._replied = self._service.messages.instant()
             finally:
                 self._turns.end()
             if later is not None:
@@ -213,15 +294,19 @@ class EmbeddedTransport(PackingLink):
         self, session: ClientSession, calls: deque[tuple[Command, Values]], replies: list[Reply]
     ) -> tuple[DirectCall, Future[Answer]] | None:
         """Execute calls and add their replies, until one is answered later; return that one. Within a turn."""
+        prepared, alone, reply = self._prepared, self._alone, self._reply
         while calls:
             command, arguments = calls.popleft()
-            direct = self._direct(session, command)
+            direct = prepared.get(command.name) or self._direct(session, command)
+            if command.name == TRIGGER and alone is not None and alone.is_alone:
+                replies.append(reply(direct, alone.step(direct)))
+                continue
             answer = direct.execute(arguments)
             if direct.may_change_pace:
                 self._note_change(answer)
-            if isinstance(answer, Future):
-                return direct, answer
-            replies.append(self._reply(direct, answer))
+            if answer.__class__ is not tuple:
+                return direct, cast("Future[Answer]", answer)
+            replies.append(reply(direct, cast(Answer, answer)))
         return None
 
     def _direct(self, session: ClientSession, command: Command) -> DirectCall:
@@ -231,11 +316,13 @@ class EmbeddedTransport(PackingLink):
         return found
 
     def _reply(self, direct: DirectCall, answer: Answer) -> Reply:
-        """Return the newest direct reply."""
-        messages, (status, values) = self._service.messages, answer
-        self._replied = messages.instant()
-        values = values if status else direct.received(values)
-        return of_fields(Reply, (0, status, messages.time_ms(), values))
+        """Return the reply to a direct call."""
+        status, values = answer
+        if self._service.simulation.version != self._version:
+            self._note_time()
+        return of_fields(
+            Reply, (0, status, self.replied_at_ms, values if status else direct.received(values))
+        )
 
     def _note_change(self, answer: Answer | Future[Answer]) -> None:
         """Go on after a call that may have started, stopped or stepped the simulation. Within a turn."""
@@ -269,7 +356,9 @@ class EmbeddedTransport(PackingLink):
     def header(self, message_id: int, client_time: int) -> Delivery | None:
         """Return the newest direct reply, or values of streams, in the form of a message's header."""
         at = self._replied
-        return None if at is None else self._service.messages.header(at, message_id, client_time)
+        return (
+            None if at is None else self._service.messages.header(Instant._make(at), message_id, client_time)
+        )
 
     # --- the server's side: the link -------------------------------------------------------------
 

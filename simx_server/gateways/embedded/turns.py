@@ -48,7 +48,7 @@ class Turns:
         """An entry for each caller that waits for its turn; a deque counts atomically."""
 
         self._entered = threading.Event()
-        self._has_gateways = has_gateways
+        self.has_gateways = has_gateways
         self._thread: threading.Thread | None = None
         self._is_ending = False
         self._next_look = 0.0
@@ -85,7 +85,7 @@ class Turns:
 
     def note_change(self) -> None:
         """Start or wake the pacing thread if it is needed now. Call this within a turn that may have changed that."""
-        if self._has_gateways or self._loop.advances_alone:
+        if self.has_gateways or self._loop.advances_alone:
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="simx-pacing", daemon=True)
                 self._thread.start()
@@ -108,7 +108,7 @@ class Turns:
                 if (now := time.monotonic()) >= self._next_look:
                     self._next_look = now + LOOK
                     loop.look()
-                is_needed = self._has_gateways or loop.advances_alone
+                is_needed = self.has_gateways or loop.advances_alone
                 seconds = min(1.0, loop.service.due.seconds_until_round()) if is_needed else _ASLEEP
             finally:
                 self.end()

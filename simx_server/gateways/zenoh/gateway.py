@@ -197,7 +197,7 @@ class ZenohGateway(Gateway, Part):
         ]
         self._calls = session.declare_subscriber(keys.call(realm), direct(self._take_in(), indirect=False))
         self._clients = session.liveliness().declare_subscriber(
-            keys.client(realm), direct(self._on_client, indirect=False)
+            keys.client(realm), direct(self._on_client, indirect=False), history=True
         )
         self._token = session.liveliness().declare_token(keys.alive(realm))
 

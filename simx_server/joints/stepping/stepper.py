@@ -29,7 +29,7 @@ from .noslip import Noslip
 from .position_control import Control, PositionControl, PositionMemory
 from .scripted import Ask, ScriptedJoints
 from .separation import has_deep_contacts, limit_separation
-from .sliding import keep_down
+from .sliding import keep_down, lifts_what_slides
 from .stiff_springs import StiffSprings
 
 if TYPE_CHECKING:
@@ -109,6 +109,8 @@ class Stepper:
         )
         """Nothing has to run between, or within, the physics steps of a simulation step."""
 
+        self._flags = KEEP_DOWN if lifts_what_slides(model) else 0
+        self._has_stiff_springs = bool(self._stiff_springs)
         self._before, self._after = self._controllers()
         needs_python = bool(self._scripted or accompany or self._kinematic.needs_python)
         self._module = None if needs_python else compiled_module()
@@ -160,7 +162,7 @@ class Stepper:
 
         Args:
             count: number of physics steps.
-            flags: the sum of `LIMIT_SEPARATION`, `KEEP_DOWN` and `UPDATE` that are wanted.
+            flags: the sum of `LIMIT_SEPARATION` and `UPDATE` that are wanted.
             average_force: whether forces are averaged also without controllers; else they are those of the last step.
             within: called within each step, before the corrections.
 
@@ -170,6 +172,7 @@ class Stepper:
         Raises:
             StepFailed: see `Watch.made`; or the result is not finite.
         """
+        flags |= self._flags
         corrections = flags & (LIMIT_SEPARATION | KEEP_DOWN)
         if self._is_constant and not (average_force or self._has_cells or within or corrections):
             flags |= LAST_FORCE
@@ -194,11 +197,10 @@ class Stepper:
         if step is None:
             step = self._step = self._compile()
         while done < count:
-            if self._stiff_springs:
+            if self._has_stiff_springs:
                 self._stiff_springs.refresh()
-            end = watch.next_end(stops=True) if done or watch.has_points else count
             try:
-                done = step.run(done, end, count, watching.GLANCE, flags)
+                done = step.run(done, watch.next_end(stops=True), count, watching.GLANCE, flags)
             except self._no_room:
                 raise no_room(self._data) from None
             if step.has_diverged or done < count or step.seconds > watching.GLANCE:

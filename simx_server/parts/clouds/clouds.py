@@ -215,6 +215,12 @@ class PointClouds(Part):
         position, quat = inverse(frames.get_pose(self._sim, handle))
         return places @ np.array(matrix(quat)).T + np.array(position)
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether the scene has point clouds or octrees."""
+        of_kind = self._sim.scene.of_kind
+        return bool(of_kind(ObjectKind.POINT_CLOUD) or of_kind(ObjectKind.OCTREE))
+
     def show(self) -> None:
         """Bring the meshes up to date. It takes long only when points have changed."""
         if not self._changed or self._sim.physics_calls.name:

@@ -43,7 +43,11 @@ class Graphs(Part):
     def get(self, handle: int) -> Graph:
         """Return the graph of an object; empty at first. Raises UnknownHandle."""
         self._sim.scene.get(handle)
-        return self._graphs.setdefault(handle, Graph())
+        graph = self._graphs.get(handle)
+        if graph is None:
+            graph = self._graphs[handle] = Graph()
+            self._sim.replan()
+        return graph
 
     def handles(self) -> list[int]:
         """Return the handles of the objects with graphs."""
@@ -59,6 +63,11 @@ class Graphs(Part):
         for stream in self.get(handle).streams.values():
             stream.samples.clear()
             stream.pending = None
+
+    @property
+    def has_work(self) -> bool:
+        """Return whether there are graphs."""
+        return bool(self._graphs)
 
     def record_all(self) -> None:
         """Handle all graphs that are not explicit, with the time at the end of the present simulation step."""

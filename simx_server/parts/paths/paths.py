@@ -150,6 +150,11 @@ class Paths(Part):
         local = compose(inverse(get_pose(self._sim, handle)), ((x, y, z), (1.0, 0.0, 0.0, 0.0)))
         return self.get(handle).curve.nearest(local[0])
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether the scene has paths."""
+        return bool(self.handles())
+
     def move(self) -> None:
         """Move the positions of all paths that are not explicit by a simulation step, as V-REP's main script does."""
         if self.is_enabled and (handles := self.handles()):

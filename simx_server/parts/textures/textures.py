@@ -41,6 +41,8 @@ class Textures(Part):
         """Name of each texture that has a number, from 0."""
         self._written: dict[str, Pixels] = {}
         """Textures by name that the model has not got yet."""
+        self.has_work = False
+        """Whether scripts ever wrote a texture."""
 
     def scene_changed(self) -> None:
         self._names = []
@@ -104,6 +106,9 @@ class Textures(Part):
     def write(self, number: int, pixels: Pixels) -> None:
         """Replace all pixels (height, width, 3). Raises CommandError."""
         self._written[self.name(number)] = pixels
+        if not self.has_work:
+            self.has_work = True
+            self._sim.replan()
 
     def add(self, pixels: Pixels) -> str:
         """Add a texture (height, width, 3) that nothing has yet, and return its full name. Raises CommandError."""

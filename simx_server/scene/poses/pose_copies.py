@@ -6,11 +6,15 @@ of each array: 0.3 instead of 6 us in the tutorial's scene.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from simx_server.scene.live import LiveScene
 
 Array = NDArray[np.float64]
 
@@ -30,7 +34,7 @@ _MOST_WASTE = 4
 
 
 class PoseCopies:
-    """Makes copies of the poses in one `MjData`."""
+    """Makes copies of the poses in one `MjData`. The kinematics must be fresh."""
 
     def __init__(self, data: mujoco.MjData) -> None:
         self.data = data
@@ -38,14 +42,20 @@ class PoseCopies:
         self._places: dict[str, tuple[int, tuple[int, ...]]] = {}
         """For each array its offset in the block, in numbers, and its shape."""
 
-        self._block = self._find_block()
+        block = self._find_block()
+        self.numbers: Callable[[], Array] = self._joined if block is None else block.copy
+        """Copies the present poses as one array, for `poses`."""
+
+    def poses(self, numbers: Array) -> Poses:
+        """Return what `numbers` has copied."""
+        return Poses(numbers, self._places)
 
     def take(self) -> Poses:
-        """Copy the present poses; the kinematics must be fresh."""
-        if self._block is not None:
-            return Poses(self._block.copy(), self._places)
-        values = [np.ravel(array) for array in self._arrays.values()]
-        return Poses(np.concatenate(values), self._places)
+        """Copy the present poses."""
+        return Poses(self.numbers(), self._places)
+
+    def _joined(self) -> Array:
+        return np.concatenate([np.ravel(array) for array in self._arrays.values()])
 
     def _find_block(self) -> Array | None:
         """Fill `_places`; return the block's memory, or None if it has to be put together."""
@@ -70,6 +80,24 @@ class PoseCopies:
             self._places[name] = offset, array.shape
             offset += array.size
         return None
+
+
+class PresentPoses:
+    """Copies of the present poses of a scene; one copy serves all as long as nothing moves."""
+
+    def __init__(self, sim: LiveScene) -> None:
+        self._sim = sim
+        self.copies = PoseCopies(sim.data)
+        self._numbers, self._version = self.copies.numbers(), -1
+
+    def numbers(self) -> Array:
+        """Return the present poses as one array, which is not to be written. The kinematics must be fresh."""
+        sim = self._sim
+        if self._version != sim.version:
+            if self.copies.data is not sim.data:
+                self.copies = PoseCopies(sim.data)
+            self._numbers, self._version = self.copies.numbers(), sim.version
+        return self._numbers
 
 
 class Poses:

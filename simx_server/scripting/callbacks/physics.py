@@ -11,6 +11,7 @@ call-back, within a physics step, the state cannot even be copied: images are no
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from simx_server.scripting.lives import Lives
@@ -44,7 +45,7 @@ class PhysicsCallBacks:
         """Delete the answers at the start of another simulation step, so that scripts are called again."""
         self._known.clear()
 
-    def watch(self, scripts: list[Script]) -> None:
+    def watch(self, scripts: Sequence[Script]) -> None:
         """Update the lists of call-backs after scripts have started or ended."""
         self._contact = _having(scripts, CONTACT)
         self._step = _having(scripts, STEP)
@@ -90,7 +91,7 @@ class PhysicsCallBacks:
                 self._lives.call(script, function, known)
 
 
-def _having(scripts: list[Script], functions: tuple[str, ...]) -> list[tuple[Script, str]]:
+def _having(scripts: Sequence[Script], functions: tuple[str, ...]) -> list[tuple[Script, str]]:
     """Return the scripts that have one of the functions, with its name."""
     return [(one, name) for one in scripts for name in functions if one.has(name)]
 

@@ -12,7 +12,7 @@ script the first one with a result decides.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
@@ -61,18 +61,22 @@ class VisionCallBacks:
         """Sensors whose scripts are processing an image now: an image that such a script sets is not processed again.
         """
 
-    def watch(self, scripts: list[Script]) -> None:
+    @property
+    def has_work(self) -> bool:
+        """Return whether scripts process images, or are called on detections."""
+        return bool(self._judged or self._told)
+
+    def watch(self, scripts: Sequence[Script]) -> None:
         """Update the list of sensors after scripts have started or ended."""
         self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
         self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
         self._vision.tell_images(self._judge)
+        self._sim.replan()
 
     def sense(self) -> None:
         """Process the images of a simulation step: all are requested before the first script waits for one."""
         sim = self._sim
         concerned = self._judged | self._told
-        if not concerned:
-            return
         sensors = [one for one in sim.scene.of_kind(ObjectKind.VISION_SENSOR) if one in concerned]
         for handle in [handle for handle in sensors if self._vision.sense(handle)]:
             self._judge(handle)

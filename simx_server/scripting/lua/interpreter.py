@@ -22,6 +22,7 @@ from simx_server.scripting.interpreter import (
     MEMORY_LIMIT,
     NOT_IN_A_THREAD,
     OLD_SPACES,
+    PHASES,
     TIME_LIMIT,
     TIMEOUT,
     Api,
@@ -107,6 +108,7 @@ class LuaInterpreter:
         self._has_coroutines = False
         """Whether the script may run as a coroutine, so that its loops are counted."""
 
+        self.lacking: frozenset[str] = frozenset()
         self._tokens = itertools.count(1)
         lupa = load_lupa()
         self._lua_type = lupa.lua_type
@@ -125,6 +127,8 @@ class LuaInterpreter:
             self._sealed(self._counted, None),
             self._sealed(self._is_tired, False),
             self._sealed(_refuse, b"failed inside the server; its log says why"),
+            self._to_lua(PHASES),
+            self._sealed(self._note_lacking, None),
             MAX_DEPTH,
             load(names(api.namespaces()), b"=sandbox", b"b"),
             self._to_lua(dict(OLD_SPACES)),
@@ -163,6 +167,14 @@ class LuaInterpreter:
         """
         return self._enter(b"call", function.encode(), *map(self._to_lua, arguments))
 
+    def attempt(self, function: str, *arguments: Any) -> list[Any] | None:
+        """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
+        if function in self.lacking and not self._depth:
+            return None
+        if not arguments:
+            return self._enter(b"attempt", function.encode())
+        return self._enter(b"attempt", function.encode(), *map(self._to_lua, arguments))
+
     def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""
         return self._enter(b"apply", function.function, *map(self._to_lua, arguments))
@@ -184,18 +196,20 @@ class LuaInterpreter:
         """Run the thread until it waits; return True while it is running."""
         return bool(self._enter(b"resume")[0])
 
-    def _enter(self, action: bytes, *arguments: Any) -> list[Any]:
+    def _enter(self, action: bytes, *arguments: Any) -> Any:
+        """Call a function of `sandbox.lua`; return its results after the status, or None if its only one is nil."""
         if self._has_ended:
             raise ScriptError(f"{self.name}: the script has ended")
         if not self._depth:
             self._deadline = None
-            self._api.switching.spent = self._api.switching.edited = 0.0
-            self._api.switching.calls = 0
+            switching = self._api.switching
+            switching.spent = switching.edited = 0.0
+            switching.calls = 0
             now = time.monotonic()
             self._serve_next, self._end_by = now + TIMEOUT, now + ENDING_LIMIT
         self._depth += 1
         try:
-            answer: tuple[Any, ...] | bool = self._face[action](*arguments)
+            answer: tuple[Any, ...] | bool | None = self._face[action](*arguments)
         except self._memory_error:
             raise ScriptError(f"{self.name}: used more than {MEMORY_LIMIT >> 20} MiB of memory") from None
         finally:
@@ -205,6 +219,10 @@ class LuaInterpreter:
             if self._raised and not self._depth:
                 raised, self._raised = self._raised, None
                 raise raised
+        if answer is True:
+            return []
+        if answer is None:
+            return None
         ok, *results = answer if isinstance(answer, tuple) else (answer,)
         if ok is not True:
             raise ScriptError(self._explain(_shown(results[0])))
@@ -251,6 +269,10 @@ class LuaInterpreter:
         """
         self._has_coroutines = self._has_coroutines or may_make_coroutines(source)
         return with_turns(source) if self._has_coroutines else None
+
+    def _note_lacking(self, bits: int) -> None:
+        self.lacking = frozenset(name for place, name in enumerate(PHASES) if bits >> place & 1)
+        self._api.phases_changed()
 
     def _is_tired(self, turns: int) -> bool:
         return self._api.switching.is_tired(turns * _TURN_TIME)

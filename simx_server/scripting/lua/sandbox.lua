@@ -21,8 +21,8 @@
 -- result of a function of the API is its status: true, false (an error), `switch` (done, but switch to others
 -- first) or `wait` (call again after the next resumption).
 
-local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, namespaces, old_spaces,
-    parts = ...
+local late, invoke, proceed, output, module, with_turns, is_tired, refuse, phases, tell_lacking, max_depth, namespaces,
+    old_spaces, parts = ...
 
 -- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
@@ -40,7 +40,8 @@ local depth, level, report, enter = 0, 0, nil, nil
 local function part(name) return load(parts[name], "=sandbox", "b") end
 
 local watching = part("watch")(late)
-local where, look = watching.where, watching.look
+local where, look, begin, arm, disarm =
+    watching.where, watching.look, watching.begin, watching.arm, watching.disarm
 
 -- Refuses what cannot leave the script: keys of tables are text or whole numbers.
 local function check(value, nesting)
@@ -332,9 +333,28 @@ for name, value in next, world do
     end
 end
 
+-- Python is told when other call-backs of simulation steps exist than before: it does not call those that are
+-- lacking. The number has a bit for each of them.
+local lacking = 0
+
+local function look_for_phases()
+    local found = 0
+    for i = 1, #phases do
+        local name = phases[i]
+        if type(rawget(world, name)) ~= "function" and not hooks[name] then found = found | 1 << (i - 1) end
+    end
+    if found ~= lacking then
+        lacking = found
+        tell_lacking(found)
+    end
+end
+
 function report(ok, ...)
     depth = depth - 1
-    if depth == 0 then watching.disarm() end
+    if depth == 0 then
+        disarm()
+        look_for_phases()
+    end
     return ok, ...
 end
 
@@ -347,7 +367,7 @@ end
 
 local function guarded(finally, ok, ...)
     if not ok then return false, told((...)) end
-    if finally then return pcall(finally, ...) end
+    if finally and select("#", ...) > 0 then return pcall(finally, ...) end
     return true, ...
 end
 
@@ -355,14 +375,15 @@ end
 function enter(finally, action, ...)
     if depth == 0 then
         level = 0
-        watching.begin()
+        begin()
+    else
+        arm()
     end
     depth = depth + 1
-    watching.arm()
     return report(guarded(finally, pcall(action, ...)))
 end
 
-watching.spare(enter, guarded, told, report, watching.arm, watching.disarm)
+watching.spare(enter, guarded, told, report, begin, arm, disarm)
 
 local function find_action(name)
     if not find(name, ".", 1, true) then
@@ -396,6 +417,15 @@ function face.call(name, ...)
     local action = find_action(name)
     if not action then return false, "has no function '" .. name .. "'" end
     return apply(action, ...)
+end
+
+-- As `call`, for a name without dots; nil where there is no such function.
+function face.attempt(name, ...)
+    local action = rawget(world, name)
+    if type(action) ~= "function" then action = nil end
+    if hooks[name] then action = hooked(name, action) end
+    if not action then return nil end
+    return enter(plain_all, action, ...)
 end
 
 face.apply = apply

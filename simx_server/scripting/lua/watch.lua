@@ -28,13 +28,16 @@ end
 
 -- Instructions between two runs of the hook: as many as take about 1 ms; 500 cheap ones take 0.005 ms. After a
 -- large piece of work, and when the heap has grown, the minimum, from which it grows slowly: what is compared or
--- joined next may be large too.
-local FIRST, LEAST, SMALL, LARGE = 200, 2, 32, 100000
-local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
+-- joined next may be large too. The clock is read from the first run of the hook on: reading it takes as long as
+-- a short call into a script.
+local FIRST, LEAST, SMALL, LARGE = 100, 2, 32, 100000
+local interval, greatest, last_strike, last_look = FIRST, FIRST, nil, nil
 
 -- Checks Python's clock and serves other clients, at most once per millisecond. True: the time is over.
 local function must_stop()
-    if clock() - last_look < 0.001 then return struck end
+    local now = clock()
+    last_look = last_look or now
+    if now - last_look < 0.001 then return struck end
     struck = late() or struck
     local kilobytes = heap("count")
     greatest = kilobytes < 2000 and 500 or kilobytes < 8000 and 400 or kilobytes < 16000 and 150 or 20
@@ -69,8 +72,10 @@ end
 function watch()
     if not struck then
         local now = clock()
-        local took = now - last_strike
-        local wanted = took > 0.01 and LEAST or took > 0.002 and interval // 8
+        local is_first = not last_strike
+        local took = is_first and 0 or now - last_strike
+        last_look = last_look or now
+        local wanted = is_first and interval or took > 0.01 and LEAST or took > 0.002 and interval // 8
             or took < 0.0005 and (interval < SMALL and interval + LEAST or interval * 2) or interval
         if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
         if wanted ~= interval then
@@ -125,9 +130,13 @@ local function close(thread)
     return coclose(thread)
 end
 
+local main = current()
+
+-- Begins a call from outside any coroutine.
 local function begin()
-    local now = clock()
-    interval, last_strike, last_look, armed = FIRST, now, now, true
+    interval, last_strike, last_look, armed = FIRST, nil, nil, true
+    spans[main] = FIRST
+    sethook(watch, "", FIRST)
 end
 
 local function arm() set(struck and 1 or interval) end

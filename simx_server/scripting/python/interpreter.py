@@ -93,6 +93,7 @@ class PythonInterpreter:
             needs_seccomp: the script does not run where the kernel cannot restrict its system calls.
         """
         self.name = name
+        self.lacking: frozenset[str] = frozenset()
         self._api = api
         self._names: set[str] = set()
         self._depth = 0
@@ -150,6 +151,10 @@ class PythonInterpreter:
             ScriptError: the script failed.
         """
         return self._ask("call", function, [with_texts(value) for value in arguments])
+
+    def attempt(self, function: str, *arguments: Any) -> list[Any] | None:
+        """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
+        return self.call(function, *arguments) if self.has(function) else None
 
     def apply(self, function: PythonFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""

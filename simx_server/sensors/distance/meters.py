@@ -209,11 +209,13 @@ class Meter(Generic[_R]):
             and not scene.overridden(handle) & self._left_out
         ]
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether objects of this kind are registered."""
+        return bool(self._registry)
+
     def sense(self) -> None:
         """Note the instant of a simulation step. Earlier results end with it, also while handling is switched off."""
-        if not self._registry:
-            self._results.clear()
-            return
         registered = self._registry.all()
         self._results.clear()
         for handle in list(self._by_hand):
@@ -294,6 +296,11 @@ class Meters(Part):
 
     def registered_names(self) -> Mapping[str, list[str]]:
         return {"collision": self.collisions.names(), "distance": self.distances.names()}
+
+    @property
+    def has_work(self) -> bool:
+        """Return whether collision or distance objects are registered."""
+        return self.collisions.has_work or self.distances.has_work
 
     def sense(self) -> None:
         """Note the instant that results of this simulation step are computed from."""

@@ -104,7 +104,7 @@ def choose_backend(
 
     Args:
         requested: a value of MUJOCO_GL; None reads that variable. A requested back end is used without a probe.
-        probe: tries one back end: None if it works, else the problem; by default in a child process.
+        probe: tries one back end: None if it works, else the problem; by default `probe_once`.
         give_up: set it to end probing early, for a server that closes.
 
     Raises:
@@ -115,7 +115,7 @@ def choose_backend(
     if asked is not None:
         source = " in MUJOCO_GL" if requested is None else ""
         return Backend(asked, f"{asked} was asked for{source}")
-    probe = probe or probe_in_child
+    probe = probe or probe_once
     give_up = give_up or threading.Event()
     failures: list[str] = []
     for name in candidates():
@@ -127,6 +127,27 @@ def choose_backend(
         logger.debug("%s cannot render: %s", name, wrong)
         failures.append(f"{name}: {wrong}")
     return Backend(RAYCAST, f"no OpenGL back end works ({'; '.join(failures)}); {INSTALL_HINT}")
+
+
+_SET_BY_MUJOCO = "PYOPENGL_PLATFORM"
+_probing = threading.Lock()
+_working: set[tuple[str, frozenset[tuple[str, str]]]] = set()
+"""Back ends that have rendered the test image, each with the environment variables of that time."""
+
+
+def probe_once(name: str, give_up: threading.Event) -> str | None:
+    """Do as `probe_in_child`; a back end that works is tried once for all simulations of this process."""
+    while not _probing.acquire(timeout=0.1):
+        if give_up.is_set():
+            return "given up"
+    try:
+        tried = name, frozenset(each for each in os.environ.items() if each[0] != _SET_BY_MUJOCO)
+        wrong = None if tried in _working else probe_in_child(name, give_up)
+        if wrong is None:
+            _working.add(tried)
+        return wrong
+    finally:
+        _probing.release()
 
 
 def probe_in_child(name: str, give_up: threading.Event) -> str | None:

@@ -93,7 +93,8 @@ class ProximitySensors(Part):
         self.enabled, self._explicit, entities, throws = memory
         self._entities, self._throws = dict(entities), Counter(throws)
         self._optics.clear()  # annotations were restored
-        self.sense()
+        if self.has_work:
+            self.sense()
 
     def read(self, handle: int) -> Detection | None:
         """Return the result of the last handling; None when nothing is in the volume.
@@ -273,18 +274,24 @@ class ProximitySensors(Part):
             self._collections.entity(entity)
         self._entities[handle] = ALL if entity == -1 else entity
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether the scene has proximity sensors."""
+        return bool(self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR))
+
     def sense(self) -> None:
         """Note the instant of a simulation step. Earlier results end with it, also while handling is switched off."""
-        if not self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
-            return
         self._instant = self._instants.now() if self.enabled else None
-        self._results.clear()
         if self._asked:
             self._asked_before, self._asked = self._asked, {}
-        self._reset.clear()
-        for handle in list(self._handled_by_hand):
-            if handle not in self._sim.scene.objects or not self.is_explicit(handle):
-                del self._handled_by_hand[handle]
+        if self._results:
+            self._results.clear()
+        if self._reset:
+            self._reset.clear()
+        if self._handled_by_hand:
+            objects, by_hand = self._sim.scene.objects, self._handled_by_hand
+            for handle in [one for one in by_hand if one not in objects or not self.is_explicit(one)]:
+                del by_hand[handle]
 
     def _begin_run(self) -> None:
         self._forget()

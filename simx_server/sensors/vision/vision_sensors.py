@@ -201,13 +201,28 @@ class VisionSensors(SensorSettings, Part):
             self._take(sensor, self._sim.step_count + 1)
         return True
 
+    @property
+    def has_work(self) -> bool:
+        """Return whether the sensing phase is the first of the run, or there are sensors that remember images."""
+        if not self._are_sensed:
+            return bool(self._sim.scene.of_kind(ObjectKind.VISION_SENSOR))
+        return bool(self._remembering())
+
     def sense_all(self) -> None:
         """Start the sensing phase of a simulation step: render the sensors whose filters remember earlier images."""
-        self._are_sensed = True
-        for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
-            chain = (self._settings.get(handle) or self.settings(handle)).chain
-            if chain is not None and chain.remembers:
-                self.sense(handle)
+        if not self._are_sensed:
+            self._are_sensed = True
+            self._sim.replan()
+        for handle in self._remembering():
+            self.sense(handle)
+
+    def _remembering(self) -> list[int]:
+        """Return the sensors whose filters remember earlier images."""
+        chains = {
+            handle: (self._settings.get(handle) or self.settings(handle)).chain
+            for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
+        }
+        return [handle for handle, chain in chains.items() if chain is not None and chain.remembers]
 
     def filter_image(self, handle: int, pixels: NDArray[np.uint8]) -> None:
         """Show another image, (height, width, 3), until the present image is replaced."""

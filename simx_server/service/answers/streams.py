@@ -174,6 +174,8 @@ class Streams:
 
     def images_on_the_way(self) -> list[Future[Any]]:
         """Return the images that are requested and not rendered yet."""
+        if not self.single:
+            return []
         pending = (stream.pending for stream in self.single.values())
         return [image for image in pending if image is not None and not image.done()]
 

@@ -144,9 +144,10 @@ class Waiting(Watcher):
 
     def end_for_step(self) -> None:
         """Continue paced calls in their order, because a simulation step was made, or none will come for a while."""
-        for client, batch in self._for_step.items():
-            self._goes_on(client, batch)
-        self._for_step.clear()
+        if self._for_step:
+            for client, batch in self._for_step.items():
+                self._goes_on(client, batch)
+            self._for_step.clear()
 
     def run_stopped(self) -> None:
         """Refuse the paced calls that wait, when they are continued, if their simulation step cannot be made."""
@@ -156,6 +157,8 @@ class Waiting(Watcher):
 
     def count_round(self) -> None:
         """Continue paced calls that have waited long enough for images."""
+        if not self._for_images:
+            return
         for client, batch in list(self._for_images.items()):
             batch.rounds_left -= 1
             if not batch.rounds_left:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.messages import Reply
 from simx_client.protocol.zenoh.keys import VIEWER
@@ -54,6 +54,18 @@ class Departed:
     """Age of the server at that time, in seconds."""
 
 
+class Trigger(Protocol):
+    """Waits for a step, as a future does."""
+
+    def set_result(self, result: None, /) -> None:
+        """Note that the step was made."""
+        ...
+
+    def set_exception(self, exception: BaseException, /) -> None:
+        """Note that the step cannot be made, and why."""
+        ...
+
+
 @dataclass
 class ClientSession:
     """State of one client. Belongs to the physics thread."""
@@ -94,7 +106,7 @@ class ClientSession:
     lost_stepping: str = ""
     """Why the server has ended its stepped mode; empty again when the mode is set."""
 
-    _triggers: list[Future[None]] = field(default_factory=list[Future[None]])
+    _triggers: list[Trigger] = field(default_factory=list[Trigger])
     _logged: set[str] = field(default_factory=set[str])
 
     @cached_property
@@ -174,8 +186,12 @@ class ClientSession:
         if not is_running:
             raise CommandError("the simulation does not run, so there is no step to trigger; start it first")
         future: Future[None] = Future()
-        self._triggers.append(future)
+        self.add_trigger(future)
         return future
+
+    def add_trigger(self, trigger: Trigger) -> None:
+        """Allow one simulation step; the trigger is answered after it."""
+        self._triggers.append(trigger)
 
     @property
     def is_waiting(self) -> bool:
@@ -185,16 +201,18 @@ class ClientSession:
     def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
         """Answer the triggers, because the step was made (or never will be), as soon as `after` is done as well."""
         triggers, self._triggers = self._triggers, []
-        if triggers:
+        if triggers and not after:
+            _answer(triggers)
+        elif triggers:
             after_all(after, partial(_answer, triggers))
 
     def fail_triggers(self, problem: str) -> None:
         """Answer the triggers with the reason why their step cannot be made."""
         triggers, self._triggers = self._triggers, []
-        for future in triggers:
-            future.set_exception(CommandError(problem))
+        for trigger in triggers:
+            trigger.set_exception(CommandError(problem))
 
 
-def _answer(triggers: list[Future[None]]) -> None:
-    for future in triggers:
-        future.set_result(None)
+def _answer(triggers: list[Trigger]) -> None:
+    for trigger in triggers:
+        trigger.set_result(None)

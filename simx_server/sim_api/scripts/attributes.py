@@ -82,7 +82,7 @@ class ScriptAttributeFunctions(ApiPart, effect="changes"):
             case 0:
                 found.active_in_run = bool(value)
             case 1 if value in tuple(Order):
-                found.order = Order(value)
+                self._world.scripts.set_order(found, Order(value))
             case 4:
                 self._world.scripts.enable(found, bool(value))
             case 3 | 5 | 6:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import math
 import random
 import time
 import typing
@@ -158,12 +159,15 @@ class Target:
             nonlocal succeeds
             succeeds = self.call(call.name, call.values)
 
-        with peak_megabytes() as peak:
-            seconds = self.cost(work)
-        for _ in range(3 if seconds > allowed else 0):
-            seconds = min(seconds, self.cost(work))
-        is_wrong = seconds > allowed or peak() > MEGABYTES
-        return Problem(call, seconds, peak()) if is_wrong else None, succeeds
+        seconds = megabytes = math.inf
+        for _ in range(4):
+            with peak_megabytes() as peak:
+                seconds = min(seconds, self.cost(work))
+            # Threads of the process that others have left may take memory meanwhile.
+            megabytes = min(megabytes, peak())
+            if seconds <= allowed and megabytes <= MEGABYTES:
+                return None, succeeds
+        return Problem(call, seconds, megabytes), succeeds
 
     def close(self) -> None:
         self.world.close()

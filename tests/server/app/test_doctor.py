@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -20,7 +21,8 @@ from simx_server.app import cli
 from simx_server.app.doctor import child, graphics, machine, network, page
 from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
-from simx_server.joints.native import loading
+from simx_server.joints.native import loading as joints_loading
+from simx_server.sensors.distance.native import loading as distances_loading
 from simx_server.settings.settings import Settings
 
 pytestmark = pytest.mark.gl
@@ -73,8 +75,8 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         assert each["level"] in LEVELS
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
-        "python", "packages", "extras", "cores", "memory", "physics steps", "workspace", "port", "zenoh",
-        "graphics", "image",
+        "python", "packages", "extras", "cores", "memory", "physics steps", "distances", "workspace", "port",
+        "zenoh", "graphics", "image",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
     [image] = found["image"]
@@ -233,12 +235,15 @@ def test_little_memory_is_a_warning() -> None:
     assert machine.check_memory(4 << 30).level == OK
 
 
-def test_physics_steps_in_python_are_a_warning_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    finding = machine.check_physics_steps()
+@pytest.mark.parametrize(("place", "loading"), list(enumerate((joints_loading, distances_loading))))
+def test_a_compiled_form_that_is_not_used_is_a_warning_with_the_reason(
+    place: int, loading: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finding = machine.check_compiled_forms()[place]
     assert (finding.level == OK) == (loading.form().module is not None)
     monkeypatch.setenv(loading.VARIABLE, "python")
-    finding = machine.check_physics_steps()
-    assert (finding.level, finding.text) == (WARNING, "in Python: SIMX_PHYSICS_STEP is python")
+    finding = machine.check_compiled_forms()[place]
+    assert (finding.level, finding.text) == (WARNING, f"in Python: {loading.VARIABLE} is python")
     assert "compiler" in finding.advice
 
 

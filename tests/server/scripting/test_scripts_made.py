@@ -102,3 +102,21 @@ def test_another_text_is_copied_with_its_object(world: World) -> None:
     run(world, f"sim.setScriptText(sim.getScript(6, '/left'), \"{SAYS.format('changed')}\")")
     world.call("simxCopyPasteObjects", [world.handle("left")])
     assert said(world) == ["changed"]
+
+
+def test_call_backs_of_steps_that_come_and_go_during_a_run_are_noticed(world: World) -> None:
+    code = """
+        function sysCall_actuation()
+            if sim.getSimulationTime() > 0.12 then sysCall_sensing = nil
+            elseif sim.getSimulationTime() > 0.06 then sysCall_sensing = function() print('sensing') end end
+        end
+    """
+    run(world, f"sim.initScript(sim.createScript(6, [[{code}]]))")
+    world.run(2)
+    assert said(world) == []
+    world.run(2)
+    heard = said(world)
+    assert heard
+    assert set(heard) == {"sensing"}
+    world.run(4)
+    assert said(world) == []

@@ -24,7 +24,7 @@ def test_a_script_that_removes_itself_ends_after_its_call_with_its_cleanup() -> 
     assert [line for line in said(world) if "never called" not in line] == ["still here", "cleaned up"]
     world.parts.scripts.idle()
     assert said(world) == []
-    assert world.parts.scripts.all() == []
+    assert not world.parts.scripts.all()
 
 
 def test_an_old_body_ends_itself_at_its_first_call() -> None:
@@ -46,7 +46,7 @@ def test_an_old_body_ends_itself_at_its_first_call() -> None:
 def test_a_text_that_removes_its_script_while_it_is_loaded_ends_it() -> None:
     world = scripted({CUSTOMIZATION: "sim.removeScript() function sysCall_init() print('init') end"})
     assert said(world) == []
-    assert world.parts.scripts.all() == []
+    assert not world.parts.scripts.all()
 
 
 def test_one_script_removes_another_in_the_same_phase() -> None:

@@ -99,6 +99,20 @@ def test_giving_up_ends_the_choice() -> None:
         choose_backend(give_up=give_up)
 
 
+def test_a_back_end_that_works_is_tried_once_for_all_simulations_of_a_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    probes = Probes("osmesa")
+    monkeypatch.setattr(gl_backend, "probe_in_child", probes)
+    monkeypatch.setattr(gl_backend, "candidates", lambda: ("egl", "osmesa"))
+    monkeypatch.setenv("SIMX_TEST", "first")
+    assert [choose_backend().name for _ in range(2)] == ["osmesa", "osmesa"]
+    assert probes.tried == ["egl", "osmesa", "egl"]
+    monkeypatch.setenv("SIMX_TEST", "second")
+    assert choose_backend().name == "osmesa"
+    assert probes.tried[3:] == ["egl", "osmesa"]
+
+
 def test_a_probe_reports_what_is_wrong_in_one_line() -> None:
     wrong = probe_in_child("no such back end", threading.Event())
     assert wrong is not None

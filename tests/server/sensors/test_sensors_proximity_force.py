@@ -166,3 +166,21 @@ def test_force_sensor_reads_what_the_child_does_to_its_parent() -> None:
     assert world.call("simxReadForceSensor", cell)[0] == 0
     with pytest.raises(WrongKind, match="needs a force sensor"):
         world.call("simxReadForceSensor", world.handle("stand"))
+
+
+@pytest.mark.parametrize("note", ["samples=1", "samples=4 filter=median"])
+def test_reading_a_force_sensor_in_between_changes_no_later_reading(note: str) -> None:
+    swinging = FORCE.replace(
+        '<body name="stand" pos="0 0 1">', '<body name="stand" pos="0 0 1"><joint axis="0 1 0"/>'
+    )
+    annotated = swinging.replace(
+        "</mujoco>", f'<custom><text name="simx:force:cell" data="{note}"/></custom></mujoco>'
+    )
+    often, once = World(annotated), World(annotated)
+    cell = often.handle("cell")
+    for _ in range(7):
+        often.run(1)
+        last = often.call("simxReadForceSensor", cell)
+    once.run(7)
+    assert last[1] != [0.0] * 3
+    assert once.call("simxReadForceSensor", cell) == last

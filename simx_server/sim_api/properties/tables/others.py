@@ -163,7 +163,7 @@ def _script(world: World, handle: int) -> Script:
 def _set_order(world: World, handle: int, order: int) -> None:
     if order not in tuple(Order):
         raise CommandError(f"the execution priority of a script is 0 first, 1 normal or 2 last, not {order}")
-    _script(world, handle).order = Order(order)
+    world.scripts.set_order(_script(world, handle), Order(order))
 
 
 def _state(world: World, handle: int) -> int:
