@@ -196,13 +196,14 @@ def _edge_gap(first: Array, edges: Array, second: Array, others: Array) -> Gap:
         t = np.clip((b * s + f) / e, 0.0, 1.0)
         s = np.clip((b * t - c) / a, 0.0, 1.0)
     away = r + s[..., np.newaxis] * u - t[..., np.newaxis] * v
-    squares = np.nan_to_num(dot(away, away), nan=math.inf)
-    pair, edge, side = np.unravel_index(int(squares.argmin()), squares.shape)
-    least = squares[pair, edge, side]
+    # Not the squares, of which different ones have the same root: other searches compare the roots.
+    distances = np.sqrt(np.nan_to_num(dot(away, away), nan=math.inf))
+    pair, edge, side = np.unravel_index(int(distances.argmin()), distances.shape)
+    least = float(distances[pair, edge, side])
     if not math.isfinite(least):
         return Gap(math.inf, _NOWHERE, _NOWHERE)
     return Gap(
-        math.sqrt(least),
+        least,
         first[pair, edge] + s[pair, edge, side] * edges[pair, edge],
         second[pair, side] + t[pair, edge, side] * others[pair, side],
         int(pair),

@@ -14,7 +14,7 @@ from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
 from simx_server.scene.geometry.triangles import GeomTriangles
 from simx_server.sensors.distance import measuring
-from simx_server.sensors.distance.box_tree import BoxTree, Placed
+from simx_server.sensors.distance.box_tree import BoxTree, Placed, turned
 from simx_server.sensors.distance.triangle_pairs import least_gap
 
 pytestmark = pytest.mark.slow
@@ -392,10 +392,10 @@ def test_points_of_parallel_surfaces_do_not_depend_on_what_was_measured_before()
     p = np.stack([x, y, np.zeros_like(x)], axis=2)
     a, b, c, d = p[:-1, :-1], p[:-1, 1:], p[1:, 1:], p[1:, :-1]
     flat = np.concatenate([np.stack(t, 2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))])
-    for _ in range(4):
-        turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
-        tree = BoxTree(flat @ turn.T)  # slanted, so that rounding decides which pair is the nearest
-        one, other = (Placed(tree, np.eye(3), turn @ at) for at in ((0, 0, 0), (0.1, 0.2, 0.5)))
+    for turn in map(_rotation, random.normal(size=(40, 4))):
+        tree = BoxTree(turned(flat, turn.T))  # slanted, so that rounding decides which pair is the nearest
+        places = turned(np.array([(0.0, 0.0, 0.0), (0.1, 0.2, 0.5)]), turn.T)
+        one, other = (Placed(tree, np.eye(3), place) for place in places)
         found = least_gap(one, other, 9.0)
         for guess in random.integers(0, len(flat), (8, 2)).tolist():
             again = least_gap(one, other, 9.0, tuple(guess))
@@ -419,6 +419,13 @@ def test_large_meshes_are_measured_by_their_neighbourhoods() -> None:
     assert found.gap.distance == pytest.approx(0.25)
     assert found.pair is not None
     assert math.dist(one.tree.corners[found.pair[0]][0], found.gap.first) < 1.0
+
+
+def _rotation(turn: np.ndarray) -> np.ndarray:
+    """The matrix of a quaternion (4,) of any length, with the same digits on every machine."""
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, turn / math.hypot(*turn))
+    return matrix.reshape(3, 3)
 
 
 def _words(values: np.ndarray) -> str:

@@ -314,7 +314,7 @@ static void offer_face_gaps(Gap* gap, const Pair* pair, const double* corners, c
   }
 }
 
-/* `_edge_gap` of one pair; the size of this gap is squared. */
+/* `_edge_gap` of one pair. */
 static void offer_edge_gaps(Gap* gap, const Pair* pair, const double* first, const double* second) {
   double sides[9];
   for (int j = 0; j < 3; j++) {
@@ -336,7 +336,11 @@ static void offer_edge_gaps(Gap* gap, const Pair* pair, const double* first, con
       for (int k = 0; k < 3; k++) {
         away[k] = r[k] + s * u[k] - t * v[k];
       }
-      double size = dot(away, away);
+      double square = dot(away, away);
+      if (square > gap->distance * beyond(gap->distance)) { /* without a root */
+        continue;
+      }
+      double size = sqrt(square);
       if (is_better(size, pair, gap)) {
         double one[3], other[3];
         for (int k = 0; k < 3; k++) {
@@ -420,10 +424,9 @@ static Gap gap_of(Search* s, Pair* batch, int count, double limit) {
   Gap face = none, back = none, edge = none;
   make_heap(batch, count);
   while (count) {
-    double least = edge.distance < INFINITY ? sqrt(edge.distance) : limit;
+    double least = edge.distance < limit ? edge.distance : limit;
     least = face.distance < least ? face.distance : least;
     least = back.distance < least ? back.distance : least;
-    least = limit < least ? limit : least;
     if (batch[0].bound > beyond(least)) {
       break;
     }
@@ -435,7 +438,6 @@ static Gap gap_of(Search* s, Pair* batch, int count, double limit) {
     offer_face_gaps(&back, &pair, second, first);
     offer_edge_gaps(&edge, &pair, first, second);
   }
-  edge.distance = sqrt(edge.distance);
   double swapped[3];
   memcpy(swapped, back.first, sizeof(swapped));
   memcpy(back.first, back.second, sizeof(swapped));
