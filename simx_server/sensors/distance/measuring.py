@@ -77,22 +77,31 @@ def distance(instant: Instant, first: Collection[int], second: Collection[int]) 
 def nearest(instant: Instant, first: Collection[int], second: Collection[int]) -> Nearest | None:
     """Return the minimum distance and its points; None when there is nothing to measure."""
     found = _least(instant, first, second, limit=FAR, stop=0.0)
-    best: list[Nearest] = []
+    best: Nearest | None = None
     if found.gap.distance < FAR:
         one, other = found.gap.first, found.gap.second
         if found.gap.distance <= 0.0:
             one = other = (one + other) / 2
-        best.append(Nearest(max(0.0, found.gap.distance), one, other, _owners(instant, found)))
+        best = Nearest(max(0.0, found.gap.distance), one, other, _owners(instant, found))
     points, others = _points(instant, first), _points(instant, second)
     for handle, place in points.items():
-        best += _from_point(instant, handle, place, set(second) - {handle})
+        best = _nearer(best, _from_point(instant, handle, place, set(second) - {handle}, best))
         for other, there in others.items():
             if other != handle:
-                best.append(Nearest(math.dist(place, there), place, there, (handle, other)))
+                best = _nearer(best, Nearest(math.dist(place, there), place, there, (handle, other)))
     for handle, place in others.items():
-        for away, mine, theirs, (one, other) in _from_point(instant, handle, place, set(first) - {handle}):
-            best.append(Nearest(away, theirs, mine, (other, one)))
-    return min(best, key=lambda each: each.distance, default=None)
+        back = _from_point(instant, handle, place, set(first) - {handle}, best)
+        if back is not None:
+            one, other = back.objects
+            best = _nearer(best, Nearest(back.distance, back.second, back.first, (other, one)))
+    return best
+
+
+def _nearer(best: Nearest | None, other: Nearest | None) -> Nearest | None:
+    """Return the nearer one, the first of equally near ones."""
+    if best is None or other is None:
+        return other if best is None else best
+    return other if other.distance < best.distance else best
 
 
 def _owners(instant: Instant, found: _Found) -> tuple[int, int]:
@@ -199,18 +208,26 @@ def _points(instant: Instant, handles: Collection[int]) -> dict[int, Array]:
     return found
 
 
-def _from_point(instant: Instant, handle: int, place: Array, others: Collection[int]) -> list[Nearest]:
-    """Return the distances from a dummy's position to the surfaces of some shapes, if there are any."""
-    geoms = instant.geoms_of(others)
-    wanted = np.zeros(instant.model.ngeom, bool)
+def _from_point(
+    instant: Instant, handle: int, place: Array, others: Collection[int], best: Nearest | None
+) -> Nearest | None:
+    """Return the distance from a dummy's position to the surfaces of some shapes, if it can be less than the best."""
+    geoms, model = instant.geoms_of(others), instant.model
+    most = FAR if best is None else best.distance
+    reaches = model.geom_rbound[geoms]
+    away = instant.geom_xpos[geoms] - place
+    geoms = geoms[(reaches <= 0.0) | (np.sqrt(np.einsum("ni,ni->n", away, away)) - reaches < most)]
+    if not len(geoms) or most <= 0.0:
+        return None
+    wanted = np.zeros(model.ngeom, bool)
     wanted[geoms] = True
     # Only triangles that are not farther than the nearest middle of one are examined: few of many thousand.
-    reach = min((_at_most(instant, geom, place) for geom in geoms.tolist()), default=FAR)
+    reach = min(most, *(_at_most(instant, geom, place) for geom in geoms.tolist()))
     found = detect(instant, Optics("cone", 0.0, reach, cone(2 * math.pi, reach)), place, np.eye(3), wanted)
     if found is None:
-        return []
+        return None
     point = place + np.array(found.point)
-    return [Nearest(math.hypot(*found.point), place, point, (handle, found.handle))]
+    return Nearest(math.hypot(*found.point), place, point, (handle, found.handle))
 
 
 def _at_most(instant: Instant, geom: int, place: Array) -> float:

@@ -114,6 +114,33 @@ def test_dummies_are_measured_as_points_but_do_not_collide(world: World) -> None
         gap(world, "box", "eye")
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_the_distance_of_collections_is_the_least_of_their_members(seed: int) -> None:
+    """Dummies count too, also where most shapes are left out since they are too far away."""
+    random = np.random.default_rng(seed)
+    kinds = ("sphere", "box", "capsule", "cylinder", "dummy")
+    elements = ""
+    for number, (kind, at) in enumerate(
+        zip(random.choice(kinds, 16), random.uniform(-3, 3, (16, 3)), strict=True)
+    ):
+        where = f'pos="{_words(at)}" euler="{_words(random.uniform(0, 180, 3))}"'
+        geom = f'<geom type="{kind}" size="0.3 0.2 0.1" contype="0" conaffinity="0"/>'
+        elements += (
+            f'<site name="o{number}" {where}/>'
+            if kind == "dummy"
+            else f'<body name="o{number}" {where}>{geom}</body>'
+        )
+    names = [f"o{number}" for number in range(16)]
+    sets = (names[:8], names[8:])
+    notes = "".join(
+        f'<text name="simx:collection:c{n}" data="objects={",".join(each)}"/>' for n, each in enumerate(sets)
+    )
+    world = World(f"<mujoco><custom>{notes}</custom><worldbody>{elements}</worldbody></mujoco>")
+    distances = [gap(world, one, other) for one in sets[0] for other in sets[1]]
+    assert gap(world, "c0", "c1") == pytest.approx(min(distances), abs=1e-12)
+    assert gap(world, "c1", "c0") == pytest.approx(min(distances), abs=1e-12)
+
+
 def test_triangles_are_examined_only_where_hulls_meet(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     examined: list[float] = []
 
