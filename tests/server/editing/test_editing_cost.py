@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections import Counter
 from collections.abc import Callable
@@ -45,18 +46,20 @@ def statics(bodies: int) -> str:
 
 
 def calls_in(action: Callable[[], object]) -> int:
-    """Functions called meanwhile, MuJoCo's included."""
+    """Functions called meanwhile, MuJoCo's included; not those of a garbage collection, which comes when it likes."""
     count = 0
 
     def note(frame: object, event: str, argument: object) -> None:
         nonlocal count
         count += event in ("call", "c_call")
 
+    gc.disable()
     sys.setprofile(note)
     try:
         action()
     finally:
         sys.setprofile(None)
+        gc.enable()
     return count
 
 
