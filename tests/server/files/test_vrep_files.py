@@ -71,7 +71,7 @@ def world(there: Path) -> Iterator[RealWorld]:
 
 @pytest.fixture
 def client(world: RealWorld) -> int:
-    return world.client()
+    return world.client(timeout=60.0)  # a trial that divides meshes takes seconds on a busy machine
 
 
 def error_of(client: int) -> str:
