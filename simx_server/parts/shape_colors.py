@@ -135,8 +135,9 @@ class ShapeColors(Part):
         if component in (SPECULAR, EMISSION):
             self._give_materials(self._geoms(handle, name))
         geoms = self._geoms(handle, name)
+        parts = [min(max(value, 0.0), 1.0) for value in values[:3]]
         for geom in geoms:
-            self._set_of(geom, component, [min(max(value, 0.0), 1.0) for value in values])
+            self._set_of(geom, component, parts)
         self._sim.model_edited()
         self._sim.changed()
         return len(geoms)

@@ -29,7 +29,7 @@ README = Path(__file__).parents[3] / "README.md"
 
 @pytest.mark.parametrize("name", [environment for environment, _ in TASKS.values()])
 def test_registered_environments_pass_the_checker_of_stable_baselines3(name: str) -> None:
-    environment = gymnasium.make(name, render_mode="rgb_array")
+    environment = gymnasium.make(name, render_mode="rgb_array", timeout=60.0)
     check_env(environment, skip_render_check=False)
     environment.close()
 
