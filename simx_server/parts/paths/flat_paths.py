@@ -231,16 +231,17 @@ def checked_types(types: Sequence[int] | None, size: int) -> list[int]:
     """Return the types of a configuration's numbers; all are Cartesian without types. Raises CommandError."""
     if types is None:
         return [CARTESIAN] * size
+    wanted = f"types are {size} numbers: 0 Cartesian, 1 cyclic, and 2 four times for a quaternion"
+    if len(types) != size:
+        raise CommandError(f"{wanted}; not {len(types)} numbers")
     found = list(types)
     index = 0
     while index < len(found) and found[index] in (CARTESIAN, CYCLIC, QUATERNION):
         if found[index] == QUATERNION and found[index : index + 4] != [QUATERNION] * 4:
             break
         index += 4 if found[index] == QUATERNION else 1
-    if index != len(found) or len(found) != size:
-        raise CommandError(
-            f"types are {size} numbers: 0 Cartesian, 1 cyclic, and 2 four times for a quaternion; not {found}"
-        )
+    if index != len(found):
+        raise CommandError(f"{wanted}; not {found}")
     return found
 
 

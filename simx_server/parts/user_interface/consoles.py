@@ -117,8 +117,8 @@ class Consoles(Registry[Console]):
             title[:MAX_TITLE],
             ConsoleMode(mode & _ALL_MODES),
             min(max_lines, MAX_LINES),
-            position=position,
-            size=size,
+            position=position[:2] if position else None,
+            size=size[:2] if size else None,
             text_color=_colour(text_color),
             background_color=_colour(background_color),
         )
@@ -195,4 +195,4 @@ class Consoles(Registry[Console]):
 
 
 def _colour(values: list[float] | None) -> list[float] | None:
-    return None if values is None else [min(max(value, 0.0), 1.0) for value in values]
+    return None if values is None else [min(max(value, 0.0), 1.0) for value in values[:3]]

@@ -30,14 +30,20 @@ MOST_PIECES = 600_000
 _FEW = 64
 """Items of a list up to which each is packed alone."""
 
+_LONGER_HEADS = [
+    (24 + i, 1 << (8 << i), struct.Struct(f">B{letter}").pack) for i, letter in enumerate("BHIQ")
+]
+"""Of heads for numbers from 24: the code, the first number that is too large, the function that packs them."""
+
 FUNCTION = b"<FUNCTION>"
 """Stands for a function, which cannot be packed."""
 
 
 def in_order(table: dict[Any, Any]) -> list[Any]:
     """Return key, value, key, value ...: whole numbers first, then names, each in order."""
-    keys: list[int | str] = sorted(table, key=lambda key: (isinstance(key, str), key))
-    return [part for key in keys for part in (key, table[key])]
+    names = sorted(key for key in table if isinstance(key, str))
+    numbers = sorted(key for key in table if not isinstance(key, str))
+    return [part for key in (*numbers, *names) for part in (key, table[key])]
 
 
 def is_table(data: bytes) -> bool:
@@ -66,15 +72,19 @@ def decode(data: bytes) -> Any:
 
 def _head(major: int, number: int) -> bytes:
     if number < 24:
-        return bytes([major << 5 | number])
-    for code, letter in ((24, "B"), (25, "H"), (26, "I"), (27, "Q")):
-        if number < 1 << 8 * struct.calcsize(letter):
-            return struct.pack(f">B{letter}", major << 5 | code, number)
+        return bytes((major << 5 | number,))
+    for code, most, pack in _LONGER_HEADS:
+        if number < most:
+            return pack(major << 5 | code, number)
     raise OverflowError(number)
 
 
 def _add(pieces: list[bytes], value: Plain, single: bool) -> None:
+    if isinstance(value, str):  # most values: each name is one
+        value = value.encode("utf-8", "surrogateescape")
     match value:
+        case bytes():
+            pieces += _string(value)
         case None:
             pieces.append(_head(_SIMPLE, _NULL))
         case bool():
@@ -85,10 +95,6 @@ def _add(pieces: list[bytes], value: Plain, single: bool) -> None:
             pieces.append(_head(_NEGATIVE, -1 - value))
         case int() | float():
             pieces.append(_float(float(value), single))
-        case str():
-            _add(pieces, value.encode("utf-8", "surrogateescape"), single)
-        case bytes():
-            pieces += _string(value)
         case list() | dict():
             _add_table(pieces, value, single)
         case _:

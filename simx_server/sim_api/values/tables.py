@@ -36,6 +36,9 @@ _NAMED, _LIST = 0, 1
 
 _STRING_HEAD, _INTEGER_VALUE = struct.Struct("<Bi").pack, struct.Struct("<Bq").pack
 
+_LONG = 1 << 63
+"""Integers below this one, and not below its negative, fit in int64."""
+
 _EXACT = 1 << 53
 """Whole numbers below this one are exact in float64."""
 
@@ -89,30 +92,34 @@ def _add_table(pieces: list[bytes], table: list[Any] | dict[Any, Any]) -> None:
     if (numbers := cbor.as_floats(items)) is not None:
         pieces.append(cbor.headed(_FLOAT, numbers, "<f8"))
         return
+    add = pieces.append
     for item in items:
-        _add(pieces, item)
+        kind: type = type(item)
+        if kind is str:
+            item = item.encode("utf-8", "surrogateescape")
+        if kind is str or kind is bytes:  # most values: each name is one
+            add(_STRING_HEAD(_STRING, len(item)))
+            add(item)
+        elif kind is int and -_LONG <= item < _LONG:
+            add(_INTEGER_VALUE(_INTEGER, item))
+        else:
+            _add(pieces, item)
     cbor.check_room(pieces)
 
 
 def _add(pieces: list[bytes], value: Plain) -> None:
-    if isinstance(value, str):
-        value = value.encode("utf-8", "surrogateescape")
     match value:
-        case bytes():  # most values: each name is one
-            pieces += (_STRING_HEAD(_STRING, len(value)), value)
         case None:
             pieces.append(bytes([_NIL]))
         case bool():
             pieces.append(bytes([_BOOLEAN, value]))
-        case int() if -(1 << 63) <= value < 1 << 63:
-            pieces.append(_INTEGER_VALUE(_INTEGER, value))
-        case int() | float():
+        case float() | int():  # an integer that int64 does not hold
             pieces.append(struct.pack("<Bd", _FLOAT, value))
         case list() | dict():
             pieces.append(bytes([_TABLE]))
             _add_table(pieces, value)
         case _:
-            _add(pieces, cbor.FUNCTION)
+            pieces += (_STRING_HEAD(_STRING, len(cbor.FUNCTION)), cbor.FUNCTION)
 
 
 def _table(reader: ByteReader, version: int, depth: int) -> Any:

@@ -29,7 +29,7 @@ from simx_server.scripting.signature import MOST_CHARACTERS, MOST_ITEMS, MOST_TE
 from simx_server.sim_api.namespaces import Namespaces, signatures
 
 from ..scene import SCENE
-from .measuring import BUDGET, SLACK, peak_megabytes
+from .measuring import BUDGET, peak_megabytes, slack
 
 MEGABYTES = 64
 """Memory that a call may take beside its arguments and results."""
@@ -152,7 +152,7 @@ class Target:
 
     def check(self, call: Call) -> tuple[Problem | None, bool]:
         """Return what is wrong with a call, if anything, and whether it succeeds; doubtful ones are repeated."""
-        allowed = max(FLOOR, SLACK * BUDGET * call.share)
+        allowed = max(FLOOR, slack() * BUDGET * call.share)
         succeeds = False
 
         def work() -> None:
@@ -391,7 +391,7 @@ def problems_of_commands(target: Target) -> list[str]:
                 target.world.loop.turn()
 
             seconds = target.cost(work)
-            allowed = max(FLOOR, SLACK * BUDGET * share)
+            allowed = max(FLOOR, slack() * BUDGET * share)
             for _ in range(3 if seconds > allowed else 0):
                 seconds = min(seconds, target.cost(work))
             if seconds > allowed:

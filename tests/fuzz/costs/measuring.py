@@ -5,6 +5,7 @@ The least of several tries counts, and more are made only while it is above the 
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,10 +13,13 @@ from contextlib import contextmanager
 BUDGET = 0.25
 """Seconds of processor time that a call, or the reading of a message, may take."""
 
-SLACK = 2.0
-"""How much slower a processor may be than the one for which a budget was chosen, while others use it too."""
-
 TRIES = 6
+
+_WORK = 100_000
+"""Turns of a loop whose time tells how fast a processor is."""
+
+_REFERENCE = 0.005
+"""Seconds that this loop takes on the processor for which the budgets were chosen."""
 
 
 def least_seconds(work: Callable[[], object], enough: float = 0.0) -> float:
@@ -28,6 +32,20 @@ def least_seconds(work: Callable[[], object], enough: float = 0.0) -> float:
         if least <= enough:
             break
     return least
+
+
+@functools.cache
+def slack() -> float:
+    """Return how many times the budget a call may take: twice, and as many times more as this processor is slower."""
+    numbers = range(_WORK)
+
+    def loop() -> None:
+        found: list[int] = []
+        for number in numbers:
+            if type(number) is int and number >= 0:
+                found.append(number)
+
+    return 2.0 * max(1.0, least_seconds(loop) / _REFERENCE)
 
 
 @contextmanager
