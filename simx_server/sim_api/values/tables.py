@@ -19,7 +19,7 @@ Bytes that start otherwise are CBOR (`cbor.py`), which CoppeliaSim writes on req
 from __future__ import annotations
 
 import struct
-from typing import Any
+from typing import Any, cast
 
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import MAX_DEPTH, Plain
@@ -94,7 +94,7 @@ def _add_table(pieces: list[bytes], table: list[Any] | dict[Any, Any]) -> None:
         return
     add = pieces.append
     for item in items:
-        kind: type = type(item)
+        kind = cast("Any", type(item))
         if kind is str:
             item = item.encode("utf-8", "surrogateescape")
         if kind is str or kind is bytes:  # most values: each name is one

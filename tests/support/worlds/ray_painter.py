@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
+from concurrent import futures
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -12,13 +13,14 @@ from simx_server.sensors.ray_casting.renderer import RaycastRenderer
 
 
 class RayPainter:
-    """Renders when it is asked."""
+    """Renders when it is asked, in another thread as a server does: a script pays no processor time for it."""
 
     warms_on_demand = False
 
     def __init__(self) -> None:
         self._renderer: RaycastRenderer | None = None
         self._model: mujoco.MjModel | None = None
+        self._thread = ThreadPoolExecutor(1)
 
     def request(
         self,
@@ -32,8 +34,8 @@ class RayPainter:
     ) -> Future[CameraImage]:
         if self._renderer is None or self._model is not model:
             self._renderer, self._model = RaycastRenderer(model), model
-        future: Future[CameraImage] = Future()
-        future.set_result(self._renderer.render(data, view, rgb, depth))
+        future = self._thread.submit(self._renderer.render, data, view, rgb, depth)
+        futures.wait([future])
         return future
 
     def paint(self) -> None:
