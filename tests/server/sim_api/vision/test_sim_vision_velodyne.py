@@ -47,7 +47,7 @@ def world(tmp_path: Path) -> ScriptWorld:
 
 
 def points(world: ScriptWorld, source: str) -> np.ndarray:
-    """Return what the source returns, as bytes: as text, so many numbers would take most of a script's time."""
+    """Return what the source returns. It leaves the script as bytes: text of 100,000 numbers takes most of its time."""
     world.lua(
         f"local function found() {START} {source} end sim.setStringSignal('found', sim.packDoubleTable(found()))"
     )
