@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import SimxError
 
+from . import placing
 from .env import judge
 from .episodes import Episodes
-from .opening import check_place, open_addresses, open_many
+from .opening import check_place, open_addresses
 from .rendering import Film, check_mode
 from .task import State, Task
 
@@ -37,6 +38,8 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
     single_action_space: Space[Any]
     observation_space: Space[Any]
     action_space: Space[Any]
+    backend: str
+    """Where the simulations run, and why."""
 
     def __init__(
         self,
@@ -56,7 +59,7 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         Args:
             task: see `SimxEnv` for its fields.
             num_envs: number of simulations.
-            processes: number of worker processes; default: one per processor core. 0: all in this process.
+            processes: number of worker processes; 0: all in this process; default: a measurement at the start decides.
             addresses: servers to use instead, one per simulation.
             max_episode_steps: number of steps after which an episode is truncated.
             autoreset_mode: when a simulation starts its next episode: with the next step (Gymnasium's default), within
@@ -99,9 +102,11 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         processes, addresses, timeout, settings = self._place
         with ExitStack() as stack:
             if addresses is None:
-                servers = open_many(self.task.scene, self.num_envs, processes, timeout, settings, stack)
+                servers, self.backend = placing.start(
+                    self.task, self.num_envs, processes, timeout, settings, stack
+                )
             else:
-                servers = open_addresses(addresses, timeout, stack)
+                servers, self.backend = open_addresses(addresses, timeout, stack), "servers at `addresses`"
             self._episodes = Episodes(self.task, servers)
             self._film = Film(servers, self.task.camera) if self.render_mode == "rgb_array" else None
             stack.callback(self._episodes.end)

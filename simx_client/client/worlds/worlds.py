@@ -57,7 +57,7 @@ class Worlds(Servers):
         if not 1 <= count <= MAX_WORLDS:
             raise ValueError(f"count must be 1..{MAX_WORLDS}, not {count}")
         if processes is None:
-            processes = min(count, _cores()) if min(count, _cores()) > 1 and os.name == "posix" else 0
+            processes = min(count, cores()) if min(count, cores()) > 1 and os.name == "posix" else 0
         elif not 0 <= processes <= count:
             raise ValueError(f"processes must be 0..{count} for {count} worlds, not {processes}")
         elif processes and os.name != "posix":
@@ -110,5 +110,6 @@ class Worlds(Servers):
             worker.post()
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Return the number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -42,6 +42,7 @@ def test_results_do_not_depend_on_where_the_simulations_run() -> None:
     here, in_processes = trajectory(vector()), trajectory(vector(processes=2))
     assert here.shape == (16, COUNT, 4)
     assert np.array_equal(here, in_processes)
+    assert np.array_equal(here, trajectory(vector(processes=None)))
     with server("cart_pole") as one, server("cart_pole") as two:
         addresses = [f"127.0.0.1:{each.port}" for each in (one, two)]
         remote = trajectory(SimxVectorEnv(CART_POLE, 2, addresses=addresses), 0)
