@@ -129,18 +129,15 @@ def _structure(sim: Simulation, before: Structure | None) -> Structure:
     snapshot = Snapshot.take(sim)
     size = 300 * len(snapshot.parents) + 130 * len(snapshot.arrays)
     if before is not None and before.snapshot.model is snapshot.model:
-        shared = [
-            (value, known if known == saved else saved)
-            for (value, saved), (_, known) in zip(snapshot.arrays, before.snapshot.arrays, strict=True)
+        earlier = before.snapshot.arrays
+        snapshot.arrays = [
+            known if known == saved else saved for saved, known in zip(snapshot.arrays, earlier, strict=True)
         ]
         size += sum(
-            len(saved)
-            for (_, saved), (_, known) in zip(shared, before.snapshot.arrays, strict=True)
-            if saved is not known
+            len(saved) for saved, known in zip(snapshot.arrays, earlier, strict=True) if saved is not known
         )
-        snapshot.arrays = shared
     else:
-        size += mujoco.mj_sizeModel(sim.model) + sum(len(saved) for _, saved in snapshot.arrays)
+        size += mujoco.mj_sizeModel(sim.model) + sum(map(len, snapshot.arrays))
     return Structure(snapshot, sim.model_version, sim.model.opt.gravity.tobytes(), size)
 
 

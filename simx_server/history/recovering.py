@@ -183,10 +183,9 @@ class _Reader:
             scene, model = unpack_model(self._contents[place])
             self._models[place] = scene, model, mujoco.MjData(model)
         scene, model, data = self._models[place]
-        arrays = [
-            (value, self._contents[content])
-            for (_, value), content in zip(editable_arrays(model), kept["arrays"], strict=True)
-        ]
+        arrays = [self._contents[content] for content in kept["arrays"]]
+        if list(map(len, arrays)) != [value.nbytes for _, value in editable_arrays(model)]:
+            raise ValueError("arrays of another model")
         annotations = scene.annotations if kept["annotations"] is None else kept["annotations"]
         snapshot = Snapshot(
             scene=scene,

@@ -158,7 +158,7 @@ class Writer:
         notes = first.notes if is_first else {}
         values: dict[str, Any] = {
             "model": None if is_first else self._number(saved.scene, lambda: self._model(saved)),
-            "arrays": [self._number(content, partial(bytes, content)) for _, content in saved.arrays],
+            "arrays": [self._number(content, partial(bytes, content)) for content in saved.arrays],
             "identities": {
                 handle: (name, alias, None if annotations is notes.get(handle) else annotations)
                 for handle, (name, alias, annotations) in saved.identities.items()

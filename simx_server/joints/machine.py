@@ -193,9 +193,10 @@ class Machine:
     def recall(self, settings: Settings) -> None:
         """Restore saved settings; model and data were restored already."""
         self._bindings = dict(settings.bindings)
+        has_others = settings.weights is not self._weights
         self._weights = settings.weights
         self._states = {handle: copied(state) for handle, state in settings.states.items()}
-        self._write_weights(always=True)
+        self._write_weights(always=has_others)
         self.forget_run()
 
     def remember_moment(self, before: Moment | None) -> tuple[Moment, bool]:

@@ -89,8 +89,7 @@ class IkGroups(Part):
         self._sim = sim
         self._collections = collections
         self.scratch = Scratch(sim)
-        self.random = np.random.default_rng(0)
-        """For searching and planning; seeded again for each run, so that equal runs give equal numbers."""
+        self._random: np.random.Generator | None = None
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
         self._made: dict[int, Group] = {}
         """Groups that scripts have made, by handle."""
@@ -103,6 +102,13 @@ class IkGroups(Part):
         self._at_start: list[tuple[Group, Group]] = []
         """Groups, and copies of their state at the start of the run."""
         self._complaints: set[str] = set()
+
+    @property
+    def random(self) -> np.random.Generator:
+        """Numbers for searching and planning; seeded again for each run, so that equal runs give equal numbers."""
+        if self._random is None:
+            self._random = np.random.default_rng(0)
+        return self._random
 
     def scene_changed(self) -> None:
         self._registry.forget()
@@ -400,7 +406,7 @@ class IkGroups(Part):
 
     def _start(self) -> None:
         self._before_run = self._made, self._removed, self._left
-        self.random = np.random.default_rng(0)
+        self._random = None
         self._at_start = [
             (each, replace(each, elements=list(each.elements))) for each in self._every().values()
         ]

@@ -44,8 +44,6 @@ class UnresetModels(Part):
     def _keep(self) -> None:
         scene = self._sim.scene
         self._kept = _Kept({}, {})
-        if not any(scene.own_model_bits(handle) & c.sim_modelproperty_not_reset for handle in scene.objects):
-            return
         wanted = {
             handle: item
             for handle, item in scene.objects.items()

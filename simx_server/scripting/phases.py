@@ -89,6 +89,8 @@ class Phases:
         self.wants_idle = False
         """Whether a script wants to run while the simulation is stopped or paused."""
         self._scripts = scripts
+        self._watched: tuple[Script, ...] = ()
+        """Scripts with which the lists of call-backs were made."""
         self._lives = lives
         self._told: set[Script] = set()
         """Scripts for which the warning about their joint call-back was printed; it is printed once."""
@@ -196,9 +198,12 @@ class Phases:
 
     def watch(self) -> None:
         """Update the lists of call-backs after scripts have started or ended."""
+        scripts = self._scripts.called().every
+        if not scripts and not self._watched:
+            return
+        self._watched = scripts
         self._watch_idle()
         self._watch_joints()
-        scripts = self._scripts.called().every
         self._vision.watch(scripts)
         self._physics.watch(scripts)
         self.objects.watch(scripts)

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
-import numpy as np
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints import Joints
@@ -117,7 +116,7 @@ class Simulation:
         self._warnings = physics_warnings.OnceAKind()
         self.surfaces = Surfaces(self)
         self._snapshot: Snapshot | None = None
-        self._arrays: tuple[mujoco.MjModel, Sequence[np.ndarray]] | None = None
+        self._arrays: tuple[mujoco.MjModel, Sequence[memoryview]] | None = None
         """A model and its `editable_arrays`."""
         self._too_slow: tuple[int, int, str] | None = None
         """The version of state and model with which a run could not make its first step, and the reason."""
@@ -378,10 +377,12 @@ class Simulation:
                     "part of what a stop does first has failed; the simulation stops all the same"
                 )
 
-    def editable_arrays(self) -> Sequence[np.ndarray]:
-        """Return every array of the model that a command may write: finding them takes longer than copying them."""
+    def editable_arrays(self) -> Sequence[memoryview]:
+        """Return the bytes of every array of the model that a command may write: finding them takes longer than
+        copying them.
+        """
         if self._arrays is None or self._arrays[0] is not self.model:
-            self._arrays = self.model, [value for _, value in editable_arrays(self.model)]
+            self._arrays = self.model, [value.data.cast("B") for _, value in editable_arrays(self.model)]
         return self._arrays[1]
 
     def run_physics(self) -> None:

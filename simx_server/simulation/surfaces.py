@@ -53,7 +53,8 @@ class Surfaces(Part):
         self._own: dict[int, tuple[float, ...]] = {}
         """Velocities that belts were given: handle to linear m/s and angular rad/s, world axes."""
         self._bodies: NDArray[np.intp] = np.zeros(0, np.intp)
-        """Static bodies with geoms, and those that carry such bodies."""
+        """Static bodies with geoms, and those that carry such bodies, of the model."""
+        self._model: mujoco.MjModel | None = None
         self._world: tuple[Array, Array] = (np.zeros((0, 3)), np.zeros((0, 4)))
         self._local: tuple[Array, Array] = (np.zeros((0, 3)), np.zeros((0, 4)))
         """Their poses after the last simulation step, in the world and in their parents."""
@@ -195,14 +196,9 @@ class Surfaces(Part):
         sim = self._sim
         self._rest()
         sim.refresh()
-        model = sim.model
-        has_geoms = np.zeros(model.nbody, bool)
-        has_geoms[model.geom_bodyid] = True
-        for body in range(model.nbody - 1, 0, -1):
-            has_geoms[model.body_parentid[body]] |= has_geoms[body]
-        has_geoms[0] = False
-        self._bodies = np.nonzero(has_geoms & (model.body_weldid == 0))[0]
-        data = sim.data
+        model, data = sim.model, sim.data
+        if self._model is not model:
+            self._model, self._bodies = model, _static_bodies(model)
         self._world = data.xpos[self._bodies], data.xquat[self._bodies]
         self._local = model.body_pos[self._bodies], model.body_quat[self._bodies]
 
@@ -228,6 +224,16 @@ def _turn(old: Array, new: Array) -> Array:
         difference = -difference
     mujoco.mju_quat2Vel(vector, difference, 1.0)
     return vector
+
+
+def _static_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return the ids of static bodies that have geoms or carry bodies with geoms."""
+    has_geoms = np.zeros(model.nbody, bool)
+    has_geoms[model.geom_bodyid] = True
+    for body in range(model.nbody - 1, 0, -1):
+        has_geoms[model.body_parentid[body]] |= has_geoms[body]
+    has_geoms[0] = False
+    return np.nonzero(has_geoms & (model.body_weldid == 0))[0]
 
 
 def _drive(model: mujoco.MjModel, data: mujoco.MjData, velocities: Mapping[int, Sequence[float]]) -> None:

@@ -38,10 +38,10 @@ class SentModel:
         now = ((name, value.tobytes(), first) for name, value, first in self._arrays)
         return {name: value for name, value, first in now if value != first}
 
-    def differences(self, saved: Sequence[tuple[np.ndarray, bytes]]) -> dict[str, bytes]:
-        """Return the arrays that differ from those first sent; `saved`: views and contents, in the same order."""
+    def differences(self, saved: Sequence[bytes]) -> dict[str, bytes]:
+        """Return the arrays that differ from those first sent; `saved`: contents, in the same order."""
         pairs = zip(self._arrays, saved, strict=True)
-        return {name: content for (name, _, first), (_, content) in pairs if content != first}
+        return {name: content for (name, _, first), content in pairs if content != first}
 
 
 def _binary(model: mujoco.MjModel) -> bytes:
