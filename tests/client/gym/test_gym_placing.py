@@ -1,4 +1,4 @@
-"""Where the simulations of a vector environment run when nobody says it: a measurement decides."""
+"""Where the simulations of a vector environment run without a number of processes: a measurement decides."""
 
 from __future__ import annotations
 
