@@ -24,6 +24,9 @@ SOURCES = (
     Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
 )
 
+PYREP_START = Path("simx_client/pyrep/simx_pyrep.pth")
+"""Read by each start of Python from the folder of packages; pyproject.toml adds it to a wheel."""
+
 
 def module_of(source: Path) -> Path:
     """Return the path of the module that a source is compiled to, for every CPython from 3.11 on."""
@@ -37,6 +40,8 @@ class Build(BuildHookInterface[Any]):
         """Compile the modules; a wheel with them is for this kind of machine only."""
         if self.target_name != "wheel":
             return
+        if version == "editable":
+            build_data["force_include_editable"] = {str(Path(self.root, PYREP_START)): PYREP_START.name}
         problem = compile_modules(Path(self.root))
         if problem:
             self.app.display_warning(

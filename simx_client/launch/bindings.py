@@ -53,6 +53,9 @@ def is_legacy_binding(source: bytes) -> bool:
     return bool(_NAMES_LIBRARY.search(source) and _LOADS_LIBRARY.search(source))
 
 
+_PYREP = "pyrep.backend."
+"""Holds a binding of the simulator's library, whose `sim` and `simConst` have the constants of the remote API too."""
+
 _MODE = re.compile(rb"simx_opmode_\w")
 _FUNCTION = re.compile(rb"simx[A-Z]\w+")
 _C_LIBRARY = re.compile(rb"\bextApi_\w")
@@ -92,6 +95,8 @@ class BindingFinder(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        if fullname.startswith(_PYREP):
+            return None
         name = fullname.rpartition(".")[2]
         is_legacy_name = name in FUNCTIONS_AND_CONSTANTS or name in CONSTANTS_ONLY
         if not is_legacy_name and "vrep" not in name.lower():  # vrep_api.py and the like are renamed bindings

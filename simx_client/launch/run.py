@@ -29,6 +29,7 @@ from .after_import import AfterImport, Patch, in_turn
 from .bindings import BindingFinder
 from .hints import hint, misplaced_flags, no_script
 from .paths import BackslashPaths
+from .pyrep import pyrep_root, stand_in_for_pyrep
 from .python2.convert import Converted, decode
 from .python2.loading import IsPython2, Python2Finder, convert_if_python2
 from .restoring.libraries import LIBRARIES
@@ -54,6 +55,7 @@ examples:
   simx-run robotControl.py                      a simx-server is running already
   simx-run --server scene.ttt robotControl.py   with a server of its own
   simx-run --embed scene.ttt robotControl.py    the same in one process: calls take microseconds
+  simx-run --pyrep reach.py                     a program of PyRep: it opens its scenes itself
   simx-run --plain script.py --episodes 10      what follows SCRIPT is the script's
 """
 
@@ -74,7 +76,15 @@ def make_parser() -> Parser:
     parser.add_argument(
         "--embed", metavar="SCENE", help="simulate in the script's own process, without a server"
     )
-    parser.add_argument("--server-args", metavar="ARGS", default="", help='more for both: "--speed max"')
+    parser.add_argument(
+        "--pyrep", action="store_true", help="a program of PyRep or RLBench: simx stands for CoppeliaSim"
+    )
+    parser.add_argument(
+        "--pyrep-root",
+        action="store_true",
+        help="print a folder for COPPELIASIM_ROOT, to install PyRep with, and exit",
+    )
+    parser.add_argument("--server-args", metavar="ARGS", default="", help='more for all three: "--speed max"')
     parser.add_argument(
         "--server-timeout", metavar="S", type=float, default=60.0, help="wait so long until it is ready (60)"
     )
@@ -115,6 +125,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.verbose:
         _log_to_stderr()
+    if options.pyrep_root:
+        print(pyrep_root())
+        return DONE
     if problem := no_script(options.script):
         return _refuse(problem, USAGE)
     path = os.path.abspath(options.script)
@@ -137,17 +150,33 @@ def main(argv: Sequence[str] | None = None) -> int:
             f"{flag} behind the script goes to the script; write it in front: {PROGRAM} {flag} ... {options.script}"
         )
     _prepare(options, path, is_python2=converted is not None)
+    if conflict := _conflict(options):
+        return _refuse(conflict, USAGE)
+    try:
+        _simulate(options)
+    except ServerNotReady as error:
+        return _refuse(str(error), FAILURE)
+    return _run(code, options.script, options.arguments)
+
+
+def _conflict(options: argparse.Namespace) -> str:
+    """Return which flags exclude each other, or an empty text."""
     if options.embed and options.server:
-        return _refuse("--server and --embed exclude each other; give one of them", USAGE)
+        return "--server and --embed exclude each other; give one of them"
+    if options.pyrep and (options.embed or options.server):
+        return "a program of PyRep opens its scene itself: leave out --server and --embed"
+    return ""
+
+
+def _simulate(options: argparse.Namespace) -> None:
+    """Provide the simulation that the flags ask for. Raises ServerNotReady."""
+    if options.pyrep:
+        stand_in_for_pyrep(options.server_args)
     if options.embed:
         scene = scene_for(Path(options.script), options.embed)
         os.environ[EMBED_VARIABLE] = shlex.join([scene, *shlex.split(options.server_args)])
     if options.server:
-        try:
-            _start_server(options)
-        except ServerNotReady as error:
-            return _refuse(str(error), FAILURE)
-    return _run(code, options.script, options.arguments)
+        _start_server(options)
 
 
 def _why_not_opened(script: str, error: OSError) -> str:

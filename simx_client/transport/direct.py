@@ -72,6 +72,30 @@ class DirectTransport(Transport, Protocol):
         ...
 
 
+class Library(Protocol):
+    """The functions of scripts, which a program in the server's process calls; it steps every run."""
+
+    def call(self, function: str, arguments: list[Any]) -> tuple[Any, ...]:
+        """Call a function by its full name (``sim.getObjectHandle``) with plain values; return its results.
+
+        Raises:
+            Exception: the server refuses the call; the text gives the reason.
+        """
+        ...
+
+    def step(self, *, if_running: bool) -> None:
+        """Make one simulation step if the simulation runs, and `if_running`; else let scripts do regular work.
+
+        Raises:
+            Exception: the run could not go on; the text gives the reason.
+        """
+        ...
+
+    def close(self) -> None:
+        """Leave the server. Idempotent."""
+        ...
+
+
 class EmbeddedServer(Protocol):
     """A server in this process."""
 
@@ -89,6 +113,10 @@ class EmbeddedServer(Protocol):
             name: name of the client, for logs.
             port: the port that the script asked for: connecting to some ports starts the simulation.
         """
+        ...
+
+    def library(self, client: str, name: str) -> Library:
+        """Return the functions of scripts for the program of this process, as a new client."""
         ...
 
     def close(self) -> None:

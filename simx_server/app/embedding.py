@@ -15,6 +15,7 @@ from contextlib import ExitStack
 
 from simx_client.errors import ConnectionFailed
 from simx_server.errors import CommandError, StartError
+from simx_server.gateways.embedded.library import Library
 from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
 from simx_server.gateways.errors import GatewayError
@@ -109,6 +110,18 @@ class EmbeddedServer:
             port: the port that the script asked for.
         """
         return EmbeddedTransport(self.loop, self._turns, client, name, port)
+
+    def library(self, client: str, name: str) -> Library:
+        """Return the functions of scripts for the program of this process, as a new client.
+
+        Args:
+            client: its id.
+            name: its name, for logs.
+
+        Raises:
+            LimitReached: all places for clients are taken.
+        """
+        return Library(self.loop, self._turns, client, name)
 
     def close(self) -> None:
         """End the simulation and all that belongs to it. Idempotent; does nothing in a fork of its process."""

@@ -170,8 +170,8 @@ class ZmqClients(Watcher):
                 return True
         return False
 
-    def join(self, key: str, name: str, port: int, entrance: Entrance | None = None) -> None:
-        """Add a client; no entrance: it has a place already. Raises LimitReached."""
+    def join(self, key: str, name: str, port: int, entrance: Entrance | None = None) -> Client:
+        """Add a client and return it; no entrance: it has a place already. Raises LimitReached."""
         client = Client(self.world, key, name, self._next_handle)
         self._next_handle += 1
         self._clients[key] = client
@@ -185,6 +185,7 @@ class ZmqClients(Watcher):
             self._next_handle -= 1
             raise
         client.level = int(client.session.is_stepping)  # it came back to the successor of a crashed server
+        return client
 
     def peer(self, number: int) -> Peer | None:
         """Return an open connection."""
