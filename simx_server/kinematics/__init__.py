@@ -9,6 +9,7 @@ key        default              meaning
 ========== ==================== ==================================================================================
 tip        (required)           object (or a site) at the end of the chain; its whole pose counts
 target     (required)           object that the tip is brought to; best outside the chain, such as a site under the base
+                                (``world``: none yet, so the group moves nothing)
 base       (none: the world)    object above the joints that may move: a body or a site
 constraints pose                pose, position, orientation, or words of x, y, z (axes of the base), alpha_beta
                                 (direction of the tip's z), gamma (rotation about it) with commas between them

@@ -50,6 +50,7 @@ class Element:
 
     tip: int
     target: int
+    """-1: none yet, so the element moves nothing."""
     base: int = -1
     """The fixed object: the joints above it do not move. -1: the world."""
     constraints: Constraint = Constraint.POSE

@@ -188,8 +188,8 @@ class IkGroups(Part):
             self._removed |= {handle}
 
     def active(self, group: Group) -> list[Element]:
-        """Return the elements of a group that take part: enabled ones whose objects exist."""
-        return [element for element in group.elements if element.enabled and self._exist(element)]
+        """Return the elements of a group that take part: enabled ones with a target whose objects exist."""
+        return [each for each in group.elements if each.enabled and each.target != -1 and self._exist(each)]
 
     def elements(self) -> list[Element]:
         """Return the elements of all groups."""
@@ -374,7 +374,7 @@ class IkGroups(Part):
         return [
             Element(
                 named(tip),
-                named(target),
+                -1 if target == WORLD else named(target),
                 -1 if base == WORLD else named(base),
                 _read_constraints(constraints),
                 _read_pair(precision),
@@ -397,12 +397,8 @@ class IkGroups(Part):
 
     def _exist(self, element: Element) -> bool:
         objects = self._sim.scene.objects
-        return (
-            element.tip in objects
-            and element.target in objects
-            and (element.base == -1 or element.base in objects)
-            and (element.axes == -1 or element.axes in objects)
-        )
+        others = element.target, element.base, element.axes
+        return element.tip in objects and all(each == -1 or each in objects for each in others)
 
     def _start(self) -> None:
         self._before_run = self._made, self._removed, self._left

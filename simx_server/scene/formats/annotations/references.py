@@ -152,7 +152,7 @@ def _check_group(element: str, note: Annotation, objects: Collection[str]) -> No
         words = str(note.get(key, "")).split(";")
         if key in ("tip", "target") or (key == "base" and key in note):
             for word in words:
-                if key != "base" or word != WORLD:
+                if key == "tip" or word != WORLD:
                     _must_name(element, key, word, objects, "object")
         if len(words) not in (1, len(tips)) or (key == "target" and len(words) != len(tips)):
             raise SceneError(

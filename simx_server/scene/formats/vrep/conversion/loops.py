@@ -82,12 +82,15 @@ def _is_driven(file: VrepFile, dummy: Dummy) -> bool:
 
 
 def add_links(conversion: Conversion) -> None:
-    """Annotate the links of dummies."""
+    """Annotate the links of dummies, and the type of those that a script may link later."""
     for item in conversion.file.objects.values():
-        partner = conversion.file.objects.get(item.linked) if isinstance(item, Dummy) else None
-        if isinstance(item, Dummy) and isinstance(partner, Dummy) and partner is not item:
-            link = "ik" if item.link_type == IK else None
-            conversion.annotate("dummy", conversion.name(item), linked=conversion.name(partner), link=link)
+        if not isinstance(item, Dummy):
+            continue
+        partner = conversion.file.objects.get(item.linked)
+        linked = conversion.name(partner) if isinstance(partner, Dummy) and partner is not item else None
+        link = "ik" if item.link_type == IK else None
+        if linked is not None or link is not None:
+            conversion.annotate("dummy", conversion.name(item), linked=linked, link=link)
 
 
 def _moves(body: Any) -> bool:

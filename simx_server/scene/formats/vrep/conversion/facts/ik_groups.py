@@ -15,7 +15,7 @@ _PARTS = {1: "x", 2: "y", 4: "z", 8: "alpha_beta", 16: "gamma"}
 
 
 def add_ik_groups(conversion: Conversion) -> None:
-    """Annotate the groups, those without a usable element left out."""
+    """Annotate the groups, those without a usable element left out; a tip may have no target yet."""
     names = {group.id: group.name for group in conversion.file.ik_groups}
     kept: set[int] = set()
     for group in conversion.file.ik_groups:
@@ -24,23 +24,23 @@ def add_ik_groups(conversion: Conversion) -> None:
             _add(conversion, group, elements, names.get(group.after) if group.after in kept else None)
             kept.add(group.id)
         else:
-            conversion.report.leave_out("groups of inverse kinematics without a tip and a target", group.name)
+            conversion.report.leave_out("groups of inverse kinematics without a tip", group.name)
 
 
 def _is_usable(conversion: Conversion, group: IkGroup, element: IkElement) -> bool:
-    """Return whether an element moves something: it is enabled, and its tip, target and base exist."""
-    is_complete = _target(conversion, element) is not None and (
+    """Return whether an element may move something: it is enabled, and its tip and base exist."""
+    is_complete = isinstance(conversion.file.objects.get(element.tip), Dummy) and (
         element.base == -1 or element.base in conversion.names
     )
     if not is_complete:
-        conversion.report.leave_out("elements of inverse kinematics without a tip and a target", group.name)
+        conversion.report.leave_out("elements of inverse kinematics without a tip", group.name)
     return is_complete and element.enabled and bool(element.constraints & sum(_PARTS))
 
 
-def _target(conversion: Conversion, element: IkElement) -> int | None:
-    """Return the dummy that is linked to the element's tip."""
-    tip = conversion.file.objects.get(element.tip)
-    return tip.linked if isinstance(tip, Dummy) and tip.linked in conversion.names else None
+def _target(conversion: Conversion, element: IkElement) -> int:
+    """Return the dummy that is linked to the element's tip, -1 for none."""
+    tip = conversion.file.objects[element.tip]
+    return tip.linked if isinstance(tip, Dummy) else -1
 
 
 def _add(conversion: Conversion, group: IkGroup, elements: list[IkElement], after: str | None) -> None:
@@ -51,7 +51,7 @@ def _add(conversion: Conversion, group: IkGroup, elements: list[IkElement], afte
         "ik",
         group.name,
         tip=";".join(names[element.tip] for element in elements),
-        target=";".join(names[target] for target in targets if target is not None),
+        target=";".join(names.get(target, WORLD) for target in targets),
         base=";".join(names.get(element.base, WORLD) for element in elements),
         constraints=";".join(_words(element.constraints) for element in elements),
         precision=";".join(_pair(element.precision) for element in elements),

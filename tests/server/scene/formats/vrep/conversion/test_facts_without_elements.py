@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from handler_calls import World
 
 from simx_client.protocol import constants as c
-from simx_server.kinematics import Calculation, Constraint
+from simx_server.kinematics import Calculation, Constraint, Result
 from simx_server.kinematics.solver import Method
 from simx_server.parts.custom_data import SCENE
 from simx_server.scene.formats.vrep.converting import convert
@@ -29,6 +30,7 @@ from simx_server.scene.formats.vrep.objects import (
     VrepObject,
 )
 from simx_server.scene.formats.vrep.report import Report
+from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind
 
 TIP, TARGET, BASE = 3, 4, 1
@@ -136,13 +138,25 @@ def test_all_settings_of_a_group_arrive() -> None:
 
 
 def test_elements_that_move_nothing_are_left_out() -> None:
-    loose = IkElement(tip=5)
+    loose = IkElement(tip=99)
     world, report = opened(
         ik_groups=[group(elements=[loose, *group().elements]), group(id=8, name="b", elements=[loose])]
     )
     assert world.parts.ik_groups.names() == ["ik"]
-    assert report.left_out["elements of inverse kinematics without a tip and a target"] == ["ik", "b"]
-    assert report.left_out["groups of inverse kinematics without a tip and a target"] == ["b"]
+    assert report.left_out["elements of inverse kinematics without a tip"] == ["ik", "b"]
+    assert report.left_out["groups of inverse kinematics without a tip"] == ["b"]
+
+
+def test_a_group_whose_tip_has_no_target_is_there_and_moves_once_a_program_links_one() -> None:
+    tip, target = (replace(item, linked=-1) for item in OBJECTS[2:4] if isinstance(item, Dummy))
+    world, report = opened(tip, target, ik_groups=[group()])
+    groups, joint = world.parts.ik_groups, handle(world, "joint")
+    assert not report.left_out
+    assert groups.handle(groups.find("ik")) == Result.NOT_PERFORMED
+    assert world.parts.dummy_links.type(handle(world, "tip")) == IK, "a link made later is one of kinematics"
+    assert groups.retarget(handle(world, "tip"), handle(world, "target"))
+    groups.handle_automatic()
+    assert world.sim.joints.position(joint) == pytest.approx(math.atan2(0.4, 0.3), abs=0.01)
 
 
 def test_the_settings_of_the_scene_arrive() -> None:
