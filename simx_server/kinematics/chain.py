@@ -29,6 +29,10 @@ _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 
 
+class NothingMovesError(CommandError):
+    """No joint may move a tip, or no tip has a target: V-REP does not perform such a group."""
+
+
 class Constraint(IntFlag):
     """Which parts of a pose count; the numbers are the legacy `sim_ik_*_constraint`."""
 
@@ -97,7 +101,7 @@ class Joints:
     balls: tuple[Ball, ...] = ()
 
     def clip(self, values: Array) -> Array:
-        return np.clip(values, self.low, self.high)
+        return np.minimum(np.maximum(values, self.low), self.high)
 
 
 @dataclass(frozen=True)
@@ -129,12 +133,18 @@ def make_arms(
 
     Raises:
         UnknownHandle: an element has a wrong handle.
-        CommandError: the base is not above the tip, or no joint between them takes part.
+        CommandError: the base is not above the tip.
+        NothingMovesError: no joint between them takes part.
     """
     sim.refresh()
     chains = [_between(sim, element, is_usable, balls) for element in elements]
     model = sim.model
     every = sorted({joint for chain in chains for joint in chain})
+    if not every:
+        raise NothingMovesError(
+            f"no joint that inverse kinematics may move lies above '{sim.scene.get(elements[0].tip).name}'; "
+            "joints that take part are annotated mode=ik, or set to that mode, or listed in the call"
+        )
     ids = [joint for joint in every if int(model.jnt_type[joint]) in _SINGLE]
     turning = [joint for joint in every if int(model.jnt_type[joint]) not in _SINGLE]
     owners = [*ids, *(joint for joint in turning for _ in range(3))]
@@ -200,11 +210,6 @@ def _between(sim: Simulation, element: Element, is_usable: Callable[[int], bool]
         raise CommandError(
             f"'{scene.get(element.base).name}' is not above '{tip.name}', so it cannot be the base of its chain; "
             "name an object that carries the first joint, or none"
-        )
-    if not found:
-        raise CommandError(
-            f"no joint that inverse kinematics may move lies above '{tip.name}'; "
-            "joints that take part are annotated mode=ik, or set to that mode"
         )
     return found
 

@@ -26,8 +26,9 @@ from ..scene.objects import ObjectKind
 from .chain import Element, Joints, fixed_pose, make_arms
 from .groups import must_stay
 from .own_objects import OwnJoint, OwnObjects
+from .rows import pose_of_body
 from .scratch import Array, Scratch
-from .solver import Calculation, Method, Result, Solution, Solver, pose_of_body
+from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation

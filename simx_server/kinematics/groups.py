@@ -16,11 +16,13 @@ import numpy as np
 
 from simx_server.scene.formats.annotations import WORLD, Annotation
 from simx_server.scene.poses.placing import object_pose
+from simx_server.scene.poses.poses import Pose
 from simx_server.simulation.part import Part
 
 from ..errors import CommandError
 from ..scene.registered import Registry
-from .chain import Ball, Constraint, Element, Joints, is_in_ik_mode, make_arms
+from .chain import Ball, Constraint, Element, Joints, NothingMovesError, is_in_ik_mode, make_arms
+from .sampling import turned_back
 from .scratch import Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 
@@ -80,6 +82,8 @@ class Group:
     """How far slides (m) and hinges (rad) stay away from their limits."""
     result: Result = field(default=Result.NOT_PERFORMED)
     """The result of the last handling."""
+    checked: tuple[int, ...] | None = None
+    """The joints of the last check, which the Jacobian is for; None after a handling: those in IK mode."""
 
 
 class IkGroups(Part):
@@ -90,6 +94,7 @@ class IkGroups(Part):
         self._collections = collections
         self.scratch = Scratch(sim)
         self._random: np.random.Generator | None = None
+        self._seed = self._seed_before_run = 0
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
         self._made: dict[int, Group] = {}
         """Groups that scripts have made, by handle."""
@@ -107,10 +112,19 @@ class IkGroups(Part):
     def random(self) -> np.random.Generator:
         """Numbers for searching and planning; seeded again for each run, so that equal runs give equal numbers."""
         if self._random is None:
-            self._random = np.random.default_rng(0)
+            self._random = np.random.default_rng(self._seed)
         return self._random
 
+    def seed(self, seed: int) -> None:
+        """Start the random numbers of searches and plans from a seed (not negative), now and in each run.
+
+        During a run until its stop, otherwise until another scene is loaded. A new scene has the seed 0.
+        """
+        self._seed, self._random = seed, None
+
     def scene_changed(self) -> None:
+        self.seed(0)
+        self._seed_before_run = 0
         self._registry.forget()
         self._made, self._removed, self._left, self._next = {}, frozenset(), {}, FIRST_MADE
         self._before_run = self._made, self._removed, self._left
@@ -128,15 +142,17 @@ class IkGroups(Part):
         groups = {
             handle: replace(each, elements=list(each.elements)) for handle, each in self._every().items()
         }
-        return self.random.bit_generator.state, groups, self._made, self._removed, self._left, self._next
+        state = self.random.bit_generator.state
+        return state, self._seed, groups, self._made, self._removed, self._left, self._next
 
     def recall(self, memory: Any) -> None:
-        (self.random.bit_generator.state, groups, self._made, self._removed, self._left, self._next) = memory
+        state, self._seed, groups, self._made, self._removed, self._left, self._next = memory
+        self.random.bit_generator.state = state
         present = self._every()
         for handle, before in groups.items():
             group = present[handle]
             group.elements, group.how, group.explicit = list(before.elements), before.how, before.explicit
-            group.enabled, group.result = before.enabled, before.result
+            group.enabled, group.result, group.checked = before.enabled, before.result, before.checked
 
     def find(self, name: str) -> int:
         """Return the handle of a group.
@@ -259,41 +275,26 @@ class IkGroups(Part):
     def solver(
         self,
         group: Group,
-        more: Collection[int] = (),
+        only: Collection[int] | None = None,
         *,
-        without: Collection[int] = (),
         weights: Mapping[int, float] = MappingProxyType({}),
+        balls: bool = False,
     ) -> tuple[Joints, Solver]:
-        """Return joints with a single value and solver of a group; the scratch state is that of the scene.
+        """Return joints and solver of a group; the scratch state is that of the scene.
 
         Args:
             group: the group.
-            more: joints that take part whatever their mode is.
-            without: joints that take no part.
+            only: joints that take part whatever their mode is, all others are locked; None: those in IK mode.
             weights: how readily joints move, as a factor of their usual weight.
+            balls: spherical joints take part too.
 
         Raises:
-            CommandError: no joint takes part.
+            NothingMovesError: no joint takes part, or no tip has a target.
         """
-        return self._solver(group, more, without, weights)
-
-    def _solver(
-        self,
-        group: Group,
-        more: Collection[int] = (),
-        without: Collection[int] = (),
-        weights: Mapping[int, float] = MappingProxyType({}),
-        *,
-        balls: bool = False,
-    ) -> tuple[Joints, Solver]:
-        is_usual = is_in_ik_mode(self._sim)
-
-        def takes_part(joint: int) -> bool:
-            return joint not in without and (joint in more or is_usual(joint))
-
         elements = self.active(group)
         if not elements:
-            raise CommandError(f"the group '{group.name}' has no element whose tip has a target")
+            raise NothingMovesError(f"the group '{group.name}' has no element whose tip has a target")
+        takes_part = is_in_ik_mode(self._sim) if only is None else frozenset(only).__contains__
         joints, arms = make_arms(self._sim, elements, takes_part, balls=balls)
         joints = _as_asked(group, joints)
         for number, handle in enumerate(joints.handles):
@@ -305,12 +306,29 @@ class IkGroups(Part):
         """Return the joint values that bring the tips to their targets; the joints do not move.
 
         Raises:
-            CommandError: no joint takes part.
+            NothingMovesError: no joint takes part, or no tip has a target.
         """
-        joints, solver = self._solver(group, balls=True)
+        joints, solver = self.solver(group, balls=True)
+        return joints, solver.solve(self._sim.data.qpos[joints.addresses], self.goals(group), group.how)
+
+    def check(self, group: Group, only: Sequence[int]) -> tuple[Result, dict[int, float]]:
+        """Return the result of the group with these joints alone, whatever their mode is, and their new values.
+
+        Nothing moves. A group that cannot be performed has no values.
+        """
+        group.checked = tuple(only)
+        try:
+            joints, solver = self.solver(group, only)
+        except NothingMovesError:
+            return Result.NOT_PERFORMED, {}
+        solution = solver.solve(self._sim.data.qpos[joints.addresses], self.goals(group), group.how)
+        values = turned_back(joints, solution.values)
+        return solution.result, dict(zip(joints.handles, values.tolist(), strict=True))
+
+    def goals(self, group: Group) -> list[Pose]:
+        """Return the world poses of the targets of the elements that take part."""
         scene = self._sim.scene
-        goals = [object_pose(self._sim, scene.get(element.target)) for element in self.active(group)]
-        return joints, solver.solve(self._sim.data.qpos[joints.addresses], goals, group.how)
+        return [object_pose(self._sim, scene.get(element.target)) for element in self.active(group)]
 
     def _handle(self, group: Group) -> Result:
         group.result = Result.NOT_PERFORMED
@@ -318,7 +336,7 @@ class IkGroups(Part):
         if not group.enabled or not elements or not self._is_due(group):
             return group.result
         joints, solution = self.solve(group)
-        group.result = solution.result
+        group.result, group.checked = solution.result, None
         if must_stay(elements, group.restore, solution):
             return group.result
         before = self._sim.data.qpos[joints.addresses]
@@ -402,6 +420,7 @@ class IkGroups(Part):
 
     def _start(self) -> None:
         self._before_run = self._made, self._removed, self._left
+        self._seed_before_run = self._seed
         self._random = None
         self._at_start = [
             (each, replace(each, elements=list(each.elements))) for each in self._every().values()
@@ -411,9 +430,10 @@ class IkGroups(Part):
         for group, before in self._at_start:
             group.elements, group.how, group.explicit = before.elements, before.how, before.explicit
             group.enabled = before.enabled
-            group.result = Result.NOT_PERFORMED
+            group.result, group.checked = Result.NOT_PERFORMED, None
         self._at_start = []
         self._made, self._removed, self._left = self._before_run
+        self._seed = self._seed_before_run
 
 
 def _as_asked(group: Group, joints: Joints) -> Joints:

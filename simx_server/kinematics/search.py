@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -12,17 +10,18 @@ from simx_server.scene.poses.poses import Pose, blend
 
 from ..errors import CommandError
 from .chain import Joints
+from .sampling import Effort, Nearness, sampling_range, wrapped
 from .scratch import Array
 from .solver import Calculation, Method, Result, Solver
 
 _HOW = Calculation(Method.ADAPTIVE, 0.0, 60)
 """From a random start the UR5 arrives in two of three trials; more iterations help less than another start."""
 
-LONGEST = 60.0
-"""Maximum duration in seconds of a search or a plan, even if a script requests more."""
-
 MOST_STATES = 10_000
 """Maximum number of states in a path that a script requests."""
+
+_SAMPLES_AT_ONCE = 100
+"""Random starts between two calls that serve others."""
 
 _SAME = 1e-3
 """rad or m: configurations that differ less in every joint count as equal."""
@@ -38,6 +37,7 @@ def find_configs(
     trials: int | None = None,
     start: Array | None = None,
     sampled: tuple[Array, Array] | None = None,
+    near: Nearness | None = None,
     accepts: Callable[[Array], bool] | None = None,
     may_go_on: Callable[[], bool] | None = None,
 ) -> Iterator[Array]:
@@ -48,21 +48,30 @@ def find_configs(
         joints: the joints that it moves.
         goals: world poses of the targets.
         random: source of the random starts.
-        seconds: maximum wall time; at least one trial is made.
+        seconds: maximum work, see `Effort`; without `near` it is enough for one trial at least.
         trials: maximum number of trials.
         start: joint values (n,) of the first trial; a random configuration if None.
         sampled: minimum values and ranges (n,) of random starts; the joints' limits if None.
+        near: random starts whose tips are farther away are left out.
         accepts: a further condition for a configuration.
         may_go_on: called between trials; where it returns false, the time is over.
     """
-    end = time.monotonic() + min(seconds, LONGEST)
+    one_trial = 0.0 if near is not None else _HOW.iterations * solver.seconds_per_look
+    effort = Effort(max(seconds, one_trial), solver.seconds_per_look)
     low, extent = sampled if sampled is not None else sampling_range(joints)
     found: list[Array] = []
-    trial = 0
-    while trial == 0 or (time.monotonic() < end and (trials is None or trial < trials)):
+    samples = trial = 0
+    while effort.is_left and (trials is None or trial < trials):
         begin = low + extent * random.random(len(low)) if start is None or trial else start
+        if near is not None and not near.includes(solver.tips(begin), goals):
+            effort.spend(samples=1)
+            samples += 1
+            if samples % _SAMPLES_AT_ONCE or may_go_on is None or may_go_on():
+                continue
+            return
         trial += 1
-        solution = solver.solve(begin, goals, _HOW)
+        solution = solver.solve(begin, goals, _HOW, effort.looks)
+        effort.spend(looks=solution.looks)
         if may_go_on is not None and not may_go_on():
             return
         if solution.result != Result.SUCCESS:
@@ -70,6 +79,7 @@ def find_configs(
         values = wrapped(joints, solution.values)
         if any(np.max(np.abs(values - known)) < _SAME for known in found):
             continue
+        effort.spend(checks=accepts is not None)
         if accepts is None or accepts(values):
             found.append(values)
             yield values
@@ -108,44 +118,6 @@ def straight_path(
         values = solution.values
         path.append(values)
     return path
-
-
-def sampling_range(joints: Joints) -> tuple[Array, Array]:
-    """Return (minimum, range) of each joint; a joint without limits turns once, or moves by 1 m to both sides."""
-    no_limit = np.where(joints.is_hinge, math.pi, 1.0)
-    low = np.where(np.isfinite(joints.low), joints.low, -no_limit)
-    high = np.where(np.isfinite(joints.high), joints.high, no_limit)
-    return low, high - low
-
-
-def asked_range(
-    low: Sequence[float] | None, ranges: Sequence[float] | None, order: Sequence[int]
-) -> tuple[Array, Array] | None:
-    """Return (minimum, range) of each joint as a script passes them, in our order; None when it passes none.
-
-    Args:
-        low: minimum values in the script's order.
-        ranges: ranges in the script's order.
-        order: our index of each of the script's joints.
-
-    Raises:
-        CommandError: the number of values is wrong.
-    """
-    if not low or not ranges:
-        return None
-    if not len(low) == len(ranges) == len(order):
-        raise CommandError(
-            f"lowest values and ranges of random starts are one for each of the {len(order)} joints"
-        )
-    found = np.zeros(len(order)), np.zeros(len(order))
-    found[0][list(order)], found[1][list(order)] = low, ranges
-    return found
-
-
-def wrapped(joints: Joints, values: Array) -> Array:
-    """Return joint values with those of cyclic joints in -pi..pi."""
-    endless = ~np.isfinite(joints.low) & joints.is_hinge
-    return np.where(endless, np.remainder(values + math.pi, 2 * math.pi) - math.pi, values)
 
 
 def _between(a: Pose, b: Pose, share: float) -> Pose:

@@ -9,23 +9,11 @@ from enum import IntEnum
 import mujoco
 import numpy as np
 
-from simx_server.scene.poses.poses import (
-    NO_TURN,
-    Pose,
-    Quaternion,
-    about,
-    compose,
-    conjugate,
-    matrix,
-    multiply,
-    normalised,
-    rotation_vector,
-    subtract,
-    turn_z_to,
-)
+from simx_server.scene.poses.poses import Pose, Quaternion, about, multiply, normalised
 
 from ..errors import CommandError
-from .chain import Arm, Constraint, Joints
+from .chain import Arm, Joints
+from .rows import Miss, Rows, joined
 from .scratch import Array, Positions
 
 _ENOUGH = 0.01
@@ -46,11 +34,6 @@ recommends about 1e-3 of the squared length of the links, which is near 1 here.
 
 _SINGULAR = 1e-6
 """Squared damping of the pseudo inverse: without it, a stretched arm would jump."""
-
-
-_TINY = 1e-9
-"""Parts of a quaternion below which a rotation about z has no sense."""
-
 
 _Z = np.array([0.0, 0.0, 1.0])
 
@@ -74,6 +57,11 @@ class Result(IntEnum):
 
 
 MOST_ITERATIONS = 1000
+
+_SECONDS_PER_LOOK, _SECONDS_PER_BODY = 80e-6, 0.3e-6
+
+_ALL = MOST_ITERATIONS * _HALVINGS + 1
+"""More states than a solution looks at."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +98,8 @@ class Solution:
     is_at_limit: bool = False
     turns: tuple[Quaternion, ...] = ()
     """Value of each spherical joint, as MuJoCo counts it."""
+    looks: int = 0
+    """Number of states that the solver has looked at."""
 
 
 class Solver:
@@ -117,17 +107,21 @@ class Solver:
 
     def __init__(self, scratch: Positions, joints: Joints, arms: Sequence[Arm]) -> None:
         self._scratch = scratch
-        self._model = model = scratch.model
         self._joints = joints
-        self._arms = list(arms)
+        self._rows = [Rows(scratch.model, joints, arm) for arm in arms]
+        self._eagerness = np.sqrt(joints.weights)
         self._turns: list[Quaternion] = []
         """Present values of the spherical joints."""
-        self._position, self._rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        self.seconds_per_look = _SECONDS_PER_LOOK + scratch.model.nbody * _SECONDS_PER_BODY
+        """Time for a look at one state on a slow machine: searches count it as their work."""
 
-    def solve(self, start: Array, goals: Sequence[Pose], how: Calculation) -> Solution:
+    def solve(
+        self, start: Array, goals: Sequence[Pose], how: Calculation, most_looks: int = _ALL
+    ) -> Solution:
         """Move the joints from `start` (n,) until each tip is at its goal (world), or the iterations end.
 
-        Everything except these joints stays where the scratch state has it; spherical joints start there.
+        Everything except these joints stays where the scratch state has it; spherical joints start there. At most
+        `most_looks` states are tried.
         """
         joints = self._joints
         qpos = self._scratch.data.qpos
@@ -135,14 +129,16 @@ class Solver:
         values = joints.clip(np.concatenate([start, np.zeros(3 * len(joints.balls))]))
         largest = joints.max_step if how.method != Method.ADAPTIVE else joints.max_step * 4
         error, jacobian, misses = self.look(values, goals)
+        left = most_looks - 1
         for _ in range(how.iterations):
-            if all(_within(arm, miss, _ENOUGH) for arm, miss in zip(self._arms, misses, strict=True)):
+            if self._are_within(misses, _ENOUGH):
                 break
             change = self._limited_change(values, error, jacobian, how)
             change /= max(1.0, float(np.max(np.abs(change) / largest)))
-            for _ in range(_HALVINGS):
+            for _ in range(min(_HALVINGS, left)):
+                left -= 1
                 trial = joints.clip(values + change)
-                looked = self.look(trial, goals)
+                looked = self._look(trial, goals)
                 if looked[0] @ looked[0] < error @ error:
                     break
                 # The step is too long: out of reach, the direction of improvement curves back.
@@ -152,22 +148,22 @@ class Solver:
             values, (error, jacobian, misses) = self._with_new_turns(trial), looked
             if np.max(np.abs(change)) < _STUCK:
                 break
-        reached = all(_within(arm, miss, 1.0) for arm, miss in zip(self._arms, misses, strict=True))
         return Solution(
             values=values[: len(joints.handles)],
-            result=Result.SUCCESS if reached else Result.FAIL,
+            result=Result.SUCCESS if self._are_within(misses, 1.0) else Result.FAIL,
             distance=max(miss[0] for miss in misses),
             angle=max(miss[1] for miss in misses),
             is_at_limit=bool(np.any((values <= joints.low) | (values >= joints.high))),
             turns=tuple(self._turns),
+            looks=most_looks - left,
         )
 
     def tips(self, values: Array) -> list[Pose]:
         """Return the world poses of the tips with the joints at `values` (n,)."""
         data = self._place(values)
-        return [compose(pose_of_body(data, arm.body), arm.tip) for arm in self._arms]
+        return [rows.tip(data) for rows in self._rows]
 
-    def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[tuple[float, float]]]:
+    def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[Miss]]:
         """Return the errors with the joints at `values`.
 
         Args:
@@ -178,18 +174,29 @@ class Solver:
             Weighted error (m,), weighted Jacobian (m, n), distance and angle of each element.
         """
         data = self._place(values)
-        errors: list[Array] = []
-        rows: list[Array] = []
-        misses: list[tuple[float, float]] = []
-        for arm, goal in zip(self._arms, goals, strict=True):
-            error, jacobian = self._of(arm, goal, data)
-            errors.append(error)
-            rows.append(jacobian)
-            straight = _count(arm.element.constraints & Constraint.POSITION)
-            misses.append((float(np.linalg.norm(error[:straight])), float(np.linalg.norm(error[straight:]))))
-            weights = np.repeat(arm.element.weights, (straight, len(error) - straight))
-            errors[-1], rows[-1] = error * weights, jacobian * weights[:, None]
-        return np.concatenate(errors), np.concatenate(rows), misses
+        for rows in self._rows:
+            rows.renew(data)
+        return self._errors(data, goals)
+
+    def _look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[Miss]]:
+        """Return the same; only these joints have moved since the last look."""
+        return self._errors(self._place(values), goals)
+
+    def _errors(self, data: mujoco.MjData, goals: Sequence[Pose]) -> tuple[Array, Array, list[Miss]]:
+        found = [rows.of(goal, data) for rows, goal in zip(self._rows, goals, strict=True)]
+        return (
+            joined([error for error, _, _ in found]),
+            joined([jacobian for _, jacobian, _ in found]),
+            [miss for _, _, miss in found],
+        )
+
+    def _are_within(self, misses: Sequence[Miss], share: float) -> bool:
+        """Return whether all tips are within this share of their precisions."""
+        for rows, (distance, angle) in zip(self._rows, misses, strict=True):
+            linear, angular = rows.arm.element.precision
+            if distance > linear * share or angle > angular * share:
+                return False
+        return True
 
     def _place(self, values: Array) -> mujoco.MjData:
         """Put the joints there on the scratch state."""
@@ -217,29 +224,6 @@ class Solver:
             values[len(self._joints.handles) :] = 0.0
         return values
 
-    def _of(self, arm: Arm, goal: Pose, data: mujoco.MjData) -> tuple[Array, Array]:
-        """Return the rows of one element: coordinates in the base's axes, then rotations about the tip's own axes."""
-        wanted = arm.element.constraints
-        tip = compose(pose_of_body(data, arm.body), arm.tip)
-        mujoco.mj_jac(self._model, data, self._position, self._rotation, np.array(tip[0]), arm.body)
-        errors: list[Array] = [np.empty(0)]  # a tip without constraints goes wherever the others take it
-        rows: list[Array] = [np.empty((0, len(self._joints.dofs)))]
-        if wanted & Constraint.POSITION:
-            chosen = [i for i in range(3) if wanted & (1 << i)]
-            axes = np.array(matrix(compose(pose_of_body(data, arm.base_body), arm.base)[1])).T[chosen]
-            errors.append(axes @ np.array(subtract(goal[0], tip[0])))
-            rows.append(axes @ self._position[:, self._joints.dofs])
-        if wanted & Constraint.ORIENTATION:
-            turn = multiply(conjugate(tip[1]), goal[1])
-            chosen = slice(3)
-            if not wanted & Constraint.GAMMA:
-                turn, chosen = turn_z_to([row[2] for row in matrix(turn)]), slice(2)
-            elif not wanted & Constraint.ALPHA_BETA:
-                turn, chosen = _about_z(turn), slice(2, 3)
-            errors.append(np.array(rotation_vector(turn)[chosen]))
-            rows.append(np.array(matrix(tip[1])).T[chosen] @ self._rotation[:, self._joints.dofs])
-        return np.concatenate(errors), np.concatenate(rows) * arm.used
-
     def _limited_change(self, values: Array, error: Array, jacobian: Array, how: Calculation) -> Array:
         """Return the change of one step.
 
@@ -248,7 +232,7 @@ class Solver:
         joints = self._joints
         free = np.ones(len(values), dtype=bool)
         while True:
-            eager = np.sqrt(joints.weights) * free
+            eager = self._eagerness * free
             change = eager * _change(jacobian * eager, error, how)
             outside = ((values <= joints.low) & (change < 0)) | ((values >= joints.high) & (change > 0))
             outside &= free
@@ -271,23 +255,3 @@ def _change(jacobian: Array, error: Array, how: Calculation) -> Array:
     square = jacobian @ jacobian.T
     square.flat[:: len(error) + 1] += damping
     return jacobian.T @ np.linalg.solve(square, error)
-
-
-def _about_z(turn: Quaternion) -> Quaternion:
-    """Return the part of a rotation that is about z, so that the rest turns z to where it shall be."""
-    w, _, _, z = turn
-    return normalised((w, 0.0, 0.0, z)) if abs(w) + abs(z) > _TINY else NO_TURN
-
-
-def _within(arm: Arm, miss: tuple[float, float], share: float) -> bool:
-    linear, angular = arm.element.precision
-    return miss[0] <= linear * share and miss[1] <= angular * share
-
-
-def _count(flags: Constraint) -> int:
-    return int(flags).bit_count()
-
-
-def pose_of_body(data: mujoco.MjData, body: int) -> Pose:
-    """Return a body's world pose in a scratch state."""
-    return tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist())  # type: ignore[return-value]

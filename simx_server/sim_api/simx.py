@@ -42,6 +42,16 @@ class SimxFunctions(ApiPart, effect="changes"):
         """Store what was written, and close the file."""
         self._world.written_files.close(file)
 
+    def setSearchSeed(self, seed: int) -> None:
+        """Start the random numbers of inverse kinematics and path planning from a seed, 0 or more, now and in each run.
+
+        It holds until the stop if it is set during a run, else until another scene is loaded. Each scene starts with 0,
+        so equal runs find equal configurations and paths.
+        """
+        if seed < 0:
+            raise CommandError(f"a seed is 0 or more, not {seed}")
+        self._world.ik_groups.seed(seed)
+
     def getArm(self, robot: int) -> tuple[int, list[int]]:
         """Return the tip of a robot and the joints between the robot and its tip, those nearest to the robot first.
 

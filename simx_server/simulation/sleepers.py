@@ -35,6 +35,9 @@ Asleep = tuple[dict[str, np.ndarray], dict[str, int], bool]
 
 def kinematics(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Compute MuJoCo's kinematics of everything, also of static bodies: for states that are never stepped."""
+    if not model.opt.enableflags & _SLEEP:
+        mujoco.mj_kinematics(model, data)
+        return
     with _sleepless(model):
         mujoco.mj_kinematics(model, data)
 

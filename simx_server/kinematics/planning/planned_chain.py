@@ -16,8 +16,9 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.kinematics.groups import Group
+from simx_server.kinematics.sampling import LONGEST
 from simx_server.kinematics.scratch import Array
-from simx_server.kinematics.search import LONGEST, MOST_STATES, find_configs, straight_path
+from simx_server.kinematics.search import MOST_STATES, find_configs, straight_path
 from simx_server.kinematics.solver import Calculation, Method, Result
 from simx_server.scene.poses.poses import Pose, blend, conjugate, multiply, rotation_vector
 
@@ -239,7 +240,8 @@ class PlannedChain:
         fixed = [handle for handle, share in eagerness.items() if share == 0.0]
         states, even = [begin], np.array([handle in fixed for handle in self.handles])
         groups = self._world.ik_groups
-        joints, solver = groups.solver(self._group, self.handles, without=fixed, weights=eagerness)
+        moving = [handle for handle in self.handles if handle not in fixed]
+        joints, solver = groups.solver(self._group, moving, weights=eagerness)
         places = [self.handles.index(handle) for handle in joints.handles if handle in self.handles]
         chosen = [number for number, handle in enumerate(joints.handles) if handle in self.handles]
         done = 0

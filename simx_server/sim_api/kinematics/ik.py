@@ -17,8 +17,10 @@ from simx_server.errors import CommandError
 from simx_server.kinematics import Calculation, Constraint, Group
 from simx_server.kinematics.chain import Joints
 from simx_server.kinematics.planning.validity import as_pairs, of_joints
+from simx_server.kinematics.sampling import Nearness, sampling_range, turned_back
 from simx_server.kinematics.scratch import Array
-from simx_server.kinematics.search import find_configs, sampling_range, straight_path
+from simx_server.kinematics.search import find_configs, straight_path
+from simx_server.kinematics.solver import Solver
 from simx_server.scene.link_constraints import IK
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import object_pose
@@ -70,15 +72,18 @@ class IkFunctions(ApiPart, effect="changes"):
             return self._world.ik_groups.handle_automatic()
         return int(self._world.ik_groups.handle(group))
 
-    def checkIkGroup(self, group: int, joints: list[int]) -> tuple[int, list[float]]:
-        """Compute as sim.handleIkGroup does without moving anything; return the result and the new values of those
-        joints.
+    def checkIkGroup(
+        self, group: int, joints: list[int], _joint_options: list[int] | None = None
+    ) -> tuple[int, list[float]]:
+        """Compute values of these joints that bring the tips of a group to their targets; return a sim.ikresult_* and
+        the values, the nearest ones if a target is out of reach. The joints may have any mode, all others are locked;
+        nothing moves.
+
+        Partly: joint options are ignored.
         """
-        chosen, solution = self._world.ik_groups.solve(self._world.ik_groups.get(group))
-        values = dict(zip(chosen.handles, solution.values.tolist(), strict=True))
-        return int(solution.result), [
-            values[h] if h in values else self._sim.joints.position(h) for h in joints
-        ]
+        present = {handle: self._sim.joints.position(handle) for handle in joints}
+        result, found = self._world.ik_groups.check(self._world.ik_groups.get(group), joints)
+        return int(result), [found.get(handle, present[handle]) for handle in joints]
 
     def setIkGroupProperties(
         self, group: int, method: int, iterations: int, damping: float, _more: Any = None
@@ -163,9 +168,9 @@ class IkFunctions(ApiPart, effect="changes"):
     @reads
     def getIkGroupMatrix(self, group: int, options: int = 0) -> tuple[list[float], list[int]]:
         """Return the numbers of a matrix row by row, and {columns, rows}. `options`: 0 the Jacobian, 1 the
-        manipulability matrix J J^T.
+        manipulability matrix J J^T. Columns are joints: those of the last sim.checkIkGroup, else those in IK mode.
 
-        Partly: always for the present state; columns are joints, those nearest to the base first (V-REP: last).
+        Partly: always for the present state; the joints nearest to the base come first (V-REP: last).
         """
         if options not in (_JACOBIAN, _MANIPULABILITY):
             raise CommandError(f"{options} is not known; 0 is the Jacobian, 1 the manipulability matrix")
@@ -178,32 +183,35 @@ class IkFunctions(ApiPart, effect="changes"):
         self,
         group: int,
         joints: list[int],
-        _threshold: float,
+        threshold: float,
         milliseconds: int,
-        _metric: list[float] | None = None,
+        metric: list[float] | None = None,
         collision_pairs: list[int] | None = None,
         _joint_options: list[int] | None = None,
         low: list[float] | None = None,
         ranges: list[float] | None = None,
     ) -> list[float] | None:
         """Return values of these joints that bring the tip to the target, searched from random starts; nil when the
-        time runs out. The joints move whatever their mode is, and those in IK mode too.
+        time runs out. The joints may have any mode, all others are locked; nothing moves.
 
-        `collision_pairs`: {entity, entity, ...} that must not collide; sim.handle_all stands for all other objects.
+        `threshold`: how near the tip of a random start must be to the target, in the `metric` {x, y, z, angle}, by
+        default {1, 1, 1, 0.1}. `collision_pairs`: {entity, entity, ...} that must not collide; sim.handle_all stands
+        for all other objects. `low`, `ranges`: of the random starts; by default the intervals of the joints.
 
-        Partly: threshold, metric and joint options are ignored; the search from a start is not cut off early.
+        Partly: joint options are ignored; milliseconds are counted as work, so equal calls have equal results.
         """
         chosen = self._world.ik_groups.get(group)
-        usable, solver = self._world.ik_groups.solver(chosen, joints)
+        usable, solver = self._prepared(chosen, joints)
         listed = ListedJoints(self._sim, usable, joints)
         validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
         found = find_configs(
             solver,
             usable,
-            self._goals(chosen),
+            self._world.ik_groups.goals(chosen),
             self._world.ik_groups.random,
             seconds=abs(milliseconds) / 1000,
             sampled=listed.range(low, ranges),
+            near=Nearness.checked(threshold, metric),
             accepts=validity,
             may_go_on=self._sim.interruptions.may_go_on,
         )
@@ -220,39 +228,41 @@ class IkFunctions(ApiPart, effect="changes"):
         _joint_options: list[int] | None = None,
     ) -> list[float] | None:
         """Return `count` configurations of these joints in sequence that move the tip in a straight line from its
-        present pose to the target. The joints move whatever their mode is, and those in IK mode too.
+        present pose to the target. The joints may have any mode, all others are locked; nothing moves.
 
         Returns nil when the line leaves the reach or entities collide.
         """
         chosen = self._world.ik_groups.get(group)
-        usable, solver = self._world.ik_groups.solver(chosen, joints)
+        usable, solver = self._prepared(chosen, joints)
         listed = ListedJoints(self._sim, usable, joints)
         validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
         active = self._world.ik_groups.active(chosen)
         tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in active]
-        start = self._sim.data.qpos[usable.addresses]
+        start = turned_back(usable, self._sim.data.qpos[usable.addresses])
+        goals = self._world.ik_groups.goals(chosen)
         with self._at_no_cost():
             path = straight_path(
-                solver, start, tips, self._goals(chosen), count, validity, self._sim.interruptions.may_go_on
+                solver, start, tips, goals, count, validity, self._sim.interruptions.may_go_on
             )
         return None if path is None else [value for values in path for value in listed.values(values)]
 
-    def _goals(self, group: Group) -> list[Any]:
-        active = self._world.ik_groups.active(group)
-        return [object_pose(self._sim, self._sim.scene.get(each.target)) for each in active]
+    def _prepared(self, group: Group, joints: list[int]) -> tuple[Joints, Solver]:
+        """Return joints and solver of a group for these joints alone. Raises UnknownHandle, WrongKind, CommandError."""
+        for handle in joints:
+            self._sim.scene.get_kind(handle, ObjectKind.JOINT)
+        return self._world.ik_groups.solver(group, joints)
 
     def _matrix(self, group: Group) -> np.ndarray:
-        joints, solver = self._world.ik_groups.solver(group)
-        return solver.look(self._sim.data.qpos[joints.addresses], self._goals(group))[1]
+        groups = self._world.ik_groups
+        joints, solver = groups.solver(group, group.checked)
+        return solver.look(self._sim.data.qpos[joints.addresses], groups.goals(group))[1]
 
 
 class ListedJoints:
     """The joints that a script lists, in its order, among those that take part in a search."""
 
     def __init__(self, sim: Simulation, usable: Joints, listed: list[int]) -> None:
-        """Find them. Raises UnknownHandle, WrongKind."""
-        for handle in listed:
-            sim.scene.get_kind(handle, ObjectKind.JOINT)
+        """Find them."""
         self._usable = usable
         self._chosen = [number for number, handle in enumerate(listed) if handle in usable.handles]
         self._order = [usable.handles.index(listed[number]) for number in self._chosen]

@@ -11,7 +11,8 @@ import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
 from simx_server.kinematics.own_objects import OwnJoint
-from simx_server.kinematics.search import asked_range, find_configs, straight_path
+from simx_server.kinematics.sampling import asked_range
+from simx_server.kinematics.search import find_configs, straight_path
 from simx_server.scene.poses.frames import (
     euler_from_quat,
     matrix12,
@@ -163,8 +164,7 @@ class SimIk(IkObjectFunctions, effect="changes"):
         """Return joint values for the targets, searched from random starts; nil when the time runs out.
 
         `callback`: function(values, data) that returns whether they are valid. `low` and `ranges` are those of the
-        random starts. Partly: threshold, metric and joint options are ignored; the search from a start is not cut
-        off early.
+        random starts. Partly: threshold, metric and joint options are ignored; seconds are counted as work.
         """
         found = self._search(
             environment, group, joints, abs(seconds), self._judge(callback, data), (low, ranges)

@@ -21,7 +21,7 @@ from simx_server.kinematics.planning.tasks import (
     write_state,
 )
 from simx_server.kinematics.planning.validity import as_pairs
-from simx_server.kinematics.search import LONGEST
+from simx_server.kinematics.sampling import LONGEST
 from simx_server.scripting.interpreter import Function
 
 from .ompl_drawing import OmplDrawing

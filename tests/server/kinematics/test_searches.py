@@ -1,0 +1,145 @@
+"""Searches of configurations from random starts: which starts are tried, how much work is done, and what repeats."""
+
+from __future__ import annotations
+
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sim_api_calls import ScriptWorld
+from test_listed_joints import ARM, BEGIN, BENT, aim, put
+
+from simx_server.kinematics import sampling
+from simx_server.kinematics.sampling import Nearness
+from simx_server.kinematics.scratch import Scratch
+from simx_server.kinematics.search import find_configs
+from simx_server.scene.poses.frames import set_position
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> ScriptWorld:
+    world = ScriptWorld(tmp_path, ARM, owner="base")
+    put(world, list(BENT))
+    aim(world, (0.0, 0.05, -0.05))
+    return world
+
+
+def call(arguments: str) -> str:
+    return f"{BEGIN} return (sim.getConfigForTipPose(g, js, {arguments}))"
+
+
+def find(world: ScriptWorld, arguments: str = "0.65, 1000") -> list[float] | None:
+    return world.lua(call(arguments))[0]
+
+
+class Looks:
+    """Counts the states that are looked at."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.count = 0
+        place = Scratch.place
+
+        def counted(scratch: Scratch, *arguments: np.ndarray) -> object:
+            self.count += 1
+            return place(scratch, *arguments)
+
+        monkeypatch.setattr(Scratch, "place", counted)
+
+
+def test_only_starts_whose_tip_is_near_the_target_are_tried(world: ScriptWorld) -> None:
+    groups = world.parts.ik_groups
+    group = groups.get(groups.find("arm"))
+    joints, solver = groups.solver(group, [world.handle(f"j{number}") for number in range(1, 7)])
+    goals, near = groups.goals(group), Nearness(0.3)
+    tried = list[bool]()
+    solve = solver.solve
+
+    def noted(start: np.ndarray, *arguments: object) -> object:
+        tried.append(near.includes(solver.tips(start), goals))
+        return solve(start, *arguments)  # type: ignore[arg-type]
+
+    solver.solve = noted  # type: ignore[method-assign, assignment]
+    found = list(find_configs(solver, joints, goals, np.random.default_rng(0), seconds=0.5, near=near))
+    assert found
+    assert all(tried)
+
+
+def test_a_threshold_that_no_start_meets_finds_nothing(world: ScriptWorld) -> None:
+    assert find(world, "0.65, 1000") is not None
+    assert find(world, "0.0, 100") is None
+
+
+def test_the_metric_weights_the_differences(world: ScriptWorld) -> None:
+    assert find(world, "0.0001, 1000, {0, 0, 0, 0}") is not None
+    assert find(world, "0.3, 100, {0, 0, 0, 1000}") is None
+    world.fails(call("0.65, 10, {1, 1, 1}"), "a metric is four numbers")
+
+
+def test_starts_lie_in_the_given_ranges(world: ScriptWorld) -> None:
+    low = ", ".join(str(value - 0.05) for value in BENT)
+    found = find(world, f"9, 1000, nil, nil, nil, {{{low}}}, {{0.1, 0.1, 0.1, 0.1, 0.1, 0.1}}")
+    assert found == pytest.approx(BENT, abs=0.3), "the solver finds the configuration beside these starts"
+
+
+@pytest.mark.parametrize("threshold", ["0.65", "100"])
+def test_a_search_for_a_pose_out_of_reach_ends_after_its_time_in_work(
+    world: ScriptWorld, monkeypatch: pytest.MonkeyPatch, threshold: str
+) -> None:
+    set_position(world.sim, world.handle("goal"), -1, [1.2, 0.0, 0.2])
+    looks = Looks(monkeypatch)
+    for _ in range(10):
+        assert find(world, f"{threshold}, 10") is None
+    # 10 ms are at most 100 looks of 0.08 ms and more, or 670 random starts.
+    assert 10 * 50 < looks.count < 10 * 700
+
+
+def test_what_is_found_does_not_depend_on_the_clock(
+    world: ScriptWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = list[list[float] | None]()
+    for pace in (0.0, 1e-4):
+        world.parts.ik_groups.seed(0)
+        ticks = count()
+        monkeypatch.setattr(sampling, "monotonic", lambda pace=pace, ticks=ticks: pace * next(ticks))
+        results += [find(world, "0.65, 10") for _ in range(8)]
+    monkeypatch.undo()
+    assert results[:8] == results[8:]
+    assert {found is None for found in results} == {False, True}, "some searches end without a result"
+
+
+def test_the_clock_ends_a_search_that_takes_many_times_as_long(
+    world: ScriptWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ticks = count(step=100.0)
+    monkeypatch.setattr(sampling, "monotonic", lambda: next(ticks))
+    assert find(world, "0.65, 1000") is None
+
+
+def test_equal_seeds_give_equal_configurations(world: ScriptWorld) -> None:
+    first, same, other = (
+        world.lua(f"simx.setSearchSeed({seed}) {call('0.65, 1000')}")[0] for seed in (7, 7, 8)
+    )
+    assert first is not None
+    assert first == same != other
+    world.fails("simx.setSearchSeed(-1)", "a seed is 0 or more, not -1")
+
+
+def test_a_seed_holds_until_the_stop_or_for_all_later_runs(world: ScriptWorld) -> None:
+    usual = find(world)
+    world.lua("simx.setSearchSeed(5)")
+    of_seed = find(world)
+
+    def found_in_a_new_run() -> list[float] | None:
+        world.sim.start()
+        put(world, list(BENT))
+        aim(world, (0.0, 0.05, -0.05))
+        found = find(world)
+        world.sim.stop()
+        return found
+
+    world.sim.stop()
+    assert found_in_a_new_run() == usual != of_seed
+    world.parts.ik_groups.seed(5)
+    assert found_in_a_new_run() == of_seed
+    assert found_in_a_new_run() == of_seed
