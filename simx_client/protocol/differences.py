@@ -521,9 +521,9 @@ DIFFERENCES: tuple[Difference, ...] = (
         when=NEVER,
     ),
     Difference(
-        "A vision sensor's render mode (integer parameter 1017) is 0, colours, or 2, handles.",
-        "V-REP's others needed auxiliary channels or renderers that are not here: code 8.",
-        "tests/server/sensors/test_sensors_handles.py::test_a_render_mode_that_is_not_here_is_refused",
+        "All render modes of a vision sensor (integer parameter 1017) but 2, handles, draw the same colours.",
+        "V-REP's 1 drew auxiliary channels, its others used other renderers.",
+        "tests/server/sensors/test_sensors_handles.py::test_every_mode_but_2_is_kept_and_draws_colours",
         "simxSetObjectIntParameter",
         when="a render mode",
     ),

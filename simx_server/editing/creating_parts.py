@@ -117,8 +117,9 @@ def create_vision_sensor(world: World, options: int, resolution: Sequence[int], 
     """Create a vision sensor and return its handle.
 
     Args:
-        options: bits: 1 explicit, 2 perspective, 16 external input.
-        view: near, far (m), perspective angle (rad) or orthographic size (m).
+        options: bits: 1 explicit, 2 perspective, 16 external input, 128 with its own background.
+        view: near, far (m), perspective angle (rad) or orthographic size (m), three sizes of the box, and the RGB
+            0..1 of pixels that see nothing.
 
     Raises CommandError for values that a camera cannot have.
     """
@@ -135,6 +136,8 @@ def create_vision_sensor(world: World, options: int, resolution: Sequence[int], 
         "explicit": bool(options & 1),
         "external": bool(options & 16),
     }
+    if options & 128 and len(view) >= 9:
+        note["background"] = ",".join(f"{min(max(part, 0.0), 1.0):.6g}" for part in view[6:9])
     perspective = bool(options & 2)
     if perspective:
         if angle >= math.pi:

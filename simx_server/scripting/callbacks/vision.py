@@ -119,8 +119,8 @@ class VisionCallBacks:
             "resolution": [settings.width, settings.height],
             "clippingPlanes": [settings.near, settings.far],
             "viewAngle": settings.angle,
-            "orthoSize": settings.orthographic_size or 0.0,
-            "perspectiveOperation": settings.orthographic_size is None,
+            "orthoSize": settings.size,
+            "perspectiveOperation": settings.is_perspective,
         }
 
     def _tell_of_vision(self, handle: int) -> None:

@@ -133,10 +133,9 @@ class SensorSettings:
         if self._sim.scene.get(handle).kind != ObjectKind.VISION_SENSOR:
             return
         settings = self.settings(handle)
-        changes = {"near": settings.near * factor, "far": settings.far * factor}
-        if settings.orthographic_size is not None:
-            changes["orthographic_size"] = settings.orthographic_size * factor
-        self.change(handle, **changes)
+        self.change(
+            handle, near=settings.near * factor, far=settings.far * factor, size=settings.size * factor
+        )
 
     def views(self) -> list[CameraView]:
         """Return the view of each vision sensor with its present settings."""

@@ -25,8 +25,9 @@ from simx_server.simulation.part import Part
 
 from .filters.chain import Chain, Processed
 from .futures import done, then
+from .handled_sensors import HandledSensors
 from .judging import judged, shown
-from .sensor_settings import BLACK, Sensor, SensorSettings
+from .sensor_settings import BLACK, Sensor
 from .vision_settings import Verdict, VisionSettings
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from .render_thread import RenderThread
 
 
-class VisionSensors(SensorSettings, Part):
+class VisionSensors(HandledSensors, Part):
     """All vision sensors of the scene. Physics thread only; the futures finish on the render thread."""
 
     def __init__(
@@ -69,36 +70,40 @@ class VisionSensors(SensorSettings, Part):
     def run_stopped(self) -> None:
         self._forget_images()
 
-    def image(self, handle: int, *, as_grey: bool, asker: str = "") -> Future[tuple[list[int], bytes]]:
+    def image(
+        self, handle: int, *, as_grey: bool, asker: str = "", as_handled: bool = False
+    ) -> Future[tuple[list[int], bytes]]:
         """Return [width, height] and bytes, rows bottom first: RGB, or one grey byte per pixel.
 
-        `asker`, here and below: the caller; the render thread serves all callers in turn.
+        `asker`, here and below: the caller; the render thread serves all callers in turn. `as_handled`: as V-REP's
+        buffers, which hold the background until the first handling of a run, or of a new sensor.
         """
         sensor = self._sensor(handle)
         settings = sensor.settings
         size = [settings.width, settings.height]
+        if as_handled and self._is_blank(sensor):
+            return done((size, _bytes_of(self._background(settings).rgb, as_grey)))
         if settings.filtered is None and (processed := self._processed(sensor, asker)) is not None:
-            return then(processed, lambda made: (size, (grey(made.rgb) if as_grey else made.rgb).tobytes()))
+            return then(processed, lambda made: (size, _bytes_of(made.rgb, as_grey)))
         given = settings.drawn if settings.filtered is None else settings.filtered
         if given is not None:
-            return done((size, (grey(given) if as_grey else given).tobytes()))
+            return done((size, _bytes_of(given, as_grey)))
         if settings.shows_depth:
             image = self._image(sensor, depth=True, asker=asker)
         else:
             image = self._image(sensor, rgb=True, asker=asker)
         shows_depth = settings.shows_depth
+        return then(image, lambda made: (size, _bytes_of(shown(made, shows_depth), as_grey)))
 
-        def convert(made: CameraImage) -> tuple[list[int], bytes]:
-            pixels = shown(made, shows_depth)
-            return size, (grey(pixels) if as_grey else pixels).tobytes()
-
-        return then(image, convert)
-
-    def depth(self, handle: int, *, asker: str = "") -> Future[tuple[list[int], bytes]]:
-        """Return [width, height] and float32 values 0..1, rows bottom first."""
+    def depth(
+        self, handle: int, *, asker: str = "", as_handled: bool = False
+    ) -> Future[tuple[list[int], bytes]]:
+        """Return [width, height] and float32 values 0..1, rows bottom first. `as_handled`: as in `image`."""
         sensor = self._sensor(handle)
         settings = sensor.settings
         size = [settings.width, settings.height]
+        if as_handled and self._is_blank(sensor):
+            return done((size, np.ones((settings.height, settings.width), "<f4").tobytes()))
 
         def convert(made: CameraImage | Processed) -> tuple[list[int], bytes]:
             assert made.depth is not None
@@ -186,6 +191,14 @@ class VisionSensors(SensorSettings, Part):
         self._take(sensor, self._sim.step_count)
         self._on_image(handle)
 
+    def set_explicit(self, handle: int, explicit: bool) -> None:
+        """Set whether scripts handle a sensor; one that was handled in this run keeps its image when they take over."""
+        sensor = self._sensor(handle)
+        is_shown = handle in self._handled and self._is_automatic(sensor.settings)
+        self.change(handle, explicit=explicit)
+        if explicit and is_shown:
+            self._take(sensor, self._sim.step_count)
+
     def sense(self, handle: int) -> bool:
         """Render a sensor for its script in the sensing phase; the image is kept until the next sensing.
 
@@ -203,16 +216,21 @@ class VisionSensors(SensorSettings, Part):
 
     @property
     def has_work(self) -> bool:
-        """Return whether the sensing phase is the first of the run, or there are sensors that remember images."""
+        """Return whether there are sensors that this run has not handled yet, or that remember images."""
         if not self._are_sensed:
             return bool(self._sim.scene.of_kind(ObjectKind.VISION_SENSOR))
-        return bool(self._remembering())
+        return self._are_some_new() or bool(self._remembering())
 
     def sense_all(self) -> None:
-        """Start the sensing phase of a simulation step: render the sensors whose filters remember earlier images."""
+        """Start the sensing phase of a simulation step: render the sensors whose filters remember earlier images.
+
+        The images of other sensors are rendered on request.
+        """
         if not self._are_sensed:
             self._are_sensed = True
             self._sim.replan()
+        if self.enabled:
+            self._handle_new()
         for handle in self._remembering():
             self.sense(handle)
 
@@ -275,6 +293,7 @@ class VisionSensors(SensorSettings, Part):
         self._check_room(settings)
         settings.image = self._request(sensor, rgb=True, depth=True)
         settings.image_step = until
+        self._handled.add(sensor.item.handle)
         if settings.chain is not None:
             settings.processed = then(settings.image, self._process(settings))
 
@@ -389,12 +408,20 @@ class VisionSensors(SensorSettings, Part):
         self.enabled = True
         self.background = BLACK
         self._settings.clear()
+        self._handled.clear()
 
     def _forget_images(self) -> None:
         for settings in self._settings.values():
             settings.forget()
             settings.work = None
         self._are_sensed = False
+        self._handled.clear()
+
+
+def _bytes_of(pixels: NDArray[np.uint8] | None, as_grey: bool) -> bytes:
+    """Return (h, w, 3) colours as bytes, or as one grey byte per pixel."""
+    assert pixels is not None
+    return (grey(pixels) if as_grey else pixels).tobytes()
 
 
 def _nobody(_handle: int) -> None:

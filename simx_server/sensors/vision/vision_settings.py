@@ -19,13 +19,17 @@ from simx_server.scene.cameras.image import (
 from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.formats.texts.filter_chains import read_chain
-from simx_server.scene.objects import SceneObject
+from simx_server.scene.formats.texts.render_modes import HANDLES, MODE_OF
+from simx_server.scene.objects import ObjectKind, SceneObject
 
 from .filters.chain import Chain, Processed
 from .filters.work import View, Work
 
 DEFAULT_SIDE = 256
 """Default pixels per side of a camera without a resolution; V-REP's own new sensors have 32."""
+
+DEFAULT_SIZES = {ObjectKind.VISION_SENSOR: 0.01, ObjectKind.CAMERA: 2.0}
+"""Metres across an orthographic view of a perspective camera without a size, as in V-REP."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +52,17 @@ class VisionSettings:
     far: float
     angle: float
     """Perspective angle across the larger image side, radians."""
-    orthographic_size: float | None
-    """Metres across the larger image side; None for perspective."""
+    size: float
+    """Metres across the larger image side of an orthographic view."""
+    is_perspective: bool
+    """Whether `angle` counts; if not, `size` does."""
     is_depth_camera: bool
     """The image is the depth in grey (MJCF output="depth"), unless it shows handles."""
     explicit: bool
-    shows_handles: bool = False
-    """V-REP's render mode 2: each pixel is the handle of the visible object, red + 256 green + 65536 blue."""
+    render_mode: int = 0
+    """One of `RENDER_MODES`. In mode 2 each pixel is the handle of the visible object, red + 256 green + 65536 blue;
+    all others draw colours.
+    """
     external: bool = False
     """Nothing is rendered: the image is the one that was set last."""
     background: tuple[float, float, float] | None = None
@@ -86,6 +94,16 @@ class VisionSettings:
     """Images of a chain that remembers; None: black."""
     image_step: int = -1
     """The last simulation step in which these values count, unless the sensor is handled explicitly."""
+
+    @property
+    def orthographic_size(self) -> float | None:
+        """Return the size in metres; None for a perspective view."""
+        return None if self.is_perspective else self.size
+
+    @property
+    def shows_handles(self) -> bool:
+        """Return whether pixels are handles."""
+        return self.render_mode == HANDLES
 
     @property
     def shows_depth(self) -> bool:
@@ -150,10 +168,11 @@ def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSetti
         near=float(note["near"]) if "near" in note else float(model.vis.map.znear) * extent,
         far=float(note["far"]) if "far" in note else float(model.vis.map.zfar) * extent,
         angle=angle,
-        orthographic_size=fovy * max(1.0, width / height) if orthographic else None,
+        size=_size(item, note, fovy * max(1.0, width / height) if orthographic else None),
+        is_perspective=not orthographic,
         is_depth_camera=wants_depth and not wants_rgb,
         explicit=bool(note.get("explicit", False)),
-        shows_handles=note.get("render") == "handles",
+        render_mode=MODE_OF[str(note.get("render", "colours"))],
         external=bool(note.get("external", False)),
         background=_colour(note),
         has_rgb=bool(note.get("rgb", True)),
@@ -163,6 +182,13 @@ def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSetti
         detect_above=_limit(note, "detect_above"),
         detect_below=_limit(note, "detect_below"),
     )
+
+
+def _size(item: SceneObject, note: Annotation, of_camera: float | None) -> float:
+    """Return the size of an orthographic view: that of the camera, of the note, or V-REP's default."""
+    if of_camera is not None:
+        return of_camera
+    return float(note["size"]) if "size" in note else DEFAULT_SIZES[item.kind]
 
 
 def _colour(note: Annotation) -> tuple[float, float, float] | None:

@@ -159,7 +159,7 @@ class SensorFunctions(ApiPart, effect="changes"):
         elif handle in self._world.ik_groups:
             self._world.ik_groups.get(handle).explicit = explicit
         elif self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
-            self._world.vision.change(handle, explicit=explicit)
+            self._world.vision.set_explicit(handle, explicit)
         else:
             self._world.proximity.set_explicit(handle, explicit)
         return 1

@@ -197,7 +197,7 @@ class ShapeFunctions(ApiPart, effect="changes"):
     ) -> int:
         """Create a sensor at the origin that looks along z.
 
-        Partly: fog, separate lights, background and sizes of the box are ignored.
+        Partly: fog, separate lights and sizes of the box are ignored.
         """
         return creating_parts.create_vision_sensor(self._world, options, counts, view)
 

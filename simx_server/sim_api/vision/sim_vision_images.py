@@ -37,13 +37,14 @@ class WorkImages(ApiPart, effect="changes"):
     def sensorImgToWorkImg(self, sensor: int) -> bool:
         """Copy the sensor's present image, which other clients also get, to the work image."""
         handle = self._sensor(sensor)
-        (width, height), data = wait_for(self._sim, self._world.vision.image(handle, as_grey=False))
+        future = self._world.vision.image(handle, as_grey=False, as_handled=True)
+        (width, height), data = wait_for(self._sim, future)
         return self._begin(handle, np.frombuffer(data, np.uint8).reshape(height, width, 3) / 255.0)
 
     def sensorDepthMapToWorkImg(self, sensor: int) -> bool:
         """Copy the depth in grey to the work image: 0 at the near plane, 1 at the far one."""
         handle = self._sensor(sensor)
-        (width, height), data = wait_for(self._sim, self._world.vision.depth(handle))
+        (width, height), data = wait_for(self._sim, self._world.vision.depth(handle, as_handled=True))
         depth = np.frombuffer(data, "<f4").reshape(height, width).astype(float)
         return self._begin(handle, filters.as_grey(depth))
 

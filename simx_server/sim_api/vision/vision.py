@@ -61,7 +61,7 @@ class VisionFunctions(ApiPart, effect="changes"):
             settings = self._world.vision.settings(handle)
             if not settings.explicit and not settings.external:
                 if settings.image is None:
-                    self._world.vision.change(handle)  # a new image is rendered on request
+                    self._world.vision.handle_automatic(handle)
                 elif (
                     settings.image_step <= self._sim.step_count
                 ):  # else a script has already processed the image of this simulation step
@@ -87,11 +87,11 @@ class VisionFunctions(ApiPart, effect="changes"):
     def resetVisionSensor(self, sensor: int) -> int:
         """Delete a handled or set image; also for sim.handle_all and similar handles."""
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
-            self._world.vision.change(self._vision_sensor(sensor))
+            self._world.vision.reset(self._vision_sensor(sensor))
             return 1
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
             if sensor == c.sim_handle_all or not self._world.vision.settings(handle).explicit:
-                self._world.vision.change(handle)
+                self._world.vision.reset(handle)
         return 1
 
     @reads
@@ -110,7 +110,7 @@ class VisionFunctions(ApiPart, effect="changes"):
         """
         handle = self._vision_sensor(sensor)
         made = wait_for(self._sim, self._world.vision.image_of(handle, entity))
-        found = made.rgb / np.float64(255) if wants_image and made.rgb is not None else made.depth
+        found = _shares(made.rgb) if wants_image and made.rgb is not None else made.depth
         assert found is not None
         return _as_table(found)
 
@@ -126,9 +126,12 @@ class VisionFunctions(ApiPart, effect="changes"):
     def getVisionSensorImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, kind: int = 0
     ) -> list[float] | bytes:
-        """Return numbers 0..1, or with `kind` 1 a string of bytes; RGB, or grey with sim.handleflag_greyscale added."""
+        """Return numbers 0..1, or with `kind` 1 a string of bytes; RGB, or grey with sim.handleflag_greyscale added. As
+        in all functions that read an image, it is the background, and the depth 1, until a simulation step or a script
+        has handled the sensor in this run.
+        """
         pixels = self._pixels(sensor, [x, y], [width, height], grey=_has(sensor, _FLAG_GREY))
-        return pixels.tobytes() if kind == _AS_STRING else _as_table(pixels, 255.0)
+        return pixels.tobytes() if kind == _AS_STRING else _as_table(_shares(pixels))
 
     @reads
     def getVisionSensorCharImage(
@@ -216,7 +219,7 @@ class VisionFunctions(ApiPart, effect="changes"):
     ) -> NDArray[np.uint8]:
         """Return the pixels (height, width, channels) of a region."""
         handle = self._vision_sensor(sensor)
-        future = self._world.vision.image(handle, as_grey=grey)
+        future = self._world.vision.image(handle, as_grey=grey, as_handled=True)
         (width, height), data = wait_for(self._sim, future)
         pixels = _region(np.frombuffer(data, np.uint8).reshape(height, width, -1), position, size)
         if cut_off <= 0.0:
@@ -229,7 +232,7 @@ class VisionFunctions(ApiPart, effect="changes"):
     ) -> NDArray[np.float32]:
         """Return the depth (height, width) of a region."""
         handle = self._vision_sensor(sensor)
-        (width, height), data = wait_for(self._sim, self._world.vision.depth(handle))
+        (width, height), data = wait_for(self._sim, self._world.vision.depth(handle, as_handled=True))
         depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
         if not metres:
             return depth
@@ -254,14 +257,19 @@ def _with_packets(result: int, packets: list[list[float]]) -> tuple[int | list[f
     return result, *packets, *[None] * (2 - len(packets))
 
 
-def _as_table(image: NDArray[Any], full: float = 1.0) -> list[float]:
-    """Return the numbers of an image, as shares of `full`. Raises CommandError: they are too many for a table."""
+def _shares(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return colours 0..1 in single precision, as V-REP's: programs find the bytes again by * 255."""
+    return pixels.astype(np.float32) / np.float32(255)
+
+
+def _as_table(image: NDArray[Any]) -> list[float]:
+    """Return the numbers of an image. Raises CommandError: they are too many for a table."""
     if image.size > _MOST_NUMBERS:
         raise CommandError(
             f"a picture of {image.size} numbers is too large for a table, which takes {_MOST_NUMBERS}: read a "
             "region, or a string of bytes"
         )
-    return (image.ravel() / full).tolist() if full != 1.0 else image.ravel().tolist()
+    return image.ravel().tolist()
 
 
 def _has(sensor: int, flag: int) -> bool:

@@ -98,8 +98,34 @@ def test_parameters_change_the_next_image(world: World) -> None:
     with pytest.raises(CommandError, match="cannot be made"):
         world.call("simxSetObjectIntParameter", eye, 1002, 1 << 30)
     assert image(world, "eye")[0] == [6, 3]
-    with pytest.raises(CommandError, match="perspective"):
-        world.call("simxGetObjectFloatParameter", eye, 1005)
+
+
+def test_a_view_is_switched_between_perspective_and_orthographic(world: World) -> None:
+    eye, flat = world.handle("eye"), world.handle("flat")
+    assert [world.call("simxGetObjectIntParameter", each, 1018) for each in (eye, flat)] == [1, 0]
+    assert world.call("simxGetObjectFloatParameter", eye, 1005) == pytest.approx(0.01)  # V-REP's default
+    world.call("simxSetObjectFloatParameter", eye, 1005, 2.0)
+    image(world, "eye")
+    assert world.painter.views[-1].orthographic_size is None
+    world.call("simxSetObjectIntParameter", eye, 1018, 0)
+    image(world, "eye")
+    assert world.painter.views[-1].orthographic_size == 2.0
+    assert world.call("simxGetObjectIntParameter", eye, 1018) == 0
+    world.call("simxSetObjectIntParameter", eye, 1018, 1)
+    image(world, "eye")
+    view = world.painter.views[-1]
+    across = math.degrees(2 * math.atan(math.tan(math.radians(view.fovy_deg) / 2) * 2))
+    assert (view.orthographic_size, across) == (None, pytest.approx(57))  # the angle was kept
+    with pytest.raises(CommandError, match="orthographic size of -1"):
+        world.call("simxSetObjectFloatParameter", flat, 1005, -1.0)
+
+
+def test_the_size_of_a_window_is_kept_for_each_sensor(world: World) -> None:
+    eye = world.handle("eye")
+    world.call("simxSetObjectIntParameter", eye, 1009, 640)
+    world.call("simxSetObjectIntParameter", eye, 1010, 480)
+    assert [world.call("simxGetObjectIntParameter", eye, number) for number in (1009, 1010)] == [640, 480]
+    assert world.call("simxGetObjectIntParameter", world.handle("flat"), 1009) == 0
 
 
 def test_explicit_sensor_keeps_the_background_until_handled(world: World) -> None:

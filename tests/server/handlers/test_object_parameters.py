@@ -190,8 +190,10 @@ def test_cameras_lights_and_linked_dummies_have_their_own(world: World) -> None:
     assert read(world, "view", 9001) == pytest.approx([2 * math.atan(2 * math.tan(math.radians(25)))])
     write(world, "view", 9001, 1.0)
     assert read(world, "view", 9001) == [1.0]
-    with pytest.raises(CommandError, match="no orthographic size"):
-        read(world, "view", 9002)
+    assert read(world, "view", 9002) == [2.0]
+    write_int(world, "view", 9010, 0)
+    assert read_int(world, "view", 9010) == 0
+    assert world.parts.vision.settings(world.handle("view")).orthographic_size == 2.0
     assert read_int(world, "sun", 8000) == 1
     write_int(world, "sun", 8000, 0)
     assert read_int(world, "sun", 8000) == 0

@@ -132,13 +132,41 @@ def test_the_mode_is_set_read_back_and_stays_when_the_simulation_stops(world: Wo
 
 
 @pytest.mark.gl
-def test_a_render_mode_that_is_not_here_is_refused(world: World) -> None:
-    for wrong in (1, 3, 7, -1):
-        with pytest.raises(
-            CommandError, match=f"render mode {wrong} is not available; give 0 for colours, or 2"
-        ):
+@pytest.mark.parametrize("number", [0, 1, 3, 5, 6, 7, 8])
+def test_every_mode_but_2_is_kept_and_draws_colours(world: World, number: int) -> None:
+    set_mode(world, "sorter", number)
+    image(world, "sorter")
+    assert mode(world, "sorter") == number
+    assert world.painter.views[-1].codes is None
+    told = [line for line in world.parts.status_bar.messages if "draws colours as mode 0" in line]
+    assert len(told) == (number in (1, 3, 5, 6))  # V-REP's renderers of its own drew colours in the others
+
+
+@pytest.mark.gl
+def test_a_number_without_a_render_mode_is_refused(world: World) -> None:
+    for wrong in (4, 9, -1):
+        with pytest.raises(CommandError, match=f"{wrong} is not a render mode; those are 0 colours, 1 aux"):
             set_mode(world, "eye", wrong)
     assert mode(world, "eye") == 0
+
+
+@pytest.mark.gl
+def test_a_file_names_the_render_mode(world: World) -> None:
+    assert mode(World(WORLD.replace("render=handles explicit=yes", "render=opengl3")), "asked") == 7
+
+
+@pytest.mark.gl
+def test_numbers_of_an_image_are_those_of_single_precision(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path)
+    wanted = np.arange(256, dtype=np.float32) / np.float32(255)
+    for first in (0, 96, 160):  # an image of `eye` has 96 bytes
+        given = range(first, first + 96)
+        numbers = world.lua(
+            "local eye = sim.getObjectHandle('eye')\n"
+            f"sim.setVisionSensorCharImage(eye, string.char({', '.join(map(str, given))}))\n"
+            "return sim.getVisionSensorImage(eye)"
+        )[0]
+        assert numbers == wanted[first : first + 96].tolist()
 
 
 @pytest.mark.gl
@@ -170,4 +198,5 @@ def test_scripts_set_the_mode_by_its_name(tmp_path: Path) -> None:
     assert world.lua(f"{eye} return sim.getObjectInt32Param({number})") == [2]
     assert world.parts.vision.settings(world.handle("eye")).shows_handles
     world.lua(eye.replace("local ", ""))
-    world.goes_on(f"sim.setObjectInt32Param({number}, sim.rendermode_povray)", "not available", 1)
+    world.goes_on(f"sim.setObjectInt32Param({number}, sim.rendermode_povray)", "pov_ray, draws colours", 1)
+    world.goes_on(f"sim.setObjectInt32Param({number}, 4)", "is not a render mode", 1)

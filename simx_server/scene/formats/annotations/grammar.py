@@ -7,6 +7,7 @@ from collections.abc import Callable
 from simx_server.scene.formats.texts.graph_streams import check_curves, check_streams
 from simx_server.scene.formats.texts.old_uis import UI_TEXT
 from simx_server.scene.formats.texts.path_points import check_points
+from simx_server.scene.formats.texts.render_modes import MODE_OF
 from simx_server.scene.formats.texts.scripts import SCRIPT_TYPES, TEXT_KINDS
 from simx_server.scene.formats.texts.values import block, each, steps, two_numbers
 
@@ -85,7 +86,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "angle_deg": positive,
         "explicit": switch,
         "external": switch,
-        "render": one_of("colours", "handles"),
+        "size": positive,
+        "render": one_of(*MODE_OF),
         "detect_above": share,
         "detect_below": share,
         "background": colour,

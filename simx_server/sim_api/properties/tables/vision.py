@@ -30,18 +30,6 @@ def _settings(world: World, handle: int) -> VisionSettings:
     return world.vision.settings(handle)
 
 
-def _size(world: World, handle: int) -> float:
-    size = _settings(world, handle).orthographic_size
-    if size is None:
-        raise CommandError("a perspective view has an angle, 'viewAngle', and no size")
-    return size
-
-
-def _set_size(world: World, handle: int, size: float) -> None:
-    _size(world, handle)
-    world.vision.change(handle, orthographic_size=size)
-
-
 def _clipping(world: World, handle: int) -> list[float]:
     settings = _settings(world, handle)
     return [settings.near, settings.far]
@@ -67,9 +55,9 @@ def _corner(place: int) -> Any:
 
 CAMERAS = (
     numbered("viewAngle", FLOAT, "visionfloatparam_perspective_angle"),
-    Property("viewSize", FLOAT, _size, _set_size),
+    numbered("viewSize", FLOAT, "visionfloatparam_ortho_size"),
     Property("clippingPlanes", FLOAT_ARRAY, _clipping, _set_clipping),
-    Property("perspective", BOOL, lambda world, handle: _settings(world, handle).orthographic_size is None),
+    numbered("perspective", BOOL, "visionintparam_perspective_operation", can_be_set=False),
     Property("frustumCornerNear", VECTOR3, _corner(0)),
     Property("frustumCornerFar", VECTOR3, _corner(1)),
     fixed("showFrustum", BOOL, False, "views are never drawn"),
@@ -106,11 +94,11 @@ def _set_from_environment(world: World, handle: int, from_environment: bool) -> 
 
 
 def _image(world: World, handle: int) -> bytes:
-    return wait_for(world.simulation, world.vision.image(handle, as_grey=False))[1]
+    return wait_for(world.simulation, world.vision.image(handle, as_grey=False, as_handled=True))[1]
 
 
 def _depth(world: World, handle: int) -> bytes:
-    return wait_for(world.simulation, world.vision.depth(handle))[1]
+    return wait_for(world.simulation, world.vision.depth(handle, as_handled=True))[1]
 
 
 def _reading(world: World, handle: int) -> tuple[bool, list[list[float]]]:
@@ -150,7 +138,12 @@ VISION = (
         lambda world, handle: _settings(world, handle).background is None,
         _set_from_environment,
     ),
-    _switch("explicitHandling", "explicit"),
+    Property(
+        "explicitHandling",
+        BOOL,
+        lambda world, handle: _settings(world, handle).explicit,
+        lambda world, handle, on: world.vision.set_explicit(handle, on),
+    ),
     _switch("useExtImage", "external"),
     _switch("ignoreImageInfo", "has_rgb", inverted=True),
     _switch("ignoreDepthInfo", "has_depth", inverted=True),

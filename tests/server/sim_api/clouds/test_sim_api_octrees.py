@@ -145,6 +145,7 @@ def test_images_show_new_voxels_at_once(tmp_path: Path) -> None:
     )
     world = ScriptWorld(tmp_path, room)
     render_with(world, RayPainter())
+    world.passes()
     world.lua("e = sim.getObjectHandle('eye') o = sim.createOctree(0.5, 16, 1)")
     seen: list[np.ndarray] = []
     for source in ("", "sim.insertVoxelsIntoOctree(o, 0, {0.1, 0.1, -1}, {255, 0, 0})"):

@@ -235,6 +235,10 @@ def test_a_vision_sensor_is_made(world: ScriptWorld) -> None:
         "return sim.createVisionSensor(0, {32, 16, 0, 0}, {0.1, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0})"
     )
     assert world.parts.vision.settings(flat).orthographic_size == pytest.approx(1)
+    (red,) = world.lua(
+        "return sim.createVisionSensor(128, {32, 16, 0, 0}, {0.1, 5, 1, 0, 0, 0, 0.5, 0.25, 2, 0, 0})"
+    )
+    assert world.parts.vision.settings(red).background == (0.5, 0.25, 1)
     world.fails("sim.createVisionSensor(2, {0, 16, 0, 0}, {0.1, 5, 1})", "1 to 4096 pixels")
 
 

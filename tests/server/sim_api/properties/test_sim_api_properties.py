@@ -252,7 +252,8 @@ def test_lights_cameras_and_spherical_joints(sensors: ScriptWorld) -> None:
     assert sensors.value("sim.getIntProperty(lamp, 'lightType') == sim.light_spot")
     sensors.fails("sim.setIntProperty(lamp, 'spotExponent', 500)", "0 to 128")
     assert sensors.value("sim.getBoolProperty(view, 'perspective')") is True
-    sensors.fails("sim.getFloatProperty(view, 'viewSize')", "has an angle")
+    assert kept(sensors, "view", "Float", "viewSize", "2.5") == 2.5
+    assert sensors.value("sim.getBoolProperty(view, 'perspective')") is True
     assert kept(sensors, "socket", "Quaternion", "jointQuaternion", "{0, 0, 1, 0}") == pytest.approx(
         [0, 0, 1, 0]
     )

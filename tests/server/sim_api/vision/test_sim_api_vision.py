@@ -38,6 +38,13 @@ def world(tmp_path: Path) -> ScriptWorld:
 
 
 @pytest.fixture
+def handled(world: ScriptWorld) -> ScriptWorld:
+    """A world whose first simulation step has handled `eye`."""
+    world.passes()
+    return world
+
+
+@pytest.fixture
 def rendering() -> Iterator[RenderThread]:
     thread = RenderThread(choose=lambda: Backend(RAYCAST, "the test says so"))
     yield thread
@@ -48,33 +55,33 @@ def data(text: str) -> bytes:
     return text.encode("latin-1")
 
 
-def test_an_image_is_numbers_or_a_string(world: ScriptWorld) -> None:
-    numbers, text = world.lua(
+def test_an_image_is_numbers_or_a_string(handled: ScriptWorld) -> None:
+    numbers, text = handled.lua(
         EYE + "return sim.getVisionSensorImage(eye), sim.getVisionSensorImage(eye, 0, 0, 0, 0, 1)"
     )
     assert numbers == pytest.approx((RAMP.ravel() / 255).tolist())
     assert data(text) == RAMP.tobytes()
 
 
-def test_grey_is_asked_for_by_a_flag_on_the_handle(world: ScriptWorld) -> None:
-    text, width, height = world.lua(
+def test_grey_is_asked_for_by_a_flag_on_the_handle(handled: ScriptWorld) -> None:
+    text, width, height = handled.lua(
         EYE + "return sim.getVisionSensorCharImage(eye + sim.handleflag_greyscale)"
     )
     assert (data(text), width, height) == (GREY.astype(np.uint8).tobytes(), 8, 4)
 
 
-def test_a_region_is_cut_out_from_the_lower_left(world: ScriptWorld) -> None:
-    text, *size = world.lua(EYE + "return sim.getVisionSensorCharImage(eye, 2, 1, 3, 2)")
+def test_a_region_is_cut_out_from_the_lower_left(handled: ScriptWorld) -> None:
+    text, *size = handled.lua(EYE + "return sim.getVisionSensorCharImage(eye, 2, 1, 3, 2)")
     assert (data(text), size) == (RAMP[1:3, 2:5].tobytes(), [8, 4])
-    text, size = world.lua(EYE + "return sim.getVisionSensorImg(eye, 0, 0, {2, 1}, {3, 2})")
+    text, size = handled.lua(EYE + "return sim.getVisionSensorImg(eye, 0, 0, {2, 1}, {3, 2})")
     assert (data(text), size) == (RAMP[1:3, 2:5].tobytes(), [3, 2])
-    text, size = world.lua(EYE + "return sim.getVisionSensorImg(eye, 0, 0, {0, 0, 0}, {})")
+    text, size = handled.lua(EYE + "return sim.getVisionSensorImg(eye, 0, 0, {0, 0, 0}, {})")
     assert size == [8, 4]
-    world.fails(EYE + "sim.getVisionSensorImage(eye, 6, 0, 3, 1)", "not within a picture of 8 x 4")
+    handled.fails(EYE + "sim.getVisionSensorImage(eye, 6, 0, 3, 1)", "not within a picture of 8 x 4")
 
 
-def test_a_cut_off_adds_what_is_near_enough_as_alpha(world: ScriptWorld) -> None:
-    text, size = world.lua(EYE + "return sim.getVisionSensorImg(eye, 1, 0.5)")
+def test_a_cut_off_adds_what_is_near_enough_as_alpha(handled: ScriptWorld) -> None:
+    text, size = handled.lua(EYE + "return sim.getVisionSensorImg(eye, 1, 0.5)")
     made = np.frombuffer(data(text), np.uint8).reshape(4, 8, 2)
     assert size == [8, 4]
     assert made[..., 0].tolist() == GREY.tolist()
@@ -150,19 +157,19 @@ def test_an_image_is_set_from_numbers_or_bytes(world: ScriptWorld) -> None:
     world.fails(LAZY + "sim.setVisionSensorImage(lazy, 'short')", "12 bytes, not 5")
 
 
-def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: RenderThread) -> None:
-    render_with(world, rendering)
-    before = world.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
-    world.passes()
-    after = world.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
+def test_a_script_waits_for_the_render_thread(handled: ScriptWorld, rendering: RenderThread) -> None:
+    render_with(handled, rendering)
+    before = handled.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
+    handled.passes()
+    after = handled.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
     assert before == after  # nothing moved
     assert len(before[0]) == 4 * 32
 
 
-def test_an_image_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_image_that_never_comes_is_an_error(handled: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "TIMEOUT", 0.01)
-    render_with(world, PaintingThread())
-    world.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")
+    render_with(handled, PaintingThread())
+    handled.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")
 
 
 def test_images_and_readings_are_properties(world: ScriptWorld) -> None:
@@ -183,3 +190,67 @@ def test_images_and_readings_are_properties(world: ScriptWorld) -> None:
     )
     assert data(text) == b"x" * 96
     world.fails(EYE + "sim.setBufferProperty(eye, 'imageBuffer', 'short')", "has 96 bytes, not 5")
+
+
+IMAGE = "sim.getVisionSensorImage({0}, 0, 0, 0, 0, 1)"
+BLANK = "\0" * 96
+
+
+def seen(world: ScriptWorld, eye: str = "eye") -> str:
+    """The bytes of an image, as a script reads them."""
+    return world.lua(f"local eye = sim.getObjectHandle('{eye}') return " + IMAGE.format("eye"))[0]
+
+
+def test_a_sensor_is_black_and_sees_nothing_before_its_first_handling(world: ScriptWorld) -> None:
+    assert seen(world) == BLANK
+    assert world.lua(EYE + "return sim.getVisionSensorDepthBuffer(eye)") == [[1.0] * 32]
+    assert world.lua(EYE + "return sim.getVisionSensorDepthBuffer(eye + sim.handleflag_depthbuffermeters)")[
+        0
+    ][0] == pytest.approx(world.parts.vision.settings(world.handle("eye")).far)
+    assert world.lua(EYE + "return sim.getBufferProperty(eye, 'imageBuffer')") == [BLANK]
+    world.lua(EYE + "simVision.sensorImgToWorkImg(eye) simVision.workImgToSensorImg(eye)")
+    assert seen(world) == BLANK
+    world.passes()
+    assert data(seen(world)) == RAMP.tobytes()
+
+
+def test_a_new_sensor_is_black_until_a_step_or_a_script_handles_it(handled: ScriptWorld) -> None:
+    make = "sim.createVisionSensor({}, {{8, 4, 0, 0}}, {{0.01, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0}})"
+    (new, asked) = handled.lua(f"return {make.format(2)}, {make.format(3)}")
+    read = f"return {IMAGE.format(new)}, {IMAGE.format(asked)}"
+    assert handled.lua(read) == [BLANK, BLANK]
+    assert data(seen(handled)) == RAMP.tobytes()  # the others keep theirs
+    handled.passes()
+    shown = handled.lua(read)
+    assert (data(shown[0]), shown[1]) == (RAMP.tobytes(), BLANK)
+    handled.lua(f"sim.handleVisionSensor({asked})")
+    assert data(handled.lua(read)[1]) == RAMP.tobytes()
+
+
+def test_a_sensor_that_scripts_take_over_keeps_its_last_image(handled: ScriptWorld) -> None:
+    handled.lua(EYE + "sim.setExplicitHandling(eye, 1)")
+    count = len(handled.painter.views)
+    assert data(seen(handled)) == RAMP.tobytes()
+    handled.passes(3)
+    assert data(seen(handled)) == RAMP.tobytes()
+    assert len(handled.painter.views) == count  # it is the image of then
+    handled.lua(EYE + "sim.resetVisionSensor(eye)")
+    assert seen(handled) == BLANK
+
+
+def test_another_resolution_a_reset_and_a_stop_blank_an_image(handled: ScriptWorld) -> None:
+    handled.lua(EYE + "sim.resetVisionSensor(eye)")
+    assert seen(handled) == BLANK
+    handled.passes()
+    handled.lua(EYE + "sim.setObjectInt32Param(eye, sim.visionintparam_resolution_x, 4)")
+    assert seen(handled) == "\0" * 48
+    handled.passes()
+    assert seen(handled) != "\0" * 48
+    handled.call("simxStopSimulation")
+    handled.run(0)
+    assert seen(handled) == "\0" * 48
+
+
+def test_clients_of_the_legacy_api_see_the_scene_before_it_is_handled(world: ScriptWorld) -> None:
+    assert world.call("simxGetVisionSensorImage", world.handle("eye"), 0)[1] == RAMP.tobytes()
+    assert seen(world) == BLANK

@@ -37,7 +37,14 @@ def add_camera(conversion: Conversion, camera: Camera, body: mujoco.MjsBody, at:
     place_camera(body, name, camera, at, VIEW)
     near, far = clip_planes(camera.near, camera.far)
     conversion.annotate("camera", name, view=True)
-    conversion.annotate("vision", name, near=near, far=far)
+    conversion.annotate(
+        "vision",
+        name,
+        near=near,
+        far=far,
+        angle_deg=None if camera.is_perspective else round(math.degrees(perspective_angle(camera)), 5),
+        size=view_size(camera) if camera.is_perspective else None,
+    )
     if camera.tracked in conversion.names:
         conversion.report.leave_out("cameras of the user interface do not track an object", name)
 
@@ -54,14 +61,18 @@ def place_camera(
         element.fovy = fovy_from_perspective_angle(perspective_angle(camera), width, height)
     else:
         element.proj = mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
-        size = within(camera.orthographic_size, _NEAREST, _FARTHEST, 1.0)
-        element.fovy = min(size * min(1.0, height / width), _HIGHEST)
+        element.fovy = min(view_size(camera) * min(1.0, height / width), _HIGHEST)
     return element
 
 
 def perspective_angle(camera: Camera | VisionSensor) -> float:
     """Return the opening angle across the larger side, radians, within what an image can have."""
     return within(camera.angle, math.radians(0.01), math.radians(179.0), math.radians(60.0))
+
+
+def view_size(camera: Camera | VisionSensor) -> float:
+    """Return the metres across the larger side of an orthographic view."""
+    return within(camera.orthographic_size, _NEAREST, _FARTHEST, 1.0)
 
 
 def clip_planes(near: float, far: float) -> tuple[float, float]:

@@ -7,6 +7,7 @@ import math
 import mujoco
 
 from simx_server.scene.cameras.image import MAX_SIDE
+from simx_server.scene.formats.texts.render_modes import RENDER_MODES
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.numbers import colour, within
 from simx_server.scene.formats.vrep.objects import VisionSensor
@@ -16,12 +17,13 @@ from .cameras import (
     clip_planes,
     perspective_angle,
     place_camera,
+    view_size,
 )
 from .entities import entity_name
 from .filters import chain_text, is_plain, shows_depth
 
-_COLOURS, _AUXILIARY, _HANDLES = 0, 1, 2
-"""Render modes; higher ones are other programs that draw colours."""
+_COLOURS, _AUXILIARY = 0, 1
+"""Render modes."""
 
 
 def add_vision(conversion: Conversion, sensor: VisionSensor, body: mujoco.MjsBody, at: Pose) -> None:
@@ -50,10 +52,11 @@ def add_vision(conversion: Conversion, sensor: VisionSensor, body: mujoco.MjsBod
         name,
         near=near,
         far=far,
-        angle_deg=round(math.degrees(perspective_angle(sensor)), 5) if sensor.is_perspective else None,
+        angle_deg=round(math.degrees(perspective_angle(sensor)), 5),
+        size=view_size(sensor) if sensor.is_perspective else None,
         explicit=True if sensor.is_explicit else None,
         external=True if sensor.is_external else None,
-        render="handles" if sensor.render_mode == _HANDLES else None,
+        render=RENDER_MODES.get(sensor.render_mode) if sensor.render_mode != _COLOURS else None,
         background=_background(conversion, sensor),
         rgb=False if sensor.ignores_rgb else None,
         depth=False if sensor.ignores_depth else None,

@@ -204,6 +204,18 @@ def test_orthographic_size_belongs_to_the_larger_side(resolution: tuple[int, int
     assert model.cam_fovy[0] == pytest.approx(0.5 * resolution[1] / 64)
 
 
+def test_the_angle_and_the_size_that_do_not_count_are_kept_for_a_switch() -> None:
+    flat, _ = vision(is_perspective=False, orthographic_size=0.5, angle=1.2)
+    assert (flat.is_perspective, flat.angle) == (False, pytest.approx(1.2))
+    deep, _ = vision(orthographic_size=0.5, angle=1.2)
+    assert (deep.is_perspective, deep.size) == (True, pytest.approx(0.5))
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2, 3, 5, 6, 7, 8])
+def test_a_render_mode_goes_over(mode: int) -> None:
+    assert vision(render_mode=mode)[0].render_mode == mode
+
+
 def test_switches_of_a_vision_sensor_go_over() -> None:
     settings, _ = vision(
         is_explicit=True,
