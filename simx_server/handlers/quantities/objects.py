@@ -20,6 +20,7 @@ from simx_server.parts.paths.paths import Follower
 from simx_server.scene.editing import editing
 from simx_server.scene.objects import ObjectKind
 
+from .lights import LIGHTS
 from .quantity import Getter, Quantity, only, quantity
 from .shapes import SHAPES
 from .views import VIEWS
@@ -89,18 +90,6 @@ def _of_joint(number: int, parameter: JointParameter) -> Quantity:
     )
 
 
-def _casts_shadows(world: World, handle: int) -> bool:
-    sim = world.simulation
-    return bool(sim.model.light_castshadow[sim.scene.get(handle).id])
-
-
-def _set_casts_shadows(world: World, handle: int, value: float) -> None:
-    sim = world.simulation
-    sim.model.light_castshadow[sim.scene.get(handle).id] = value != 0
-    sim.model_edited()
-    sim.changed()
-
-
 _LOOP_CLOSURE = 0
 """`sim_dummy_linktype_dynamics_loop_closure`."""
 
@@ -142,7 +131,6 @@ def _set_offset(world: World, handle: int, value: float) -> None:
 
 
 _OTHERS = (
-    quantity("lightintparam_pov_casts_shadows", _casts_shadows, _set_casts_shadows),
     quantity("dummyintparam_follow_path", _follows, _set_follows),
     quantity("dummyfloatparam_follow_path_offset", _offset, _set_offset),
     quantity(
@@ -171,6 +159,7 @@ OBJECTS: Mapping[str, Quantity] = MappingProxyType(
             *SHAPES,
             *(_of_joint(number, parameter) for number, parameter in PARAMETERS.items()),
             *VIEWS,
+            *LIGHTS,
             *_PROXIMITY,
             *_OTHERS,
         )

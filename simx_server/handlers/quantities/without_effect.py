@@ -12,7 +12,6 @@ _FIRST = {
     "objfloatparam_size_factor": 1.0,
     "shapefloatparam_texture_scaling_x": 1.0,
     "shapefloatparam_texture_scaling_y": 1.0,
-    "lightfloatparam_const_attenuation": 1.0,
     "camerafloatparam_near_clipping": 0.05,
     "camerafloatparam_far_clipping": 100.0,
     "cameraintparam_trackedobject": -1,
@@ -34,7 +33,6 @@ _NAMES = {
     "shapefloatparam": """
         texture_x texture_y texture_z texture_a texture_b texture_g shading_angle edge_angle
     """,
-    "lightfloatparam": "spot_exponent spot_cutoff lin_attenuation quad_attenuation",
     "cameraintparam": """
         disabled_light_components rendering_attributes pov_focal_blur pov_blur_samples remotecameramode
     """,

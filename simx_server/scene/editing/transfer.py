@@ -28,7 +28,15 @@ _ARRAYS = (
         "light_pos",
         "light_dir",
     ),
-    *("light_active", "light_diffuse", "light_ambient", "light_specular", "jnt_range", "jnt_limited"),
+    *(
+        "light_active",
+        "light_diffuse",
+        "light_ambient",
+        "light_specular",
+        "light_attenuation",
+        "light_cutoff",
+    ),
+    *("light_exponent", "light_castshadow", "jnt_range", "jnt_limited"),
     *("jnt_pos", "jnt_axis"),
     *("jnt_stiffness", "tendon_range", "tendon_limited", "mat_rgba", "mat_emission", "mat_specular"),
 )

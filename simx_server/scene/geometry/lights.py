@@ -1,10 +1,11 @@
-"""Settings of a light: whether it is on, its colour and that of its highlights."""
+"""Settings of a light: its type, whether it is on, its colour and that of its highlights."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
@@ -22,6 +23,23 @@ def light(sim: LiveScene, handle: int) -> tuple[bool, list[float], list[float]]:
         model.light_diffuse[index].tolist(),
         model.light_specular[index].tolist(),
     )
+
+
+_WIDEST_SPOT = 90.0
+"""Cut-off angle in degrees; MuJoCo's light with a greater one shines in all directions."""
+
+
+def is_directional(sim: LiveScene, handle: int) -> bool:
+    """Return whether a light has parallel rays. Raises UnknownHandle, WrongKind."""
+    index = sim.scene.get_kind(handle, ObjectKind.LIGHT).id
+    return int(sim.model.light_type[index]) == int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+
+
+def is_omnidirectional(sim: LiveScene, handle: int) -> bool:
+    """Return whether a light shines in all directions. Raises UnknownHandle, WrongKind."""
+    index, model = sim.scene.get_kind(handle, ObjectKind.LIGHT).id, sim.model
+    is_point = int(model.light_type[index]) == int(mujoco.mjtLightType.mjLIGHT_POINT)
+    return not is_directional(sim, handle) and (is_point or float(model.light_cutoff[index]) > _WIDEST_SPOT)
 
 
 def set_light(

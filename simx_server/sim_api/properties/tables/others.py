@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING
-
-import mujoco
 
 from simx_client.protocol import constants as c
 from simx_server.constant_tables import TABLES
@@ -58,17 +54,11 @@ DUMMIES = (
     _dummy_color("color.emission", 3),
 )
 
-_DIRECTIONAL, _POINT = int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL), int(mujoco.mjtLightType.mjLIGHT_POINT)
-
-_WIDEST_SPOT = 90.0
-"""Cut-off angle in degrees; MuJoCo's light with a greater one shines in all directions."""
-
 
 def _light_type(world: World, handle: int) -> int:
-    model, light = world.simulation.model, world.simulation.scene.get(handle).id
-    if int(model.light_type[light]) == _DIRECTIONAL:
+    if lights.is_directional(world.simulation, handle):
         return c.sim_light_directional_subtype
-    if int(model.light_type[light]) == _POINT or float(model.light_cutoff[light]) > _WIDEST_SPOT:
+    if lights.is_omnidirectional(world.simulation, handle):
         return c.sim_light_omnidirectional_subtype
     return c.sim_light_spot_subtype
 
@@ -87,20 +77,6 @@ def _light_color(name: str, place: int) -> Property:
     return Property(name, COLOR, lambda world, handle: lights.light(world.simulation, handle)[1 + place], put)
 
 
-def _set_light_number(
-    name: str, array: str, check: Callable[[float], str | None], factor: float = 1.0
-) -> Callable[[World, int, float], None]:
-    def put(world: World, handle: int, value: float) -> None:
-        if (wanted := check(value)) is not None:
-            raise CommandError(f"'{name}' is {wanted}, not {value:g}")
-        sim = world.simulation
-        getattr(sim.model, array)[sim.scene.get(handle).id] = value * factor
-        sim.model_edited()
-        sim.changed()
-
-    return put
-
-
 def _set_attenuation(world: World, handle: int, factors: list[float]) -> None:
     if len(factors) != 3 or min(factors) < 0 or not any(factors):
         raise CommandError(
@@ -115,29 +91,8 @@ def _set_attenuation(world: World, handle: int, factors: list[float]) -> None:
 LIGHTS = (
     Property("enabled", BOOL, lambda world, handle: lights.light(world.simulation, handle)[0], _switch_light),
     Property("lightType", INT, _light_type),
-    Property(
-        "spotExponent",
-        INT,
-        lambda world, handle: int(
-            world.simulation.model.light_exponent[world.simulation.scene.get(handle).id]
-        ),
-        _set_light_number(
-            "spotExponent", "light_exponent", lambda value: None if 0 <= value <= 128 else "0 to 128"
-        ),
-    ),
-    Property(
-        "spotCutoffAngle",
-        FLOAT,
-        lambda world, handle: math.radians(
-            float(world.simulation.model.light_cutoff[world.simulation.scene.get(handle).id])
-        ),
-        _set_light_number(
-            "spotCutoffAngle",
-            "light_cutoff",
-            lambda value: None if 0 < value <= math.pi / 2 else "an angle above 0, up to pi / 2",
-            math.degrees(1.0),
-        ),
-    ),
+    numbered("spotExponent", INT, "lightfloatparam_spot_exponent"),
+    numbered("spotCutoffAngle", FLOAT, "lightfloatparam_spot_cutoff"),
     Property(
         "attenuationFactors",
         FLOAT_ARRAY,

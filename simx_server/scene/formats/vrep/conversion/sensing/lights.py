@@ -50,8 +50,11 @@ def add_light(conversion: Conversion, light: Light, body: mujoco.MjsBody, at: Po
         diffuse=colour(light.color.light),
         specular=colour(light.color.specular),
         attenuation=_attenuation(light),
-        cutoff=within(math.degrees(light.cutoff), 0.1, 90.0, 90.0) if is_spot else _WHOLE_SPHERE,
-        exponent=within(light.exponent, 0.0, 128.0, 0.0) if is_spot else 0.0,
+        # The cone of a directional light has no effect, and programs may read it.
+        cutoff=within(math.degrees(light.cutoff), 0.1, 90.0, 90.0)
+        if is_spot or is_parallel
+        else _WHOLE_SPHERE,
+        exponent=within(light.exponent, 0.0, 128.0, 0.0),
     )
 
 

@@ -295,7 +295,8 @@ def test_other_types_of_lights_shine_in_all_directions_or_in_one(number: int, ki
     conversion = conversion_of(lamp)
     _, model = scene_of(conversion, add_light, TURNED, lamp)
     assert model.light("lamp").type == getattr(mujoco.mjtLightType, f"mjLIGHT_{kind}")
-    assert (model.light("lamp").cutoff, model.light("lamp").exponent) == (180.0, 0.0)
+    cone = 180.0 if kind == "SPOT" else pytest.approx(math.degrees(0.1), rel=1e-6)  # without effect
+    assert (model.light("lamp").cutoff, model.light("lamp").exponent) == (cone, 20.0)
     assert not model.light("lamp").active
     assert model.light("lamp").attenuation.any()
     assert bool(conversion.report.approximated) == (number == 9)
