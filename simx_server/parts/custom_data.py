@@ -26,11 +26,14 @@ if TYPE_CHECKING:
 SCENE, APPLICATION = -12, -13
 """`sim_handle_scene` and `sim_handle_app`, used in place of an object's handle."""
 
-EXTENSION = "\0extension/0"
-"""Name under which an object's extension string is stored."""
-
 HIDDEN = "\0"
 """Prefix of the server's private names, which scripts cannot access; removing everything keeps them."""
+
+PART_EXTENSION = HIDDEN + "extension/"
+"""Prefix of the names under which extension strings of a shape's parts are stored, by their index."""
+
+EXTENSION = PART_EXTENSION + "-1"
+"""Name under which an object's extension string is stored."""
 
 REFERENCES = HIDDEN + "references/"
 """Prefix of the names under which an object's references to others are stored, per tag: handles of 32 bits."""

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
-from simx_server.parts.custom_data import APPLICATION, HIDDEN, NUMBERED, REFERENCES, SCENE
+from simx_server.parts.custom_data import (
+    APPLICATION,
+    EXTENSION,
+    HIDDEN,
+    NUMBERED,
+    PART_EXTENSION,
+    REFERENCES,
+    SCENE,
+)
+from simx_server.scene.objects import ObjectKind
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.packing import pack, unpack
 from simx_server.sim_api.values.tables import pack_table, unpack_table
 
-_PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
+_PERSISTENT = HIDDEN + "persistent/"
 """Prefixes of the names under which these are stored."""
 
 
@@ -114,29 +124,49 @@ class CustomDataFunctions(ApiPart, effect="changes"):
         ]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
-        """Set V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""
-        self._world.custom_data.write(self._self(handle), f"{_EXTENSION}{index}", text)
+        """Set V-REP's extension string, ``plugin {name {value}}`` ...; '' removes it. `handle`, `index`: as in
+        sim.getExtensionString.
+        """
+        self._world.custom_data.write(*self._extension(handle, index), text)
 
     @reads
     def getExtensionString(self, handle: int, index: int, key: str | None = None) -> bytes | None:
-        """Return the extension string, nil when there is none; with a key ``name@plugin`` only the text in braces
-        after it.
+        """Return the extension string of an object (`index` -1), of a part of a shape (from 0) or of the scene (handle
+        -1); nil when there is none. With a key ``name@plugin`` return the text in braces after it, or after the name in
+        the braces of the plug-in.
         """
-        text = self._world.custom_data.read(self._self(handle), f"{_EXTENSION}{index}")
-        if text is None or key is None:
+        text = self._world.custom_data.read(*self._extension(handle, index))
+        if text is None or not key:
             return text
-        return _value_of(text, key.encode())
+        if (found := _value_of(text, key.encode())) is not None:
+            return found
+        for name in reversed(key.encode().split(b"@")):
+            text = _value_of(text, name) if text else None
+        return text or None
+
+    def _extension(self, handle: int, index: int) -> tuple[int, str]:
+        """Return whose text is meant, and its name. Raises UnknownHandle."""
+        if handle == -1:
+            return SCENE, EXTENSION
+        item = self._sim.scene.get(self._self(handle))
+        is_part = item.kind == ObjectKind.SHAPE and index >= 0
+        return item.handle, f"{PART_EXTENSION}{index}" if is_part else EXTENSION
 
 
 def _value_of(text: bytes, key: bytes) -> bytes | None:
-    """Return the text in braces after a key; inner braces must match."""
-    start = text.find(key)
-    opening = text.find(b"{", start)
-    if start < 0 or opening < 0 or text[start + len(key) : opening].strip():
-        return None
-    depth = 0
-    for place in range(opening, len(text)):
-        depth += {b"{": 1, b"}": -1}.get(text[place : place + 1], 0)
-        if depth == 0:
-            return text[opening + 1 : place]
+    """Return the text in the braces after a key; a key within other braces does not count."""
+    depth = start = opening = 0
+    name = b""
+    for brace in re.finditer(rb"[{}]", text):
+        place = brace.start()
+        if brace.group() == b"{":
+            if depth == 0:
+                name, opening = text[start:place].strip(), place + 1
+            depth += 1
+        elif depth:
+            depth -= 1
+            if depth == 0:
+                start = place + 1
+                if name == key or name.endswith(b" " + key):
+                    return text[opening:place]
     return None

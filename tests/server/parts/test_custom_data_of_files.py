@@ -38,7 +38,7 @@ def test_scripts_read_the_blocks_of_the_file() -> None:
     )
     code = (
         "return b, sim.readCustomDataBlockTags(sim.handle_self), sim.readCustomStringData(sim.handle_scene, 'SCENE'),"
-        " sim.getObjectSizeFactor(sim.handle_self), sim.getExtensionString(sim.handle_self, 0, 'name@plugin')"
+        " sim.getObjectSizeFactor(sim.handle_self), sim.getExtensionString(sim.handle_self, -1, 'name@plugin')"
     )
     assert evaluate(world, code, kind=6) == [BLOCK, [b"CONF", b"with space"], b"ABC", 2.5, b"text"]
 

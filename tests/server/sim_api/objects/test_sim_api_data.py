@@ -78,6 +78,27 @@ def test_persistent_data_and_extension_strings(world: ScriptWorld) -> None:
     assert world.value("sim.getExtensionString(cube, 1)") is None
 
 
+def test_an_extension_string_belongs_to_an_object_a_part_of_a_shape_or_the_scene(world: ScriptWorld) -> None:
+    text = "povray {blur {false} depth {2 {3}}} ignore_collisions"
+    assert world.value("sim.getExtensionString(cube, -1, '')") is None
+    world.lua(f"sim.setExtensionString(cube, -1, '{text}') tip = sim.getObjectHandle('tip')")
+    for no_key in ("", ", nil", ", ''"):
+        assert world.value(f"sim.getExtensionString(cube, -1{no_key})") == text
+    assert world.value("sim.getExtensionString(cube, -1, 'blur@povray')") == "false"
+    assert world.value("sim.getExtensionString(cube, -1, 'depth@povray')") == "2 {3}"
+    assert world.value("sim.getExtensionString(cube, -1, 'povray')") == "blur {false} depth {2 {3}}"
+    for wrong in ("blur", "lur@povray", "blur@pov", "@", "blur@povray@x"):
+        assert world.value(f"sim.getExtensionString(cube, -1, '{wrong}')") is None
+    world.lua("sim.setExtensionString(cube, 0, 'a part') sim.setExtensionString(-1, -1, 'the scene')")
+    assert world.value("sim.getExtensionString(cube, 0, '')") == "a part"
+    assert world.value("sim.getExtensionString(cube, -1, '')") == text
+    assert world.value("sim.getExtensionString(-1, -1, '')") == "the scene"
+    # Objects other than shapes have no parts: every index means the object.
+    world.lua("sim.setExtensionString(tip, -1, 'of a dummy')")
+    assert world.value("sim.getExtensionString(tip, 0, '')") == "of a dummy"
+    world.fails("sim.getExtensionString(4711, -1, '')", "4711")
+
+
 def test_referenced_objects_are_remembered(world: ScriptWorld) -> None:
     assert world.value("sim.getReferencedHandles(cube)") == []
     world.lua("sim.setReferencedHandles(cube, {wall, mark})")
