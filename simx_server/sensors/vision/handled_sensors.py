@@ -39,7 +39,7 @@ class HandledSensors(SensorSettings):
         super().change(handle, **values)
         if "width" in values or "height" in values:
             self._blank(handle)
-        elif "explicit" in values or "external" in values:
+        elif "external" in values:
             self._sim.replan()
 
     def _blank(self, handle: int) -> None:

@@ -192,12 +192,14 @@ class VisionSensors(HandledSensors, Part):
         self._on_image(handle)
 
     def set_explicit(self, handle: int, explicit: bool) -> None:
-        """Set whether scripts handle a sensor; one that was handled in this run keeps its image when they take over."""
+        """Set whether scripts handle a sensor. Its image stays, that of the last simulation step if no other one."""
         sensor = self._sensor(handle)
-        is_shown = handle in self._handled and self._is_automatic(sensor.settings)
-        self.change(handle, explicit=explicit)
-        if explicit and is_shown:
+        settings = sensor.settings
+        is_rendered_on_request = settings.image is None and settings.drawn is None
+        if explicit and is_rendered_on_request and self._is_automatic(settings) and handle in self._handled:
             self._take(sensor, self._sim.step_count)
+        settings.explicit, settings.image_step = explicit, self._sim.step_count
+        self._sim.replan()
 
     def sense(self, handle: int) -> bool:
         """Render a sensor for its script in the sensing phase; the image is kept until the next sensing.

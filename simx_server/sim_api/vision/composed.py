@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -16,6 +17,7 @@ from simx_server.sim_api.base import ApiPart
 Pixels = TypeVar("Pixels", NDArray[np.uint8], NDArray[np.float32])
 
 _SIX = "front, top, back, bottom, left and right"
+_LEAST_ANGLE = math.radians(5.0)
 _RED_CYAN = [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]
 
 
@@ -28,7 +30,9 @@ class ComposedImageFunctions(ApiPart, effect="changes"):
         """Write an image of these angles (radians) around the front into a sensor: equal angles between columns, and
         between rows. `passive`, `depth_passive`: the sensors that get colours and depth, or -1; `sensors`: front, top,
         back, bottom, left, right, with square images over 90 degrees and explicit handling. As in V-REP, columns run
-        from the right to the left of the front, and the one to the back is upside down.
+        from the right to the left of the front, and the one to the back is upside down; angles are at most a whole
+        sphere; and the depth is the distance for Python, for files since CoppeliaSim 4.3 and for clients, before that
+        the depth along the axis of each sensor.
         """
         if len(sensors) < 6:
             raise CommandError(f"a spherical image is made of six sensors: {_SIX}; got {len(sensors)}")
@@ -42,8 +46,11 @@ class ComposedImageFunctions(ApiPart, effect="changes"):
         (side, other) = next(iter(sides))
         if len(sides) != 1 or side != other:
             raise CommandError(f"the sensors {_SIX} have one resolution, as high as wide")
+        angles = [
+            min(max(angle, _LEAST_ANGLE), most) for angle, most in ((across, 2 * math.pi), (up, math.pi))
+        ]
         with self._at_no_cost():
-            found = spherical_map(width, height, side, across, up)
+            found = spherical_map(width, height, side, *angles)
         used: list[int] = np.unique(found.sensor).tolist()
         for each in used:
             self._world.vision.handle(active[each])
@@ -54,9 +61,10 @@ class ComposedImageFunctions(ApiPart, effect="changes"):
         if depth_passive != -1:
             depths = {each: self._depth(active[each]) for each in used}
             depth = _gathered(found, depths, np.zeros((height, width), np.float32))
-            settings = self._world.vision.settings(active[0])
-            near, reach = settings.near, settings.far - settings.near
-            depth = np.minimum(((near + reach * depth) * found.lengthening - near) / reach, 1.0)
+            if self._script.full_results:
+                settings = self._world.vision.settings(active[0])
+                near, reach = settings.near, settings.far - settings.near
+                depth = np.minimum(((near + reach * depth) * found.lengthening - near) / reach, 1.0)
             self._world.vision.set_image(takers[-1], _bytes_of(depth).tobytes(), as_grey=True)
         return 1
 
@@ -113,4 +121,4 @@ def _gathered(found: SphericalMap, images: dict[int, Pixels], made: Pixels) -> P
 
 
 def _bytes_of(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    return (np.clip(depth, 0.0, 1.0) * 255).round().astype(np.uint8)
+    return (np.clip(depth, 0.0, 1.0) * 255.1).astype(np.uint8)  # as V-REP makes bytes of numbers

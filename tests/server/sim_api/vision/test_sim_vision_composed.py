@@ -48,6 +48,23 @@ BOX = f"""
 </mujoco>
 """
 
+BALLS = {(0, 0): RED, (40, 20): GREEN, (95, -30): BLUE, (-130, 10): YELLOW, (-50, -60): CYAN, (150, 50): PINK}
+"""Azimuth to the left of the front and elevation, degrees, of a ball 0.8 m away, and its colour."""
+
+
+def _ball(azimuth: float, elevation: float, color: tuple[int, int, int]) -> str:
+    a, e = math.radians(azimuth), math.radians(elevation)
+    place = 0.8 * np.array((math.cos(a) * math.cos(e), math.sin(a) * math.cos(e), math.sin(e)))
+    numbers = " ".join(f"{part:.6f}" for part in place)
+    return f'<geom size="0.15" pos="{numbers}" rgba="{" ".join(map(str, color))} 1"/>'
+
+
+AROUND = (
+    BOX.replace(WALLS, "".join(_ball(*at, color) for at, color in BALLS.items()))
+    .replace('resolution="32 32"', 'resolution="128 128"')
+    .replace('resolution="72 36"', 'resolution="144 72"')
+)
+
 START = """
 local eyes = {}
 for i = 0, 5 do eyes[i + 1] = sim.getObjectHandle('eye' .. i) end
@@ -65,9 +82,11 @@ def world(tmp_path: Path) -> ScriptWorld:
 
 
 def image(world: ScriptWorld, source: str) -> np.ndarray:
-    """The bytes of a snippet's result, as an image of 72 x 36 pixels."""
+    """The bytes of a snippet's result, as an image that is twice as wide as high."""
     (text,) = world.lua(START + source)
-    return np.frombuffer(text.encode("latin-1"), np.uint8).reshape(36, 72, -1).astype(int)
+    pixels = np.frombuffer(text.encode("latin-1"), np.uint8)
+    height = math.isqrt(len(pixels) // 6)
+    return pixels.reshape(height, 2 * height, 3).astype(int)
 
 
 def hue(pixel: np.ndarray) -> tuple[int, ...]:
@@ -88,6 +107,61 @@ def test_spherical_depth_is_the_distance(world: ScriptWorld) -> None:
     depth = image(world, f"{WHOLE} return (sim.getVisionSensorCharImage(far))")[..., 0]
     assert depth[18, 36] / 255 * 2 + 0.05 == pytest.approx(0.8, abs=0.03)
     assert depth[18, 45] == 255, "nothing is seen between the balls"
+
+
+def place_of(azimuth: float, elevation: float) -> tuple[int, int]:
+    """Row and column of a direction in an image of all directions."""
+    return round((elevation + 90) / 180 * 71), round((azimuth + 180) / 360 * 143)
+
+
+@pytest.fixture
+def around(tmp_path: Path) -> ScriptWorld:
+    made = ScriptWorld(tmp_path, AROUND)
+    render_with(made, RayPainter())
+    return made
+
+
+def test_what_is_around_appears_at_its_azimuth_and_elevation(around: ScriptWorld) -> None:
+    pixels = image(around, f"{WHOLE} return (sim.getVisionSensorCharImage(round))")
+    depth = image(around, "return (sim.getVisionSensorCharImage(far))")[..., 0]
+    seen = np.array([[hue(each) for each in row] for row in pixels])
+    for at, color in BALLS.items():
+        row, column = place_of(*at)
+        assert hue(pixels[row, column]) == color, at
+        rows, columns = np.nonzero((seen == color).all(axis=2))
+        # The middle of what has this colour; a row near the poles is wider.
+        assert rows.mean() == pytest.approx(row, abs=1), at
+        assert columns.mean() == pytest.approx(column, abs=1.5), at
+        assert depth[row, column] < 255
+        assert (depth[rows, columns] < 255).mean() > 0.9
+
+
+@pytest.mark.parametrize("is_new", [False, True])
+def test_depth_is_along_the_sensors_axis_before_version_4_3_and_the_distance_after(
+    around: ScriptWorld, is_new: bool
+) -> None:
+    for script in around.parts.scripts.all():
+        script.full_results = is_new
+    depth = image(around, f"{WHOLE} return (sim.getVisionSensorCharImage(far))")[..., 0]
+    for azimuth, elevation in BALLS:
+        a, e = math.radians(azimuth), math.radians(elevation)
+        direction = np.array((math.cos(a) * math.cos(e), math.sin(a) * math.cos(e), math.sin(e)))
+        wanted = 0.65 if is_new else 0.65 * np.abs(direction).max()
+        measured = 0.05 + 2.0 * depth[place_of(azimuth, elevation)] / 255
+        assert measured == pytest.approx(wanted, abs=0.02), (azimuth, elevation)
+
+
+def test_more_than_a_whole_sphere_is_a_whole_one(around: ScriptWorld) -> None:
+    whole = image(around, f"{WHOLE} return (sim.getVisionSensorCharImage(round))")
+    degrees = "simVision.handleSpherical(round, eyes, 360, 180, far)"
+    assert np.array_equal(image(around, f"{degrees} return (sim.getVisionSensorCharImage(round))"), whole)
+
+
+def test_a_composed_image_stays_when_scripts_take_over_its_sensor(around: ScriptWorld) -> None:
+    before = image(around, f"{WHOLE} return (sim.getVisionSensorCharImage(round))")
+    after = image(around, "sim.setExplicitHandling(round, 1) return (sim.getVisionSensorCharImage(round))")
+    assert before.any()
+    assert np.array_equal(before, after)
 
 
 def test_smaller_angles_show_the_front_alone(world: ScriptWorld) -> None:
