@@ -13,7 +13,7 @@ from typing import Any
 TABLE = 0.752
 """Height of the table's top in m."""
 
-ROBOT = (-0.308, 0.0, 0.819)
+ROBOT = (-0.308, 0.0, 0.8225)
 WORKSPACE = (0.25, 0.0, TABLE)
 WORKSPACE_SIZE = (0.65, 0.91)
 

@@ -70,7 +70,9 @@ class CProgram:
         given = [ffi.new(each.kind) if isinstance(each, Out) else each for each in arguments]
         result = getattr(self.lib, function)(*given)
         received = [
-            _python(each) for each, argument in zip(given, arguments, strict=True) if isinstance(argument, Out)
+            _python(each)
+            for each, argument in zip(given, arguments, strict=True)
+            if isinstance(argument, Out)
         ]
         return (result, *received)
 

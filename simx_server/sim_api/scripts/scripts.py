@@ -96,8 +96,9 @@ class ScriptFunctions(ApiPart, effect="changes"):
 
     @reads
     def getScriptText(self, script: int) -> bytes:
-        """Return the text of the script's file or annotation."""
-        return self._script_at(script).source(self._sim)
+        """Return the text of the script's file or annotation, or that of a script that has no object yet."""
+        loose = self._world.scripts.loose.get(script)
+        return self._script_at(script).source(self._sim) if loose is None else loose.text.encode()
 
     @reads
     def getScriptHandle(self, owner: str | None = None) -> int:

@@ -41,7 +41,12 @@ def test_a_tree_is_listed_with_its_length(program: CProgram) -> None:
 
 
 def test_parents_and_children(program: CProgram) -> None:
-    lib, crate, lid, cube = program.lib, program.handle("crate"), program.handle("lid"), program.handle("cube")
+    lib, crate, lid, cube = (
+        program.lib,
+        program.handle("crate"),
+        program.handle("lid"),
+        program.handle("cube"),
+    )
     assert lib.simGetObjectParent(lid) == crate
     assert lib.simGetObjectChild(crate, 0) == lid
     before = program.done("simGetObjectPosition", cube, -1, VECTOR)
@@ -67,7 +72,9 @@ def test_objects_are_made_copied_and_removed(program: CProgram) -> None:
 def test_sizes(program: CProgram) -> None:
     cube, falling = program.handle("cube"), program.handle("falling")
     program.done("simScaleObject", cube, 2.0, 2.0, 2.0, 0)
-    largest, size = program.call("simGetObjectFloatParameter", cube, c.sim_objfloatparam_objbbox_max_x, Out("float *"))
+    largest, size = program.call(
+        "simGetObjectFloatParameter", cube, c.sim_objfloatparam_objbbox_max_x, Out("float *")
+    )
     assert largest == 1
     assert size == pytest.approx(0.2)
     program.done("simScaleObjects", ffi.new("int[]", [falling]), 1, 3.0, False)
@@ -88,7 +95,9 @@ def test_properties_of_models_and_objects(program: CProgram) -> None:
 def test_parameters_of_objects_fail_with_zero(program: CProgram) -> None:
     lib, cube = program.lib, program.handle("cube")
     assert lib.simSetObjectInt32Parameter(cube, c.sim_shapeintparam_respondable, 0) == 1
-    assert program.call("simGetObjectInt32Parameter", cube, c.sim_shapeintparam_respondable, Out("int *")) == (1, 0)
+    assert program.call(
+        "simGetObjectInt32Parameter", cube, c.sim_shapeintparam_respondable, Out("int *")
+    ) == (1, 0)
     assert lib.simSetObjectFloatParameter(cube, c.sim_shapefloatparam_mass, 0.7) == 1
     assert program.call("simGetObjectFloatParameter", cube, c.sim_shapefloatparam_mass, Out("float *")) == (
         1,
@@ -123,9 +132,13 @@ def test_poses_in_four_forms(program: CProgram) -> None:
     program.done("simSetObjectOrientation", cube, -1, [0.0, 0.0, math.pi / 2])
     assert program.done("simGetObjectOrientation", cube, -1, ANGLES)[2] == pytest.approx(math.pi / 2)
     half = math.sqrt(0.5)
-    assert program.done("simGetObjectQuaternion", cube, -1, Out("float[4]")) == pytest.approx([0, 0, half, half])
+    assert program.done("simGetObjectQuaternion", cube, -1, Out("float[4]")) == pytest.approx(
+        [0, 0, half, half]
+    )
     program.done("simSetObjectQuaternion", cube, -1, [0.0, 0.0, 0.0, 1.0])
-    assert program.done("simGetObjectMatrix", cube, -1, Out("float[12]"))[:3] == pytest.approx([1, 0, 0], abs=1e-6)
+    assert program.done("simGetObjectMatrix", cube, -1, Out("float[12]"))[:3] == pytest.approx(
+        [1, 0, 0], abs=1e-6
+    )
     program.done("simSetObjectMatrix", cube, -1, [1, 0, 0, 4, 0, 1, 0, 5, 0, 0, 1, 6])
     assert program.done("simGetObjectPosition", cube, -1, VECTOR) == [4, 5, 6]
 
@@ -133,7 +146,9 @@ def test_poses_in_four_forms(program: CProgram) -> None:
 def test_matrices_are_turned_inverted_and_multiplied(program: CProgram) -> None:
     unit = [1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
     turned = program.done("simRotateAroundAxis", unit, [0, 0, 1], [0, 0, 0], math.pi / 2, Out("float[12]"))
-    assert program.done("simGetEulerAnglesFromMatrix", turned, ANGLES) == pytest.approx([0, 0, math.pi / 2], abs=1e-6)
+    assert program.done("simGetEulerAnglesFromMatrix", turned, ANGLES) == pytest.approx(
+        [0, 0, math.pi / 2], abs=1e-6
+    )
     inverse = ffi.new("float []", turned)
     program.done("simInvertMatrix", inverse)
     product = program.done("simMultiplyMatrices", turned, list(inverse), Out("float[12]"))

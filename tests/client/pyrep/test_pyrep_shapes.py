@@ -52,7 +52,9 @@ def test_meshes_become_shapes_and_come_back(program: CProgram) -> None:
     assert len(numbers(vertices, vertex_count)) == vertex_count
     assert max(numbers(indices, index_count)) < vertex_count / 3
     assert len(numbers(indices, 3 * index_count)) == 3 * index_count, "programs read beyond the indices"
-    assert np.linalg.norm(np.reshape(numbers(normals, 3 * index_count), (-1, 3)), axis=1) == pytest.approx(1.0)
+    assert np.linalg.norm(np.reshape(numbers(normals, 3 * index_count), (-1, 3)), axis=1) == pytest.approx(
+        1.0
+    )
 
 
 def test_a_shape_is_described_part_by_part(program: CProgram) -> None:
@@ -103,7 +105,9 @@ def test_a_box_is_turned_to_another_frame(program: CProgram) -> None:
     shape = box(program)
     program.done("simSetObjectOrientation", shape, -1, [0, 0, 0.5])
     program.done("simReorientShapeBoundingBox", shape, -1, 0)
-    assert program.done("simGetObjectOrientation", shape, -1, Out("float[3]")) == pytest.approx([0, 0, 0], abs=1e-6)
+    assert program.done("simGetObjectOrientation", shape, -1, Out("float[3]")) == pytest.approx(
+        [0, 0, 0], abs=1e-6
+    )
 
 
 def test_colours(program: CProgram) -> None:
