@@ -1,4 +1,4 @@
-"""The one structure of the C library that cffi has to know. `python -m simx_client.pyrep.declarations` writes `_ffi.py`.
+"""The one structure of the C library that cffi has to know; `python -m simx_client.pyrep.declarations` writes `_ffi`.
 
 The generated module imports in less than a millisecond; declarations that are read at each start take 40.
 """

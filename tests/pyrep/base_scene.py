@@ -4,6 +4,7 @@ The places and sizes are our own, near those that papers on RLBench state: a Pan
 of 0.65 m x 0.91 m in front of it, four cameras around and one at the wrist.
 """
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 import math
