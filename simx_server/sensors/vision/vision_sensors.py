@@ -26,6 +26,7 @@ from simx_server.simulation.part import Part
 from .filters.chain import Chain, Processed
 from .futures import done, then
 from .handled_sensors import HandledSensors
+from .handling_order import HandlingOrder
 from .judging import judged, shown
 from .sensor_settings import BLACK, Sensor
 from .vision_settings import Verdict, VisionSettings
@@ -53,6 +54,7 @@ class VisionSensors(HandledSensors, Part):
         self._show_changes = show_changes
         self.enabled = True
         """Boolean parameter 10: whether sensors are handled at all; if false, images are the background."""
+        self._order = HandlingOrder()
         self._are_sensed = False
         """Whether a simulation step of this run has come to its sensing phase."""
         self._on_image: Callable[[int], object] = _nobody
@@ -189,7 +191,14 @@ class VisionSensors(HandledSensors, Part):
             settings.image = None
             return
         self._take(sensor, self._sim.step_count)
+        self._render_ahead(handle)
         self._on_image(handle)
+
+    def _render_ahead(self, handle: int) -> None:
+        """Have the image rendered of the sensor that is probably handled next."""
+        expected = self._order.handled(handle, self._sim.version)
+        if expected is not None and expected in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
+            self._request(self._sensor(expected), rgb=True, depth=True)
 
     def set_explicit(self, handle: int, explicit: bool) -> None:
         """Set whether scripts handle a sensor. Its image stays, that of the last simulation step if no other one."""
@@ -411,6 +420,7 @@ class VisionSensors(HandledSensors, Part):
         self.background = BLACK
         self._settings.clear()
         self._handled.clear()
+        self._order.forget()
 
     def _forget_images(self) -> None:
         for settings in self._settings.values():
