@@ -89,12 +89,13 @@ class Group:
 class IkGroups(Part):
     """All groups of the scene, by handle."""
 
-    def __init__(self, sim: Simulation, collections: Collections) -> None:
+    def __init__(self, sim: Simulation, collections: Collections, seed: int = 0) -> None:
+        """Make the groups; `seed`: of the random numbers of searches and plans in each scene."""
         self._sim = sim
         self._collections = collections
+        self._first_seed = self._seed = self._seed_before_run = seed
         self.scratch = Scratch(sim)
         self._random: np.random.Generator | None = None
-        self._seed = self._seed_before_run = 0
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
         self._made: dict[int, Group] = {}
         """Groups that scripts have made, by handle."""
@@ -118,13 +119,13 @@ class IkGroups(Part):
     def seed(self, seed: int) -> None:
         """Start the random numbers of searches and plans from a seed (not negative), now and in each run.
 
-        During a run until its stop, otherwise until another scene is loaded. A new scene has the seed 0.
+        It holds until the stop if it is set during a run, else until another scene is loaded.
         """
         self._seed, self._random = seed, None
 
     def scene_changed(self) -> None:
-        self.seed(0)
-        self._seed_before_run = 0
+        self.seed(self._first_seed)
+        self._seed_before_run = self._first_seed
         self._registry.forget()
         self._made, self._removed, self._left, self._next = {}, frozenset(), {}, FIRST_MADE
         self._before_run = self._made, self._removed, self._left

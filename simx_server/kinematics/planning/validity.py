@@ -13,17 +13,16 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError
 from simx_server.kinematics.chain import Joints
 from simx_server.kinematics.scratch import Array, copy_positions
-from simx_server.sensors.distance.measuring import geoms_meet
+from simx_server.sensors.distance.meeting import GeomPairs, Indices
 from simx_server.simulation.sleepers import kinematics
 
 if TYPE_CHECKING:
+    from simx_server.sensors.instant import Instant
+
     from .planning_world import PlanningWorld
 
 Pairs = list[tuple[int, int]]
 """Entities (objects, collections, or sim.handle_all as second) that must not collide."""
-
-_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-
 
 MOST_PAIRS = 1000
 """Collision pairs: each state of a search is checked for all of them at once."""
@@ -72,28 +71,10 @@ class Validity:
         self._instants = world.instants
         self.checks = 0
         """Number of calls."""
-        chosen: set[tuple[int, int]] = set()
-        for first, second in pairs:
-            mine, theirs = world.meters.collisions.entities(first, second)
-            others = instant.geoms_of(theirs).tolist()
-            for one in instant.geoms_of(mine).tolist():
-                chosen.update((min(one, other), max(one, other)) for other in others if other != one)
-        owners, model = instant.surroundings.owners, sim.model
         parts = _rigid_parts(sim.model, moved)
-        kept = [
-            (one, other)
-            for one, other in sorted(chosen)
-            if owners[one] != owners[other]
-            and not (model.geom_type[one] == model.geom_type[other] == _PLANE)
-            and not _are_neighbours(parts, model, int(model.geom_bodyid[one]), int(model.geom_bodyid[other]))
-        ]
-        self._first = np.array([one for one, _ in kept], dtype=np.intp)
-        self._second = np.array([other for _, other in kept], dtype=np.intp)
-        # Planes come second; they are infinite and have the radius 0.
-        flipped = model.geom_type[self._first] == _PLANE
-        self._first[flipped], self._second[flipped] = self._second[flipped], self._first[flipped]
-        self._on_plane: NDArray[np.bool_] = model.geom_type[self._second] == _PLANE
-        self._reach = model.geom_rbound[self._first] + model.geom_rbound[self._second]
+        first, second = _of_geoms(world, instant, pairs)
+        kept = ~_are_neighbours(parts, sim.model, first, second)
+        self._pairs = GeomPairs(instant, first[kept], second[kept])
 
     def at(self, place: Callable[[mujoco.MjData], None], margin: float = 0.0) -> bool:
         """Return whether nothing collides in a state.
@@ -103,24 +84,11 @@ class Validity:
             margin: minimum distance in metres.
         """
         self.checks += 1
-        if len(self._first) == 0:
+        if not len(self._pairs):
             return True
-        data = self._data
-        place(data)
-        kinematics(self.model, data)
-        places = data.geom_xpos
-        away = places[self._first] - places[self._second]
-        normals = data.geom_xmat[self._second, 2::3]
-        above: Array = np.einsum("ni,ni->n", away, normals)
-        between: Array = np.sqrt(np.einsum("ni,ni->n", away, away))
-        distance = np.where(self._on_plane, above, between)
-        near = np.flatnonzero(distance <= self._reach + margin)
-        if len(near) == 0:
-            return True
-        instant = self._instants.of(data)
-        return not any(
-            geoms_meet(instant, int(self._first[index]), int(self._second[index]), margin) for index in near
-        )
+        place(self._data)
+        kinematics(self.model, self._data)
+        return not self._pairs.meet(self._instants.of(self._data), margin)
 
 
 def of_joints(
@@ -140,7 +108,7 @@ def of_joints(
     return is_valid
 
 
-def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> NDArray[np.intp]:
+def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> Indices:
     """Return for each body (nbody,) the moved body that it is, or is fixed to; 0: it does not move."""
     parts = np.zeros(model.nbody, dtype=np.intp)
     for body in range(1, model.nbody):
@@ -148,16 +116,29 @@ def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> NDArray[np.in
     return parts
 
 
-def _are_neighbours(parts: NDArray[np.intp], model: mujoco.MjModel, one: int, other: int) -> bool:
-    """Return whether two bodies do not move against each other, or only by one joint between them."""
-    first, second = int(parts[one]), int(parts[other])
-    if first == second:
-        return True
-    if _root(model, one) != _root(model, other):
-        return False
-    above = {int(parts[model.body_parentid[part]]): part for part in (first, second) if part}
-    return (second in above and above[second] == first) or (first in above and above[first] == second)
+def _of_geoms(world: PlanningWorld, instant: Instant, pairs: Pairs) -> tuple[Indices, Indices]:
+    """Return the pairs of geoms (n,) and (n,) of pairs of entities, each once and in the order of their ids.
+
+    Raises UnknownHandle, CommandError: an entity cannot be measured.
+    """
+    count = instant.model.ngeom
+    found = np.zeros(0, dtype=np.intp)
+    for first, second in pairs:
+        some = [instant.geoms_of(each) for each in world.meters.collisions.entities(first, second)]
+        mine, theirs = (each.ravel() for each in np.meshgrid(*some, indexing="ij"))
+        found = np.union1d(found, np.minimum(mine, theirs) * count + np.maximum(mine, theirs))
+    first, second = found // max(count, 1), found % max(count, 1)
+    owners = instant.surroundings.owners
+    differ = owners[first] != owners[second]
+    return first[differ], second[differ]
 
 
-def _root(model: mujoco.MjModel, body: int) -> int:
-    return int(model.body_rootid[body])
+def _are_neighbours(
+    parts: Indices, model: mujoco.MjModel, first: Indices, second: Indices
+) -> NDArray[np.bool_]:
+    """Return (n,) whether the bodies of geoms (n,) move against each other by one joint between them, or not at all."""
+    bodies, others = model.geom_bodyid[first], model.geom_bodyid[second]
+    mine, theirs = parts[bodies], parts[others]
+    above = parts[model.body_parentid]
+    joined = ((mine != 0) & (above[mine] == theirs)) | ((theirs != 0) & (above[theirs] == mine))
+    return (mine == theirs) | (joined & (model.body_rootid[bodies] == model.body_rootid[others]))

@@ -1,4 +1,4 @@
-"""Collision of, and minimum distance between, objects at one instant.
+"""Minimum distance between objects at one instant; `meeting.py` has their collision.
 
 All geoms of a shape count, whether they collide in the physics or not. Convex geoms are solid and measured by
 MuJoCo; meshes that are not convex and height fields are surfaces, measured triangle by triangle. So are octrees
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from simx_server.scene.geometry.triangles import Array, plane_triangles
 from simx_server.scene.objects import ObjectKind
@@ -58,16 +59,6 @@ class _Found(NamedTuple):
     geoms: tuple[int, int]
 
 
-Pair = tuple[int, int] | tuple[()]
-"""Handles of two objects that meet; empty where none do."""
-
-
-def colliding_pair(instant: Instant, first: Collection[int], second: Collection[int]) -> Pair:
-    """Return one shape of the first objects and one of the second that meet; an object does not meet itself."""
-    found = _least(instant, first, second, limit=0.0, stop=0.0)
-    return _owners(instant, found) if found.gap.distance <= 0.0 else ()
-
-
 def distance(instant: Instant, first: Collection[int], second: Collection[int]) -> float | None:
     """Return the minimum distance in metres, 0 where they meet; None when there is nothing to measure."""
     found = nearest(instant, first, second)
@@ -76,7 +67,7 @@ def distance(instant: Instant, first: Collection[int], second: Collection[int]) 
 
 def nearest(instant: Instant, first: Collection[int], second: Collection[int]) -> Nearest | None:
     """Return the minimum distance and its points; None when there is nothing to measure."""
-    found = _least(instant, first, second, limit=FAR, stop=0.0)
+    found = _least(instant, first, second)
     best: Nearest | None = None
     if found.gap.distance < FAR:
         one, other = found.gap.first, found.gap.second
@@ -109,38 +100,37 @@ def _owners(instant: Instant, found: _Found) -> tuple[int, int]:
     return int(instant.surroundings.owners[one]), int(instant.surroundings.owners[other])
 
 
-def _least(
-    instant: Instant, first: Collection[int], second: Collection[int], *, limit: float, stop: float
-) -> _Found:
-    """Return the minimum signed distance between geoms of two sets.
-
-    The result is above `limit` when no distance is below it.
-    """
-    owners, model = instant.surroundings.owners, instant.model
+def _least(instant: Instant, first: Collection[int], second: Collection[int]) -> _Found:
+    """Return the minimum signed distance between geoms of two sets; infinity when none is below `FAR`."""
     mine, theirs = instant.geoms_of(first), instant.geoms_of(second)
     best = _Found(_UNKNOWN, (-1, -1))
     if len(mine) == 0 or len(theirs) == 0:
         return best
-    away = instant.geom_xpos[mine, np.newaxis] - instant.geom_xpos[theirs]
-    reach, other_reach = model.geom_rbound[mine], model.geom_rbound[theirs]
-    lower = np.sqrt(np.einsum("nmi,nmi->nm", away, away)) - reach[:, np.newaxis] - other_reach
-    lower[reach <= 0.0, :] = lower[:, other_reach <= 0.0] = -np.inf
-    lower[owners[mine, np.newaxis] == owners[theirs]] = np.inf
+    lower = lower_bounds(instant, mine, theirs)
     for index in np.argsort(lower, axis=None):
         row, column = divmod(int(index), len(theirs))
         least = best.gap.distance
-        if lower[row, column] > min(least, limit) or least <= stop:
+        if lower[row, column] > min(least, FAR) or least <= 0.0:
             break
         geoms = int(mine[row]), int(theirs[column])
-        gap = _between(instant, *geoms, min(least, max(limit, 1e-3)))
+        gap = _between(instant, *geoms, min(least, FAR))
         if gap.distance < least:
             best = _Found(gap, geoms)
     return best
 
 
-def geoms_meet(instant: Instant, first: int, second: int, margin: float = 0.0) -> bool:
-    """Return whether two geoms (MuJoCo ids) come nearer than the margin (m), whatever their objects."""
-    return _between(instant, first, second, margin + 1e-3).distance <= margin
+def lower_bounds(instant: Instant, mine: NDArray[np.intp], theirs: NDArray[np.intp]) -> Array:
+    """Return metres (n, m) from which on geoms (n,) and (m,) are apart, by the balls around them.
+
+    Minus infinity for planes, which have no balls; infinity for two geoms of one object.
+    """
+    owners, model = instant.surroundings.owners, instant.model
+    away = instant.geom_xpos[mine, np.newaxis] - instant.geom_xpos[theirs]
+    reach, other_reach = model.geom_rbound[mine], model.geom_rbound[theirs]
+    lower = np.sqrt(np.einsum("nmi,nmi->nm", away, away)) - reach[:, np.newaxis] - other_reach
+    lower[reach <= 0.0, :] = lower[:, other_reach <= 0.0] = -np.inf
+    lower[owners[mine, np.newaxis] == owners[theirs]] = np.inf
+    return lower
 
 
 def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
@@ -160,8 +150,8 @@ def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
     else:
         guesses = instant.surroundings.nearest_triangles
         found, pair = least_gap(
-            _placed(instant, first, second),
-            _placed(instant, second, first),
+            placed(instant, first, second),
+            placed(instant, second, first),
             limit,
             guesses.get((first, second)),
         )
@@ -170,7 +160,7 @@ def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
     return found if found.distance < limit else _UNKNOWN
 
 
-def _placed(instant: Instant, geom: int, other: int) -> Placed:
+def placed(instant: Instant, geom: int, other: int) -> Placed:
     """Return a geom's triangles in its pose; of an infinite plane, the part under another geom."""
     turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
     if int(instant.model.geom_type[geom]) == _PLANE:

@@ -23,7 +23,8 @@ from simx_server.scene.registered import Registry
 from simx_server.sensors.instant import Instant, Instants
 from simx_server.simulation.part import Part
 
-from .measuring import Pair, colliding_pair, distance
+from .measuring import distance
+from .meeting import Pair, colliding_pair
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation

@@ -88,6 +88,18 @@ def least_gap(first: Placed, second: Placed, limit: float, guess: Pair | None = 
     return search.best
 
 
+def come_within(first: Placed, second: Placed, margin: float) -> bool:
+    """Return whether two surfaces meet, or are not farther apart than a margin (m)."""
+    module = compiled_module()
+    if module is None:
+        return bool(least_gap(first, second, _beyond(margin)).gap.distance <= margin)
+    return module.come_within(
+        *(first.tree.corners, first.tree.boxes, first.turn, first.place),
+        *(second.tree.corners, second.tree.boxes, second.turn, second.place),
+        margin,
+    )
+
+
 class _Search:
     """One search for the minimum distance."""
 

@@ -12,7 +12,8 @@ from simx_server.handlers import collisions
 from simx_server.scripting.interpreter import Constant
 from simx_server.sensors.contacts import contacts
 from simx_server.sensors.distance.intersections import intersections
-from simx_server.sensors.distance.measuring import Pair, nearest
+from simx_server.sensors.distance.measuring import nearest
+from simx_server.sensors.distance.meeting import Pair
 from simx_server.sensors.distance.meters import Meter
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads

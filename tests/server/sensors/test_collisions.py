@@ -13,9 +13,9 @@ from handler_calls import World
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
 from simx_server.scene.geometry.triangles import GeomTriangles
-from simx_server.sensors.distance import measuring
+from simx_server.sensors.distance import meeting
 from simx_server.sensors.distance.box_tree import BoxTree, Placed, turned
-from simx_server.sensors.distance.triangle_pairs import least_gap
+from simx_server.sensors.distance.triangle_pairs import come_within, least_gap
 
 pytestmark = pytest.mark.slow
 
@@ -141,20 +141,37 @@ def test_the_distance_of_collections_is_the_least_of_their_members(seed: int) ->
     assert gap(world, "c1", "c0") == pytest.approx(min(distances), abs=1e-12)
 
 
-def test_triangles_are_examined_only_where_hulls_meet(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_triangles_are_examined_only_where_boxes_meet(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     examined: list[float] = []
 
-    def counted(first: Any, second: Any, limit: float, guess: Any) -> Any:
-        examined.append(limit)
-        return least_gap(first, second, limit, guess)
+    def counted(first: Any, second: Any, margin: float) -> bool:
+        examined.append(margin)
+        return come_within(first, second, margin)
 
-    monkeypatch.setattr(measuring, "least_gap", counted)
-    place(world, "pea", 22, 0, 0.5)
+    monkeypatch.setattr(meeting, "come_within", counted)
+    place(world, "pea", 21.3, 0, 0.5)  # their balls meet
     assert collides(world, "pea", "bowl") is False
     assert not examined
-    place(world, "pea", 20, 0, 0.5)  # within the bowl, so within its hull
+    place(world, "pea", 20, 0, 0.5)  # within the bowl, so within its box
     assert collides(world, "pea", "bowl") is False
     assert len(examined) == 1
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_collision_is_a_distance_of_zero(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    kinds = ("sphere", "box", "capsule", "cylinder", "ellipsoid", 'mesh" mesh="cup', "plane")
+    elements = ""
+    for number, kind in enumerate([*random.choice(kinds[:-1], 15).tolist(), "plane"]):
+        where = f'pos="{_words(random.uniform(-1.5, 1.5, 3))}" euler="{_words(random.uniform(0, 180, 3))}"'
+        geom = f'<geom type="{kind}" size="{"0 0 1" if kind == "plane" else "0.4 0.2 0.1"}"/>'
+        elements += f'<body name="o{number}" {where}>{geom}</body>'
+    cup = SCENE[SCENE.index("<asset>") : SCENE.index("</asset>")]
+    world = World(f"<mujoco>{cup}</asset><worldbody>{elements}</worldbody></mujoco>")
+    pairs = [(f"o{one}", f"o{other}") for one in range(16) for other in range(one)]
+    expected = [pair for pair in pairs if gap(world, *pair) == 0.0]
+    assert [pair for pair in pairs if collides(world, *pair)] == expected
+    assert 0 < len(expected) < len(pairs)
 
 
 def test_hollow_mesh_is_measured_as_the_surface_it_is(world: World) -> None:

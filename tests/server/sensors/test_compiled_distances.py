@@ -11,7 +11,7 @@ import pytest
 from simx_server.scene.geometry.triangles import Array
 from simx_server.sensors.distance.box_tree import BoxTree, Placed
 from simx_server.sensors.distance.native import loading
-from simx_server.sensors.distance.triangle_pairs import Found, least_gap
+from simx_server.sensors.distance.triangle_pairs import Found, come_within, least_gap
 
 if loading.form().module is None:
     pytest.skip(f"distances are not compiled: {loading.form().reason}", allow_module_level=True)
@@ -123,6 +123,34 @@ def test_both_forms_find_the_same_point_of_surfaces_that_meet(monkeypatch: pytes
         assert in_both_forms(monkeypatch, first, second, 9.0, guess).gap.distance == 0.0
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_both_forms_agree_whether_surfaces_come_within_a_margin(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(seed)
+    one, other = (SHAPES[int(random.integers(len(SHAPES)))](random) for _ in range(2))
+    scale = 10.0 ** random.integers(-3, 3)
+    first = Placed(BoxTree(one * scale), turn(random), random.normal(size=3) * scale)
+    second = Placed(BoxTree(other * scale), turn(random), random.normal(size=3) * scale * 2)
+    for _ in range(4):
+        distance = float(least_gap(first, second, 1e6).gap.distance)
+        for margin in (0.0, 0.5 * distance, math.nextafter(distance, 0.0), distance, 1.5 * distance):
+            for form in ("python", ""):
+                monkeypatch.setenv(loading.VARIABLE, form)
+                assert come_within(first, second, margin) is (distance <= margin)
+        second = second._replace(place=second.place + random.normal(size=3) * 0.3 * scale)
+
+
+def test_both_forms_agree_that_surfaces_meet_which_only_touch(monkeypatch: pytest.MonkeyPatch) -> None:
+    sheets, none = BoxTree(sheet(np.random.default_rng(0))), BoxTree(np.zeros((0, 3, 3)))
+    first = Placed(sheets, np.eye(3), np.zeros(3))
+    for form in ("python", ""):
+        monkeypatch.setenv(loading.VARIABLE, form)
+        assert come_within(first, first._replace(place=np.array([2.0, 0.0, 0.0])), 0.0)
+        assert not come_within(first, first._replace(place=np.array([0.0, 0.0, 1e-6])), 0.0)
+        assert not come_within(first, Placed(none, np.eye(3), np.zeros(3)), 9.0)
+
+
 def test_arrays_that_do_not_fit_are_refused() -> None:
     tree = BoxTree(sheet(np.random.default_rng(0)))
     fits = tree.corners, tree.boxes, np.eye(3), np.zeros(3)
@@ -138,6 +166,8 @@ def test_arrays_that_do_not_fit_are_refused() -> None:
     for error, arrays in wrong:
         with pytest.raises((error, ValueError)):
             compiled.least_gap(*fits, *arrays, 1.0, -1, -1)
+        with pytest.raises((error, ValueError)):
+            compiled.come_within(*fits, *arrays, 1.0)
     for pair in ((0, -1), (len(tree.corners), 0), (-2, 0)):
         with pytest.raises(IndexError):
             compiled.least_gap(*fits, *fits, 1.0, *pair)

@@ -1,5 +1,5 @@
-/* The minimum distance between two surfaces of triangles: what ../triangle_pairs.py does, with the trees of
-   ../box_tree.py.
+/* The minimum distance between two surfaces of triangles, and whether they come nearer than a margin: what
+   ../triangle_pairs.py does, with the trees of ../box_tree.py.
 
    Pairs are examined in the same order, with the same operations, so both forms give the same numbers bit for bit: no sum
    is reordered, and the build forbids fused multiplications (-ffp-contract=off). A formula that changes here changes
@@ -560,8 +560,8 @@ static int search(Search* s, double limit, int32_t mine, int32_t theirs) {
   return is_guided;
 }
 
-/* `least_gap` */
-static void run(Search* s, double limit, int32_t mine, int32_t theirs) {
+/* The pose of the second surface in the frame of the first. */
+static void compare_poses(Search* s) {
   double away[3];
   for (int i = 0; i < 3; i++) {
     double column[3] = {s->first.turn[i], s->first.turn[3 + i], s->first.turn[6 + i]};
@@ -572,9 +572,109 @@ static void run(Search* s, double limit, int32_t mine, int32_t theirs) {
   }
   subtract(away, s->second.place, s->first.place);
   turn(s->place, away, s->first.turn);
+}
+
+/* `least_gap` */
+static void run(Search* s, double limit, int32_t mine, int32_t theirs) {
+  compare_poses(s);
   if (search(s, limit, mine, theirs) && s->best.distance <= 0.0) {
     search(s, limit, -1, -1);
   }
+}
+
+
+//------------------------------------------ nearer than a margin -----------------------------------
+
+/* Whether a plane of the boxes' sides shows that they are farther apart than `most`. */
+static int boxes_are_apart(const Search* s, const double* ours, const double* yours, double most) {
+  double away[3], other[3], reach[3];
+  turn_back(away, yours, s->turn);
+  turn_back(reach, yours + 3, s->spread);
+  for (int i = 0; i < 3; i++) {
+    away[i] = away[i] + s->place[i] - ours[i];
+    if (fabs(away[i]) - ours[3 + i] - reach[i] > most) {
+      return 1;
+    }
+  }
+  turn(other, away, s->turn);
+  turn(reach, ours + 3, s->spread);
+  for (int i = 0; i < 3; i++) {
+    if (fabs(other[i]) - yours[3 + i] - reach[i] > most) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
+/* Whether the plane of a triangle shows that another one is farther away than `most`. */
+static int plane_is_between(const double* corners, const double* face, double most) {
+  double normal[3], heights[3];
+  normal_of(normal, face);
+  heights_of(heights, corners, face, normal);
+  double enough = most * sqrt(dot(normal, normal));
+  return (heights[0] > enough && heights[1] > enough && heights[2] > enough) ||
+         (heights[0] < -enough && heights[1] < -enough && heights[2] < -enough);
+}
+
+/* Whether two triangles meet, or are not farther apart than the margin. */
+static int triangles_come_within(const Search* s, int32_t mine, int32_t theirs, double margin, double most) {
+  double first[9], second[9], point[3];
+  corners_of(&s->first, mine, first);
+  corners_of(&s->second, theirs, second);
+  if (plane_is_between(first, second, most) || plane_is_between(second, first, most)) {
+    return 0;
+  }
+  if (is_pierced(first, second, point) || is_pierced(second, first, point)) {
+    return 1;
+  }
+  Pair pair = {0.0, 0, mine, theirs};
+  Gap gap = {most, {0}, {0}, mine, theirs};
+  offer_face_gaps(&gap, &pair, first, second);
+  offer_face_gaps(&gap, &pair, second, first);
+  offer_edge_gaps(&gap, &pair, first, second);
+  return gap.distance <= margin;
+}
+
+/* Whether triangles below two boxes come within the margin; the larger box is divided first. */
+static int boxes_come_within(const Search* s, int level, int32_t mine, int other_level, int32_t theirs, double margin,
+                             double most) {
+  const double *ours = box_of(&s->first, level, mine), *yours = box_of(&s->second, other_level, theirs);
+  if (boxes_are_apart(s, ours, yours, most)) {
+    return 0;
+  }
+  if (!level && !other_level) {
+    return triangles_come_within(s, mine, theirs, margin, most);
+  }
+  int32_t child;
+  if (level && (!other_level || dot(ours + 3, ours + 3) >= dot(yours + 3, yours + 3))) {
+    for (int left = children_of(&s->first, level - 1, mine, &child); left; left--, child++) {
+      if (boxes_come_within(s, level - 1, child, other_level, theirs, margin, most)) {
+        return 1;
+      }
+    }
+  } else {
+    for (int left = children_of(&s->second, other_level - 1, theirs, &child); left; left--, child++) {
+      if (boxes_come_within(s, level, mine, other_level - 1, child, margin, most)) {
+        return 1;
+      }
+    }
+  }
+  return 0;
+}
+
+/* `come_within` */
+static int come_within_margin(Search* s, double margin) {
+  double most = beyond(margin);
+  int top = s->first.levels - 1, other_top = s->second.levels - 1;
+  compare_poses(s);
+  for (int32_t i = 0; i < s->first.sizes[top]; i++) {
+    for (int32_t j = 0; j < s->second.sizes[other_top]; j++) {
+      if (boxes_come_within(s, top, i, other_top, j, margin, most)) {
+        return 1;
+      }
+    }
+  }
+  return 0;
 }
 
 
@@ -626,14 +726,14 @@ static void* furnish(Search* s) {
     boxes[i] = (size_t)(each->starts[each->levels - 1] + each->sizes[each->levels - 1]);
   }
   size_t all = boxes[0] + boxes[1];
-  char* memory = malloc(pairs * sizeof(Pair) + all * (sizeof(double) + sizeof(int32_t)));
+  /* zeros, of which the system gives large pieces only where they are used */
+  char* memory = calloc(1, pairs * sizeof(Pair) + all * (sizeof(double) + sizeof(int32_t)));
   if (!memory) {
     return NULL;
   }
   Pair* room = (Pair*)memory;
   double* ends = (double*)(room + pairs);
   int32_t* known_since = (int32_t*)(ends + all);
-  memset(known_since, 0, all * sizeof(int32_t));
   for (int level = 0; level < levels; level++) {
     s->pairs[level] = room + (size_t)level * MOST_CHILDREN;
   }
@@ -645,34 +745,52 @@ static void* furnish(Search* s) {
   return memory;
 }
 
+typedef struct {
+  Search* search;
+  Py_buffer views[2 * ARRAYS];
+  int taken;
+} Call;
+
+static void end_call(Call* call) {
+  free(call->search);
+  while (call->taken) {
+    PyBuffer_Release(call->views + --call->taken);
+  }
+}
+
+/* Take the arrays of two surfaces. Return the search, or NULL with an exception; `end_call` in any case. */
+static Search* begin_call(Call* call, PyObject** arrays) {
+  for (call->taken = 0; call->taken < 2 * ARRAYS; call->taken++) {
+    if (PyObject_GetBuffer(arrays[call->taken], call->views + call->taken, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0) {
+      return NULL;
+    }
+  }
+  if (!(call->search = calloc(1, sizeof(Search)))) {
+    PyErr_NoMemory();
+    return NULL;
+  }
+  Search* s = call->search;
+  return prepare(&s->first, call->views) < 0 || prepare(&s->second, call->views + ARRAYS) < 0 ? NULL : s;
+}
+
 PyDoc_STRVAR(least_gap_doc, "least_gap(corners, boxes, turn, place, corners, boxes, turn, place, limit, mine, theirs)\n\n"
 "Do what `triangle_pairs.least_gap` does; the triangles that may be the nearest are -1 for none.\n\n"
 "Return the distance, the coordinates of the two points, and the numbers of the triangles, -1 for none.");
 
 static PyObject* least_gap(PyObject* module, PyObject* args) {
   (void)module;
-  PyObject* arrays[2 * ARRAYS];
+  PyObject* a[2 * ARRAYS];
   double limit;
   int mine, theirs;
-  if (!PyArg_ParseTuple(args, "OOOOOOOOdii", arrays, arrays + 1, arrays + 2, arrays + 3, arrays + 4, arrays + 5,
-                        arrays + 6, arrays + 7, &limit, &mine, &theirs)) {
+  if (!PyArg_ParseTuple(args, "OOOOOOOOdii", a, a + 1, a + 2, a + 3, a + 4, a + 5, a + 6, a + 7, &limit, &mine,
+                        &theirs)) {
     return NULL;
   }
   PyObject* found = NULL;
-  Search* s = NULL;
   void* memory = NULL;
-  Py_buffer views[2 * ARRAYS];
-  int taken = 0;
-  for (; taken < 2 * ARRAYS; taken++) {
-    if (PyObject_GetBuffer(arrays[taken], views + taken, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0) {
-      goto end;
-    }
-  }
-  if (!(s = calloc(1, sizeof(Search)))) {
-    PyErr_NoMemory();
-    goto end;
-  }
-  if (prepare(&s->first, views) < 0 || prepare(&s->second, views + ARRAYS) < 0) {
+  Call call = {NULL, {{0}}, 0};
+  Search* s = begin_call(&call, a);
+  if (!s) {
     goto end;
   }
   if ((mine != -1 || theirs != -1) && !(is_triangle(&s->first, mine) && is_triangle(&s->second, theirs))) {
@@ -694,14 +812,39 @@ static PyObject* least_gap(PyObject* module, PyObject* args) {
                         best->second[1], best->second[2], (int)best->mine, (int)best->theirs);
 end:
   free(memory);
-  free(s);
-  while (taken) {
-    PyBuffer_Release(views + --taken);
-  }
+  end_call(&call);
   return found;
 }
 
-static PyMethodDef functions[] = {{"least_gap", least_gap, METH_VARARGS, least_gap_doc}, {NULL, NULL, 0, NULL}};
+PyDoc_STRVAR(come_within_doc, "come_within(corners, boxes, turn, place, corners, boxes, turn, place, margin)\n\n"
+"Do what `triangle_pairs.come_within` does.");
+
+static PyObject* come_within(PyObject* module, PyObject* args) {
+  (void)module;
+  PyObject* a[2 * ARRAYS];
+  double margin;
+  if (!PyArg_ParseTuple(args, "OOOOOOOOd", a, a + 1, a + 2, a + 3, a + 4, a + 5, a + 6, a + 7, &margin)) {
+    return NULL;
+  }
+  PyObject* found = NULL;
+  Call call = {NULL, {{0}}, 0};
+  Search* s = begin_call(&call, a);
+  if (s) {
+    int is_within;
+    Py_BEGIN_ALLOW_THREADS
+    is_within = come_within_margin(s, margin);
+    Py_END_ALLOW_THREADS
+    found = PyBool_FromLong(is_within);
+  }
+  end_call(&call);
+  return found;
+}
+
+static PyMethodDef functions[] = {
+  {"least_gap", least_gap, METH_VARARGS, least_gap_doc},
+  {"come_within", come_within, METH_VARARGS, come_within_doc},
+  {NULL, NULL, 0, NULL},
+};
 
 static struct PyModuleDef definition = {
   PyModuleDef_HEAD_INIT, "_triangle_pairs", "Distances of surfaces, compiled.", -1, functions, NULL, NULL, NULL, NULL,

@@ -18,3 +18,15 @@ def least_gap(
     theirs: int,
     /,
 ) -> tuple[float, float, float, float, float, float, float, int, int]: ...
+def come_within(
+    corners: Array,
+    boxes: Array,
+    turn: Array,
+    place: Array,
+    other_corners: Array,
+    other_boxes: Array,
+    other_turn: Array,
+    other_place: Array,
+    margin: float,
+    /,
+) -> bool: ...
