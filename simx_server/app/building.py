@@ -10,6 +10,7 @@ from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.planning.motion_plannings import MotionPlannings
 from simx_server.kinematics.planning.path_plannings import PathPlannings
+from simx_server.kinematics.searching import Searching
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
@@ -68,6 +69,7 @@ def build_world(
     needs_seccomp: bool = True,
     tries_all: bool = False,
     arguments: tuple[str, ...] = (),
+    searching: Searching = Searching(),  # noqa: B008  # it is frozen
 ) -> World:
     """Return a world with the empty scene.
 
@@ -82,6 +84,7 @@ def build_world(
         needs_seccomp: Python scripts do not run where the kernel cannot restrict their system calls.
         tries_all: the operator's own files are tried in a child process too.
         arguments: of the server, for programs that read them as string parameters.
+        searching: how inverse kinematics and planners search.
     """
     files = SceneFiles(workspace or Path.cwd(), sources, own_scene)
     sim = Simulation(limits, files)
@@ -158,7 +161,8 @@ def build_world(
             allows_code=allows_code,
             needs_seccomp=needs_seccomp,
         ),
-        ik_groups=IkGroups(sim, collections),
+        searching=searching,
+        ik_groups=IkGroups(sim, collections, searching.seed),
         path_plannings=PathPlannings(sim),
         motion_plannings=MotionPlannings(sim),
         paths=paths,

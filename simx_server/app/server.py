@@ -21,6 +21,8 @@ from simx_server.errors import CommandError, StartError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import raise_limit
 from simx_server.history.succession import Inheritance, take_over
+from simx_server.kinematics.planning.ompl_planner import missing as missing_ompl
+from simx_server.kinematics.searching import Searching
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.state_log import StateLog
 from simx_server.parts.communication.command_server import CommandServer
@@ -37,7 +39,7 @@ from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.service.ending import Ending
 from simx_server.service.loop import ServerLoop
 from simx_server.service.service import Service
-from simx_server.settings.settings import Settings
+from simx_server.settings.settings import OMPL, Settings
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.launching import listen, missing, page
 from simx_server.world.warm_up import wait_until_warm
@@ -68,7 +70,10 @@ def open_world(
 
     Raises:
         CommandError: the scene cannot be used.
+        StartError: the planner is not installed.
     """
+    if settings.planner == OMPL and (problem := missing_ompl()):
+        raise StartError(problem)
     if rendering is None:
         rendering = RenderThread(limits=settings.limits)
         stack.callback(rendering.close)
@@ -83,6 +88,7 @@ def open_world(
         needs_seccomp=not settings.unconfined_scripts,
         tries_all=settings.check_files,
         arguments=settings.arguments,
+        searching=Searching(settings.seed, uses_ompl=settings.planner == OMPL),
     )
     stack.callback(world.trials.close)
     stack.callback(world.scripts.close)

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     Conflicts = Iterator[tuple[str, str]]
     """Fields, and what is wrong with them."""
 
-DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit", "history")
+DECISIVE = (
+    *("time_step", "arguments", "seed", "planner", "command_server", "allow_code", "limit", "history"),
+)
 """Fields that, beside the scene, determine a simulation: a recording stores them, for its replays."""
 
 

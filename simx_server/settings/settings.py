@@ -30,6 +30,9 @@ from .rules import YES_OR_NO, Rule, Setting, SettingError
 __all__ = ["SETTINGS", "SettingError", "Settings"]
 
 LOG_LEVELS = ("debug", "info", "warning", "error")
+OWN, OMPL = "own", "ompl"
+"""Planners: the server's own for all algorithms, or those of the library OMPL."""
+
 _REALM = Rule("1 to 64 letters, digits, dots, dashes and underscores", keys.check_chunk, "NAME")
 _LIMIT = Rule(VALID_LIMIT, limit_text, "NAME=N", LIMIT_NAMES)
 
@@ -99,6 +102,17 @@ class Settings:
         flag="--argument",
         letter="-g",
         many=True,
+    )
+    seed: int = _setting(
+        0,
+        "of searches for poses and paths (--planner ompl: by the algorithms of OMPL)",
+        rules.between(0, 999_999),
+    )
+    planner: str = _setting(
+        OWN,
+        "who plans paths by the name of an algorithm: own, or ompl (the extra ompl)",
+        rules.one_of("NAME", OWN, OMPL),
+        is_told_elsewhere=True,
     )
     command_server: bool = _setting(False, "add the object remoteApiCommandServer to every scene")
     headless: bool = _setting(

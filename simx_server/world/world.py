@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.planning.motion_plannings import MotionPlannings
 from simx_server.kinematics.planning.path_plannings import PathPlannings
+from simx_server.kinematics.searching import Searching
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
@@ -80,6 +81,7 @@ class World:
     written_files: WrittenFiles
     ros2_topics: Ros2Topics
     scripts: Scripts
+    searching: Searching
     ik_groups: IkGroups
     path_plannings: PathPlannings
     motion_plannings: MotionPlannings

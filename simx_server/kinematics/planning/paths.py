@@ -2,10 +2,9 @@
 
 J. Kuffner and S. LaValle, "RRT-Connect: An Efficient Approach to Single-Query Path Planning", ICRA 2000.
 
-**Why not OMPL.** `ompl` 2.0 has wheels for Python 3.11 to 3.13 (5 MB) and is well maintained. It was not used: its
-random numbers have one seed for the process, which is set before first use, so two equal runs in one server differ;
-an exception of a validity check (a script's) would cross C++; and nearly all the time goes into the check, which is
-ours either way. Algorithm names are accepted and all mean this planner.
+Algorithm names are accepted and all mean this planner, unless the server was started with ``--planner ompl``
+(`ompl_planner.py`). It stays the default: nearly all the time goes into the checks, which are the same either way, and
+OMPL's random numbers have one seed for all worlds of a process.
 """
 
 from __future__ import annotations
@@ -72,10 +71,21 @@ class Planner:
         self._ask_next = 0.0
         self._count = 0
         self._least = 0
+        self._most = math.inf
         self._end = 0.0
 
+    @property
+    def checks(self) -> int:
+        """Return how many states were checked so far."""
+        return self._count
+
     def plan(
-        self, start: Array, goals: Sequence[Array], seconds: float, progress: Progress | None = None
+        self,
+        start: Array,
+        goals: Sequence[Array],
+        seconds: float,
+        progress: Progress | None = None,
+        checks: int | None = None,
     ) -> list[Array] | Failure:
         """Return states (n,) from the start to one of the goals; the straight line between two of them is valid.
 
@@ -84,18 +94,14 @@ class Planner:
             goals: each (n,).
             seconds: maximum wall time.
             progress: of an earlier search with the same start and goals, to continue it; it is updated.
+            checks: maximum number of checks, which does not depend on the machine.
         """
-        self._least = self._count + _LEAST if progress is not None else 0
+        self._limit(seconds, checks, _LEAST if progress is not None else 0)
         progress = progress or Progress()
-        self._end = time.monotonic() + seconds
-        self._check = self._accepts
         try:
-            if not self._is_valid(start):
-                return Failure.START
-            good = [goal for goal in goals if self._is_valid(goal)]
-            if not good:
-                return Failure.GOAL
-            self._choose_check(start, good)
+            good = self._begin(start, goals)
+            if isinstance(good, Failure):
+                return good
             if progress.trees is not None:
                 return self._connect(progress.trees)
             progress.trees = (_Tree([start]), _Tree(good, is_backward=bool(self._space.cars)))
@@ -104,8 +110,51 @@ class Planner:
                 if self._is_free(line):
                     return [start, goal]
             return self._connect(progress.trees)
-        except _TimeIsUpError:
+        except TimeIsUpError:
             return Failure.TIME
+
+    def _limit(self, seconds: float, checks: float | None = None, least: int = 0) -> None:
+        """Let the next checks end after this wall time, but not before `least` checks, and at most `checks`."""
+        self._end = time.monotonic() + seconds
+        self._most = math.inf if checks is None else self._count + checks
+        self._least = self._count + least if least else 0
+
+    def _begin(self, start: Array, goals: Sequence[Array]) -> list[Array] | Failure:
+        """Choose the check for a search; return the valid goals, or the reason for the failure."""
+        self._check = self._accepts
+        if not self._is_valid(start):
+            return Failure.START
+        good = [goal for goal in goals if self._is_valid(goal)]
+        if not good:
+            return Failure.GOAL
+        self._choose_check(start, good)
+        return good
+
+    def prune(self, path: list[Array], seconds: float, checks: int) -> list[Array]:
+        """Leave out states: try straight lines from each one to the farthest ones, the last one first.
+
+        Args:
+            path: states (n,).
+            seconds: maximum wall time.
+            checks: approximate maximum number of checks, which does not depend on the machine.
+        """
+        last_check = self._count + checks
+        self._limit(seconds)
+        self._choose_check(path[0], path[-1:])
+        kept, rest = path[:1], path[1:]
+        try:
+            while rest:
+                reached = (
+                    index
+                    for index in range(len(rest) - 1, 0, -1)
+                    if self._count < last_check and self._is_free(self._space.line(kept[-1], rest[index]))
+                )
+                nearest = next(reached, 0)
+                kept.append(rest[nearest])
+                rest = rest[nearest + 1 :]
+        except TimeIsUpError:
+            pass
+        return [*kept, *rest]
 
     def shorten(self, path: list[Array], seconds: float, checks: int | None = None) -> list[Array]:
         """Leave out unnecessary states: try straight lines between random points of the path, while that helps.
@@ -116,7 +165,7 @@ class Planner:
             checks: approximate maximum number of checks, which does not depend on the machine.
         """
         last_check = math.inf if checks is None else self._count + checks
-        self._end = time.monotonic() + seconds
+        self._limit(seconds)
         self._choose_check(path[0], path[-1:])
         idle = 0
         while len(path) > 2 and idle < 30 and self._count < last_check and time.monotonic() < self._end:
@@ -130,12 +179,21 @@ class Planner:
             saved = self._lengths(between) - self._lengths([a, b])
             try:
                 is_better = saved > 1e-6 and self._is_free(self._space.line(a, b))
-            except _TimeIsUpError:
+            except TimeIsUpError:
                 break
             if is_better:
                 path = self._without_repeats([*path[: i + 1], a, b, *path[j + 1 :]])
             idle = 0 if is_better and saved > 0.01 * self._lengths(path) else idle + 1
         return path
+
+    def passes(self, states: Sequence[Array], seconds: float) -> bool:
+        """Return whether all states are valid, and were checked within this wall time."""
+        self._limit(seconds)
+        self._check = self._accepts
+        try:
+            return all(self._is_valid(state) for state in states)
+        except TimeIsUpError:
+            return False
 
     def _is_free(self, line: Line) -> bool:
         """Return whether all states of a line are valid; its ends are not checked."""
@@ -157,11 +215,11 @@ class Planner:
     def _is_valid(self, state: Array) -> bool:
         self._count += 1
         now = time.monotonic()  # one check of large meshes takes as long as thousands of simple ones
-        if now > self._end and self._count > self._least:
-            raise _TimeIsUpError
+        if self._count > self._most or (now > self._end and self._count > self._least):
+            raise TimeIsUpError
         if now > self._ask_next and self._may_go_on is not None:
             if not self._may_go_on():
-                raise _TimeIsUpError
+                raise TimeIsUpError
             self._ask_next = time.monotonic() + _TIMEOUT
         return self._check(state)
 
@@ -210,7 +268,7 @@ class Planner:
         return kept if len(kept) > 1 else [path[0], path[-1]]
 
 
-class _TimeIsUpError(Exception):
+class TimeIsUpError(Exception):
     """The time for a plan is up."""
 
 

@@ -9,6 +9,7 @@ from simx_server.scene.formats.annotations import ENTITY_PREFIX
 
 if TYPE_CHECKING:
     from simx_server.kinematics.groups import IkGroups
+    from simx_server.kinematics.searching import Searching
     from simx_server.parts.paths.paths import Paths
     from simx_server.scene.collection import Collections
     from simx_server.sensors.distance.meters import Meters
@@ -25,6 +26,8 @@ class PlanningWorld(Protocol):
     def instants(self) -> Instants: ...
     @property
     def meters(self) -> Meters: ...
+    @property
+    def searching(self) -> Searching: ...
     @property
     def ik_groups(self) -> IkGroups: ...
     @property

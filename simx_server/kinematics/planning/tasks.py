@@ -27,6 +27,7 @@ from simx_server.scene.poses.joint_chain import body_pose
 from simx_server.scene.poses.placing import free_joint
 from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
 
+from .ompl_planner import OmplPlanner
 from .paths import Failure, Planner, Progress, interpolate
 from .space import Car, Space
 from .validity import Pairs, Validity
@@ -96,6 +97,8 @@ class Task:
     goals: list[list[float]] = field(default_factory=list[list[float]])
     judge: Callable[[list[float]], bool] | None = None
     """A further condition for a state."""
+    algorithm: str = ""
+    """Name of an algorithm of OMPL; it counts where OMPL plans. Empty: none was chosen, and our planner plans."""
     resolution: float = 0.01
     """Distance between two checks of a path as a share of the space's extent, as in OMPL."""
     path: list[list[float]] = field(default_factory=list[list[float]])
@@ -139,6 +142,7 @@ class Solving:
         sim = world.simulation
         self._sim = sim
         self._random = world.ik_groups.random
+        self._by_name = world.searching.uses_ompl
         self._task = task
         self._writers = [_Writer(sim, space) for space in task.spaces]
         moved = [writer.body for writer in self._writers]
@@ -174,26 +178,30 @@ class Solving:
             progress: of an earlier search with the same start and goals, to continue it; it is updated.
 
         Raises:
-            CommandError: start or goals are missing or have a wrong size.
+            CommandError: start or goals are missing or have a wrong size, or OMPL cannot plan this.
         """
+        start, goals = self.ends()
+        found = self.planner().plan(start, goals, seconds, progress)
+        if isinstance(found, Failure):
+            self._task.path, self._task.problem = [], found.value
+            return False
+        self._task.path, self._task.problem = [state.tolist() for state in found], ""
+        return True
+
+    def ends(self) -> tuple[Array, list[Array]]:
+        """Return the first state (n,) and the goals. Raises CommandError: there are none."""
         task = self._task
         if not task.start or not task.goals:
             raise CommandError(f"task '{task.name}' has no {'goal' if task.start else 'start'} state")
-        planner = self._planner()
-        goals = [self.space.normalised(np.array(goal)) for goal in task.goals]
-        found = planner.plan(self.space.normalised(np.array(task.start)), goals, seconds, progress)
-        if isinstance(found, Failure):
-            task.path, task.problem = [], found.value
-            return False
-        task.path, task.problem = [state.tolist() for state in found], ""
-        return True
+        start, *goals = (self.space.normalised(np.array(state)) for state in (task.start, *task.goals))
+        return start, goals
 
     def simplify(self, seconds: float | None) -> None:
         """Shorten the path, for at most `seconds` of wall time; None: with the same effort on every machine."""
         if len(self._task.path) > 2:
             path = [np.array(state) for state in self._task.path]
             limits = (_TIMEOUT, _EFFORT) if seconds is None else (seconds, None)
-            shorter = self._planner().shorten(path, *limits)
+            shorter = self.planner().shorten(path, *limits)
             self._task.path = [state.tolist() for state in shorter]
 
     def interpolate(self, count: int) -> None:
@@ -210,14 +218,25 @@ class Solving:
             count = min(max(len(path), math.ceil(length / self.space.resolution)), MOST_STATES)
         self._task.path = [state.tolist() for state in interpolate(self.space, path, count)]
 
-    def _planner(self) -> Planner:
-        return Planner(
-            self.space,
-            self.is_valid,
-            self._random,
-            self._sim.interruptions.may_go_on,
-            lambda state: self.is_valid(state, MARGIN),
-        )
+    def planner(self, space: Space | None = None, random: np.random.Generator | None = None) -> Planner:
+        """Return a planner of the task's algorithm.
+
+        Args:
+            space: with another resolution than the task's; None: its own.
+            random: source of the random numbers; None: that of all searches.
+
+        Raises:
+            CommandError: OMPL is to plan, and cannot.
+        """
+        used = space or self.space
+        dice = self._random if random is None else random
+        may_go_on = self._sim.interruptions.may_go_on
+        if self._by_name and self._task.algorithm:
+            return OmplPlanner(self._task.algorithm, used, self.is_valid, dice, may_go_on, self._is_clear)
+        return Planner(used, self.is_valid, dice, may_go_on, self._is_clear)
+
+    def _is_clear(self, state: Array) -> bool:
+        return self.is_valid(state, MARGIN)
 
     def _space(self) -> Space:
         low = np.array([value for space in self._task.spaces for value in space.low])

@@ -1,7 +1,7 @@
 """``simOMPL``: plan paths in the space of joints or of object poses.
 
-One planner stands for all algorithms (`kinematics/planning/paths.py` explains why). V-REP 3's flat names
-(``simExtOMPL_createTask``) are in `ompl_flat.py`.
+One planner stands for all algorithms, unless OMPL itself plans (`kinematics/planning/ompl_planner.py`). V-REP 3's
+flat names (``simExtOMPL_createTask``) are in `ompl_flat.py`.
 """
 
 from __future__ import annotations
@@ -159,11 +159,15 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         return True
 
     def setAlgorithm(self, task: int, algorithm: int) -> bool:
-        """Set the algorithm, one of simOMPL.Algorithm. Partly: RRT-Connect stands for all of them."""
-        self._task(task)
-        if algorithm not in ALGORITHMS.values():
+        """Set the algorithm, one of simOMPL.Algorithm. Partly: RRT-Connect stands for all of them; a server with
+        `--planner ompl`, which needs the extra `ompl`, has eight of them.
+        """
+        chosen = self._task(task)
+        names = [name for name, number in ALGORITHMS.items() if number == algorithm]
+        if not names:
             known = ", ".join(f"{number} {name}" for name, number in ALGORITHMS.items())
             raise CommandError(f"{algorithm} is no algorithm; those are {known}")
+        chosen.algorithm = names[0]
         return True
 
     def setVerboseLevel(self, task: int, _level: int) -> bool:

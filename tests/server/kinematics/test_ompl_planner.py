@@ -1,0 +1,162 @@
+"""The planners of OMPL by their names: what they find, the same from a seed, and what is said without them."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simx_server.app.server import open_world
+from simx_server.errors import CommandError, StartError
+from simx_server.kinematics.planning import ompl_planner
+from simx_server.kinematics.planning.ompl_planner import ALGORITHMS, OmplPlanner
+from simx_server.kinematics.planning.paths import Failure
+from simx_server.kinematics.planning.space import Car, Space
+from simx_server.settings.settings import SettingError, Settings
+
+needs_ompl = pytest.mark.skipif(not ompl_planner.is_available(), reason="the extra 'ompl' is not installed")
+
+ARM = """
+<mujoco>
+  <compiler angle="radian"/>
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <body name="base">
+      <body name="upper" pos="0 0 .5"><joint name="shoulder" axis="0 0 1" range="-3 3"/>
+        <geom type="capsule" fromto=".1 0 0 .4 0 0" size=".03"/>
+        <body name="lower" pos=".4 0 0"><joint name="elbow" axis="0 0 1" range="-2.5 2.5"/>
+          <geom type="capsule" fromto=".05 0 0 .4 0 0" size=".03"/></body>
+      </body>
+    </body>
+    <body name="post" pos=".62 0 .5"><geom type="box" size=".04 .04 .3"/></body>
+  </worldbody>
+  <custom><text name="simx:collection:arm" data="tree=base"/></custom>
+</mujoco>
+"""
+"""The straight way of the arm from one side to the other leads through the post."""
+
+START, GOAL = [-0.8, 0.1], [0.8, -0.1]
+
+
+def space(low: float, high: float, count: int, *, endless: bool = False, cars: tuple[Car, ...] = ()) -> Space:
+    return Space(
+        np.full(count, low),
+        np.full(count, high),
+        np.ones(count),
+        np.full(count, endless),
+        resolution=0.05,
+        cars=cars,
+    )
+
+
+def find(name: str, where: Space, ends: Any, seed: int = 0, checks: int = 20_000, blocked: Any = None) -> Any:
+    """A path between states around a ball of radius 1 at the origin."""
+    is_blocked = blocked or (lambda state: np.linalg.norm(state) < 1.0)
+    planner = OmplPlanner(name, where, lambda state: not is_blocked(state), np.random.default_rng(seed))
+    start, *goals = (np.array(each, float) for each in ends)
+    return planner.plan(start, goals, 60.0, checks=checks)
+
+
+@needs_ompl
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_each_algorithm_finds_a_path_around_an_obstacle_and_the_same_from_a_seed(name: str) -> None:
+    ends = ([-2, -2, 0], [2, 2, 0])
+    checks = 40_000 if name == "FMT" else 3_000
+    paths = [find(name, space(-3, 3, 3), ends, seed, checks) for seed in (0, 0, 5)]
+    for path in paths:
+        assert path[0].tolist() == [-2, -2, 0]
+        assert path[-1].tolist() == [2, 2, 0]
+        lines = (a + share * (b - a) for a, b in pairwise(path) for share in np.linspace(0, 1, 50))
+        assert min(map(np.linalg.norm, lines)) > 0.97
+    assert np.array_equal(np.array(paths[0]), np.array(paths[1]))
+    assert len(paths[0]) != len(paths[2]) or not np.array_equal(np.array(paths[0]), np.array(paths[2]))
+
+
+@needs_ompl
+def test_an_angle_without_an_end_goes_the_short_way() -> None:
+    path = find(
+        "RRTConnect", space(-math.pi, math.pi, 1, endless=True), ([3.0], [-3.0]), blocked=lambda _: False
+    )
+    assert path[-1] == pytest.approx(2 * math.pi - 3.0)
+    assert np.ptp(np.array(path)) < 3.0
+
+
+@needs_ompl
+def test_a_car_drives_around_an_obstacle() -> None:
+    where = space(-3, 3, 3, cars=(Car(slice(0, 3), 0.3, True),))
+    path = find(
+        "RRTConnect", where, ([-2, 0, 0], [2, 0, 0]), blocked=lambda state: math.hypot(*state[:2]) < 1
+    )
+    assert len(path) >= 3
+    states = [where.line(a, b).at(share) for a, b in pairwise(path) for share in np.linspace(0, 1, 100)]
+    assert min(math.hypot(*state[:2]) for state in states) > 0.97
+
+
+@needs_ompl
+def test_a_pose_in_space_is_planned() -> None:
+    where = Space(
+        np.array([-3.0] * 3 + [-1.0] * 4),
+        np.array([3.0] * 3 + [1.0] * 4),
+        np.ones(7),
+        np.zeros(7, bool),
+        resolution=0.05,
+        quaternions=(slice(3, 7),),
+    )
+    ends = ([-2, 0, 0, 0, 0, 0, 1], [2, 0, 0, 1, 0, 0, 0])
+    path = find("RRTConnect", where, ends, blocked=lambda state: np.linalg.norm(state[:3]) < 1.0)
+    assert path[-1] == pytest.approx(ends[1])
+
+
+@needs_ompl
+def test_a_search_without_a_way_ends_after_counted_checks() -> None:
+    counted = [0]
+
+    def is_blocked(state: np.ndarray) -> bool:
+        counted[0] += 1
+        return abs(state[0]) < 0.5
+
+    for name in ALGORITHMS:
+        counted[0] = 0
+        found = find(name, space(-3, 3, 2), ([-2, 0], [2, 0]), checks=500, blocked=is_blocked)
+        assert found is Failure.TIME
+        assert counted[0] < 2000, name
+
+
+@needs_ompl
+def test_blocked_ends_are_told_apart() -> None:
+    where = space(-3, 3, 2)
+    assert find("RRT", where, ([0, 0], [2, 0])) is Failure.START
+    assert find("RRT", where, ([2, 0], [0, 0])) is Failure.GOAL
+
+
+@needs_ompl
+def test_an_error_of_a_check_reaches_the_caller() -> None:
+    def fails(_state: np.ndarray) -> bool:
+        raise CommandError("the script has an error")
+
+    with pytest.raises(CommandError, match="the script has an error"):
+        find("RRTConnect", space(-3, 3, 2), ([-2, 0], [2, 0]), blocked=fails)
+
+
+def test_without_the_library_the_message_has_the_line_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ompl_planner, "is_available", lambda: False)
+    with pytest.raises(CommandError, match=r"install with: .*pip install .*ompl>=2"):
+        find("RRT", space(-3, 3, 2), ([-2, 0], [2, 0]))
+    with ExitStack() as stack, pytest.raises(StartError, match="--planner ompl needs OMPL"):
+        open_world(Settings(planner="ompl"), stack)
+
+
+def test_seed_and_planner_come_from_flags_and_variables() -> None:
+    settings = Settings.gather({"seed": "7"}, {"SIMX_PLANNER": "ompl"})
+    assert (settings.seed, settings.planner) == (7, "ompl")
+    assert (Settings().seed, Settings().planner) == (0, "own")
+    with pytest.raises(SettingError, match="valid: own"):
+        Settings.gather({"planner": "omp"}, {})
+    with pytest.raises(SettingError, match="a whole number from 0 to"):
+        Settings.gather({"seed": "-1"}, {})
