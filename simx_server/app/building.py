@@ -12,6 +12,7 @@ from simx_server.kinematics.planning.motion_plannings import MotionPlannings
 from simx_server.kinematics.planning.path_plannings import PathPlannings
 from simx_server.kinematics.searching import Searching
 from simx_server.limits import Limits
+from simx_server.parts.add_ons import AddOn, Deferred
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
 from simx_server.parts.communication.script_ports import ScriptPorts
@@ -115,6 +116,11 @@ def build_world(
 
         return Namespaces(world, script)
 
+    def pyrep() -> AddOn:
+        from simx_server.sim_api.pyrep.add_on import PyRepAddOn
+
+        return PyRepAddOn(world)
+
     def descriptions() -> Mapping[str, str]:
         from simx_server.sim_api.listing import coverage
 
@@ -176,6 +182,7 @@ def build_world(
         parameters=Parameters(sim, arguments),
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
+    world.scripts.add_ons["PyRep"] = Deferred(pyrep)
     # Scripts are notified after the parts that they call.
     sim.attach(
         sim.surfaces,

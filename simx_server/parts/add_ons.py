@@ -5,7 +5,7 @@ simxCallScriptFunction(clientID, NAME, 2, "function", ints, floats, strings, buf
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Generic, Protocol, TypeVar
 
 from simx_server.errors import CommandError
@@ -27,9 +27,9 @@ class AddOn(Protocol):
 
 
 class Functions(Generic[_Function]):
-    """The functions of one add-on by name, each with the number of integers and floats that it takes."""
+    """The functions of one add-on by name, each with the number of integers and floats that it takes; None: any."""
 
-    def __init__(self, add_on: str, known: Mapping[str, tuple[int, int, _Function]]) -> None:
+    def __init__(self, add_on: str, known: Mapping[str, tuple[int | None, int | None, _Function]]) -> None:
         self._add_on = add_on
         self._known = known
 
@@ -43,10 +43,28 @@ class Functions(Generic[_Function]):
             raise CommandError(
                 f"the add-on {self._add_on} has no function '{name}'; it has: {', '.join(self._known)}"
             )
-        wanted_ints, wanted_floats, function = self._known[name]
-        if (len(ints), len(floats)) != (wanted_ints, wanted_floats):
+        *wanted, function = self._known[name]
+        given = len(ints), len(floats)
+        if any(count not in (None, present) for count, present in zip(wanted, given, strict=True)):
+            whole, real = ("any number of" if count is None else count for count in wanted)
             raise CommandError(
-                f"{name} of the add-on {self._add_on} takes {wanted_ints} integers and {wanted_floats} floats, "
-                f"not {len(ints)} and {len(floats)}"
+                f"{name} of the add-on {self._add_on} takes {whole} integers and {real} floats, "
+                f"not {given[0]} and {given[1]}"
             )
         return function
+
+
+class Deferred:
+    """An add-on that is made when a client calls it first: most servers never load its modules."""
+
+    def __init__(self, make: Callable[[], AddOn]) -> None:
+        self._make = make
+        self._made: AddOn | None = None
+
+    def call(
+        self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
+    ) -> Results:
+        """Call a function. Raises CommandError, as the add-on does."""
+        if self._made is None:
+            self._made = self._make()
+        return self._made.call(function, ints, floats, strings, buffer)

@@ -46,7 +46,8 @@ class ScriptFunctions(ApiPart, effect="changes"):
             return tuple(self._world.scripts.run(target, name, *values))
         missing: list[Any] = [[], [], [], b""]
         ints, floats, texts, buffer = [*values, *missing[len(values) :]][:4]
-        return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
+        with self._at_no_cost():
+            return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
 
     def setScriptVariable(self, variable: str, script: int, value: Any) -> int:
         """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its handle.

@@ -9,13 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes_for_tests import NoRendering
 
+from simx_server.app.building import build_world
 from simx_server.app.server import open_world
 from simx_server.errors import CommandError, StartError
 from simx_server.kinematics.planning import ompl_planner
 from simx_server.kinematics.planning.ompl_planner import ALGORITHMS, OmplPlanner
 from simx_server.kinematics.planning.paths import Failure
 from simx_server.kinematics.planning.space import Car, Space
+from simx_server.kinematics.searching import Searching
+from simx_server.scene.formats.loader import load_text
 from simx_server.settings.settings import SettingError, Settings
 
 needs_ompl = pytest.mark.skipif(not ompl_planner.is_available(), reason="the extra 'ompl' is not installed")
@@ -140,6 +144,29 @@ def test_an_error_of_a_check_reaches_the_caller() -> None:
 
     with pytest.raises(CommandError, match="the script has an error"):
         find("RRTConnect", space(-3, 3, 2), ([-2, 0], [2, 0]), blocked=fails)
+
+
+@needs_ompl
+def test_the_add_on_and_tasks_of_scripts_plan_with_it_when_asked() -> None:
+    def path(name: str, *, uses_ompl: bool) -> list[float]:
+        world = build_world(NoRendering(), searching=Searching(0, uses_ompl))  # type: ignore[arg-type]
+        world.simulation.use(*load_text(ARM))
+        joints = [world.simulation.scene.resolve(each) for each in ("shoulder", "elbow")]
+        for handle, value in zip(joints, START, strict=True):
+            world.simulation.joints.set_position(handle, value)
+        ints: Any = [world.collections.find("arm"), 0, 1, *joints]
+        return world.scripts.add_ons["PyRep"].call("getNonlinearPath", ints, GOAL, [name], b"")[1]
+
+    own, first = path("BKPIECE1", uses_ompl=False), path("BKPIECE1", uses_ompl=True)
+    assert len(first) >= 600
+    assert first[-2:] == pytest.approx(GOAL)
+    assert first == path("BKPIECE1", uses_ompl=True)
+    assert first != own
+    assert path("SBL", uses_ompl=False) == own
+    with pytest.raises(
+        CommandError, match="SBL cannot be used from the Python module of OMPL; these can: BITstar"
+    ):
+        path("SBL", uses_ompl=True)
 
 
 def test_without_the_library_the_message_has_the_line_that_installs_it(

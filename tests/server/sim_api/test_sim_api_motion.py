@@ -107,6 +107,31 @@ def test_a_profile_is_stepped_by_the_script(world: ScriptWorld) -> None:
     assert -0.05 < found[-1][4] <= 0 < found[-2][4]
 
 
+@pytest.mark.parametrize("smallest", [-1, 0.0001])
+@pytest.mark.parametrize("names", [("rmlPos", "rmlStep"), ("ruckigPos", "ruckigStep")])
+def test_a_run_along_a_path_of_some_hundred_steps_keeps_its_limits_and_ends_at_its_goal(
+    world: ScriptWorld, names: tuple[str, str], smallest: float
+) -> None:
+    make, step = names
+    results, places, speeds, growths = world.lua(f"""
+        local h = sim.{make}(1, {smallest}, -1, {{0, 0, 0}}, {{0.5, 4, 1000}}, {{1}}, {{9.3, 0}})
+        local results, places, speeds, growths, result, state = {{}}, {{}}, {{}}, {{}}, 0
+        while result == 0 do
+            result, state = sim.{step}(h, 0.05)
+            results[#results + 1], places[#places + 1] = result, state[1]
+            speeds[#speeds + 1], growths[#growths + 1] = state[2], state[3]
+        end
+        return results, places, speeds, growths
+    """)
+    assert len(results) > 300
+    assert results == [0] * (len(results) - 1) + [1]
+    assert places[-1] == pytest.approx(9.3)
+    assert speeds[-1] == pytest.approx(0.0, abs=1e-9)
+    assert max(map(abs, speeds)) <= 0.5 + 1e-9
+    assert max(map(abs, growths)) <= 4 + 1e-9
+    assert places == sorted(places)
+
+
 def test_the_oldest_form_makes_one_step_of_a_motion(world: ScriptWorld) -> None:
     steps, ended, result, state = world.lua("""
         local now, result, steps = {0, 0, 0}, 0, 0

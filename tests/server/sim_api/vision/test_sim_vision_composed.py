@@ -208,3 +208,13 @@ def test_stereo_image_mixes_two_greys(world: ScriptWorld) -> None:
     assert np.abs(mixed[..., 1] - right).max() <= 1
     assert (mixed[..., 1] == mixed[..., 2]).all()
     world.lua(START + "simVision.handleAnaglyphStereo(pair, {eyes[1], eyes[4]}, {0, 1, 0, 0, 0, 1})")
+
+
+def test_the_add_on_of_pyrep_makes_the_image_of_all_directions(world: ScriptWorld) -> None:
+    ints = [world.handle(name) for name in ("far", "round", *(f"eye{i}" for i in range(6)))]
+    wanted = image(world, f"{WHOLE} return (sim.getVisionSensorCharImage(round))")
+    assert wanted.any()
+    world.lua(START + "sim.setVisionSensorCharImage(round, string.rep('\\0', 72 * 36 * 3))")
+    found = world.parts.scripts.add_ons["PyRep"].call("handleSpherical", ints, [], [], b"")
+    assert found == ([], [], [], b"")
+    assert np.array_equal(image(world, "return (sim.getVisionSensorCharImage(round))"), wanted)
