@@ -98,8 +98,8 @@ def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequen
             note |= {"angle_deg": math.degrees(angle), "radius": radius, "inside_gap": gap}
         case _:  # a ray has a range alone
             pass
-    if any(number < 0 for number in sizes[:12]) or reach <= 0:
-        raise CommandError("a proximity sensor's sizes are not below 0, and its range is above 0 m")
+    if any(number < 0 for number in sizes[1:12]) or reach <= 0:
+        raise CommandError("a proximity sensor's range is above 0 m, and only its offset may be below 0")
     if options & 8 or options & 16:
         note["faces"] = "back" if options & 8 else "front"
     if options & 64:

@@ -4,7 +4,8 @@ A volume is where some quadratic functions are all not above 0: f(p) = d . p^2 +
 that bounds it (all are planes, spheres, cones or cylinders in line with the axes, so d is a diagonal). Its curved
 surfaces are also given as lines that sweep them.
 
-Geometry as in V-REP: `offset` moves the whole volume along z while distances are measured from the sensor's origin;
+Geometry as in V-REP: `offset` moves the whole volume along z, backwards below 0, while distances are measured from
+the sensor's origin;
 `radius` of cone and disc is the radius of the blind zone at the start; `inside_gap` is the share of the angle that
 is left out in the middle; a cone or disc opened beyond half a turn is a whole sphere or circle.
 """
@@ -43,7 +44,7 @@ class Sweep:
     axes: tuple[int, int]
     """The angle turns from the first of these axes to the second."""
     centred: bool
-    """The origin lies on the surface's axis.
+    """The origin lies on the surface's axis, not within a cut.
 
     Then a plane meets the surface closest to it where the plane's normal points along the line's own angle, or
     against it, unless an edge or another surface comes before.
@@ -134,7 +135,7 @@ def cone(
     half = half_angle(angle)
     whole = half == math.pi
     build.sphere(offset, far)
-    if offset > 0:
+    if offset != 0:
         build.spheres.append((offset, far))
     if radius > 0:
         build.sphere(offset, radius, outside=True)
@@ -145,11 +146,12 @@ def cone(
         build.sweeps.append(_cone_lines(offset, half, radius, far))
         if inside_gap > 0:
             build.cone(offset, half * inside_gap, outside=True)
-            build.sweeps.append(_cone_lines(offset, half * inside_gap, radius, far))
+            # The cut is not convex: from within it, a plane is nearest beside the line of its normal.
+            build.sweeps.append(_cone_lines(offset, half * inside_gap, radius, far, centred=offset >= 0))
     if half < math.pi / 3:
         middle = far / 2 / math.cos(half)  # the ball through the apex and the far rim
-        return build.volume(offset + middle, max(middle, far - middle), half)
-    return build.volume(offset, far, half)
+        return build.volume(offset + middle, max(middle, far - middle), _spread(offset, half))
+    return build.volume(offset, far, _spread(offset, half))
 
 
 def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float | None = None) -> Volume:
@@ -169,7 +171,7 @@ def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float
     length = math.hypot(1.0, slope)
     build.hull.append((0.0, 0.0, -slope / length, 1.0 / length, at_origin / length))
     build.sweeps.append(Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=True))
-    spread = max(math.atan2(radius, offset), math.atan2(far, offset + reach))
+    spread = _spread(offset, max(math.atan2(radius, offset), math.atan2(far, offset + reach)))
     return build.volume(offset + reach / 2, math.hypot(reach / 2, max(radius, far)), spread)
 
 
@@ -189,7 +191,7 @@ def pyramid(
             build.plane(normal, size[axis] / 2 - slope * offset)
     widest = math.hypot(max(size[0], far[0]), max(size[1], far[1])) / 2
     spread = max(math.atan2(math.hypot(*size) / 2, offset), math.atan2(math.hypot(*far) / 2, offset + reach))
-    return build.volume(offset + reach / 2, math.hypot(reach / 2, widest), spread)
+    return build.volume(offset + reach / 2, math.hypot(reach / 2, widest), _spread(offset, spread))
 
 
 def disc(
@@ -226,14 +228,20 @@ def disc(
             for side in (1.0, -1.0):
                 normal = (side * cosine, 0.0, -sine)
                 build.faces.append((*normal, normal[2] * offset))
-    return build.volume(offset, math.hypot(far, height / 2), math.pi if whole else math.pi / 2)
+    spread = math.pi if whole else math.pi / 2
+    return build.volume(offset, math.hypot(far, height / 2), _spread(offset, spread))
 
 
 def ray(reach: float, offset: float = 0.0) -> Volume:
     """Return a segment of the z axis: as a volume it is only used to find what may touch it."""
     build = _Builder()
     build.hull.append((0.0, 0.0, 0.0, 1.0, 0.0))
-    return build.volume(offset + reach / 2, reach / 2, 0.0)
+    return build.volume(offset + reach / 2, reach / 2, _spread(offset, 0.0))
+
+
+def _spread(offset: float, ahead: float) -> float:
+    """Return the spread of a volume: that of one ahead of the sensor, or all directions if it starts behind."""
+    return ahead if offset >= 0.0 else math.pi
 
 
 class _Builder:
@@ -285,14 +293,14 @@ class _Builder:
         )  # fmt: skip
 
 
-def _cone_lines(offset: float, half: float, radius: float, far: float) -> Sweep:
+def _cone_lines(offset: float, half: float, radius: float, far: float, *, centred: bool = True) -> Sweep:
     def lines(angles: Array) -> tuple[Array, Array]:
         rim = np.full_like(angles, math.cos(half))
         ring = np.stack([np.cos(angles) * math.sin(half), np.sin(angles) * math.sin(half), rim], axis=-1)
         apex = np.array([0.0, 0.0, offset])
         return apex + radius * ring, apex + far * ring
 
-    return Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=True)
+    return Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=centred)
 
 
 def _round_lines(offset: float, radius: float, height: float, half: float) -> Sweep:

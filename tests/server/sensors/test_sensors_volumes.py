@@ -26,6 +26,13 @@ VOLUMES = {
     "disc": disc(math.radians(120), 1.0, 0.1, radius=0.2),
     "disc with offset and gap": disc(math.radians(120), 1.0, 0.1, 0.05, 0.2, 0.3),
     "whole disc": disc(2 * math.pi, 1.0, 0.1),
+    "cone that starts behind the sensor": cone(math.radians(60), 1.2, -0.3),
+    "cone with gap that starts behind the sensor": cone(math.radians(90), 1.2, -0.3, 0.1, 0.3),
+    "sphere around a point behind the sensor": cone(2 * math.pi, 1.0, -0.3),
+    "cylinder around the sensor": cylinder(0.2, 1.0, -0.4),
+    "truncated cone around the sensor": cylinder(0.3, 1.0, -0.4, 0.1),
+    "pyramid around the sensor": pyramid((0.3, 0.2), 1.0, -0.3, (0.5, 0.4)),
+    "disc that starts behind the sensor": disc(math.radians(120), 1.0, 0.1, -0.2, 0.2),
 }
 SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -133,6 +140,16 @@ def test_pyramid_cylinder_and_disc_end_where_they_should() -> None:
     assert not read(scene(flat, wall.format(0.12, 0)))[0]
     # The disc lies in the sensor's x-z plane, which is the world's x-z plane here.
     assert read(scene(flat, wall.format(0, 0.6)))[0]
+
+
+@pytest.mark.parametrize("volume", ["type=cylinder radius=0.1", "type=pyramid size_x=0.2 size_y=0.2"])
+def test_volume_that_starts_behind_the_sensor_detects_there_too(volume: str) -> None:
+    behind = '<geom type="box" size="0.1 0.1 0.1" pos="-0.25 0 0"/>'
+    assert not read(scene(f"{volume} range=0.4 offset=0", behind))[0]
+    detected, point, _, normal = read(scene(f"{volume} range=0.4 offset=-0.2", behind))
+    assert detected
+    assert point == pytest.approx([0, 0, -0.15], abs=1e-9)
+    assert normal == pytest.approx([0, 0, 1], abs=1e-9)
 
 
 def test_blind_distance_steep_surfaces_and_sides() -> None:

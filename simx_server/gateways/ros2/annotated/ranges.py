@@ -68,7 +68,7 @@ class Ranges(Content):
             "header": moment.header(frame),
             "radiation_type": _CONSTANTS["INFRARED" if volume.get("detects") in _LIGHT else "ULTRASOUND"],
             "field_of_view": math.radians(float(volume.get("angle_deg", 0.0))),
-            "min_range": max(near, float(volume.get("min_distance", 0.0))),
+            "min_range": max(0.0, near, float(volume.get("min_distance", 0.0))),
             "max_range": near + self._world.proximity.reach(handle),
             "range": math.inf if found is None else math.hypot(*found.point),
             "variance": 0.0,

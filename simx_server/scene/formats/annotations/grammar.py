@@ -102,7 +102,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "dummy": {"linked": str, "link": one_of("physics", "ik")},
     "proximity": {
         "type": one_of("ray", "cone", "cylinder", "pyramid", "disc", "random_rays"),
-        "offset": not_negative,
+        "offset": number,
         "range": positive,
         "explicit": switch,
         "angle_deg": angle,

@@ -218,6 +218,11 @@ def test_a_proximity_sensor_is_made_and_detects(world: ScriptWorld, kind: str) -
         assert (result, distance) == (1, pytest.approx(1.8, abs=0.05))
     world.fails(f"sim.createProximitySensor(9, 16, 1, {{}}, {SIZES})", "30 pyramid")
     world.fails("sim.createProximitySensor(34, 16, 1, {}, {1, 2})", "15 numbers, not 2")
+    behind = SIZES.replace("{0", "{-0.5")
+    world.lua(f"return sim.createProximitySensor(sim.proximitysensor_{kind}_subtype, 16, 1, {{}}, {behind})")
+    world.fails(
+        f"sim.createProximitySensor(34, 16, 1, {{}}, {SIZES.replace(', 3,', ', -3,')})", "range is above 0"
+    )
 
 
 def test_a_vision_sensor_is_made(world: ScriptWorld) -> None:

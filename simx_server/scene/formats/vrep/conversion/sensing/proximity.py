@@ -56,7 +56,7 @@ def add_proximity(conversion: Conversion, sensor: ProximitySensor, body: mujoco.
         "proximity",
         name,
         type=kind,
-        offset=within(volume.offset, 0.0, _FARTHEST, 0.0),
+        offset=within(volume.offset, -_FARTHEST, _FARTHEST, 0.0),
         range=_length(volume.range),
         **sizes,
         explicit=True if sensor.is_explicit else None,

@@ -77,6 +77,7 @@ def test_sensor_of_a_file_is_a_site_that_looks_along_its_z() -> None:
         (volume("ray", range=2.0, offset=0.1), (0, 0, 2.05), (0, 0, 2.15)),
         (volume("cone", range=1.0, angle=1.0, radius=0.2), (0.3, 0, 0.9), (0, 0, 0.19)),
         (volume("cylinder", range=1.0, radius=0.1, radius_far=0.3), (0.19, 0, 0.5), (0.21, 0, 0.5)),
+        (volume("cylinder", range=0.08, offset=-0.04, radius=0.05, radius_far=0.05), (0.04, 0, -0.03), (0, 0, 0.05)),
         (volume("pyramid", range=1.0, x_size=0.2, y_size=0.4, x_size_far=0.2, y_size_far=0.8),
          (0.09, 0.29, 0.5), (0.11, 0, 0.5)),
         (volume("disc", range=1.0, y_size=0.1, angle=1.5, radius=0.1), (0.3, 0.04, 0.5), (0.3, 0.06, 0.5)),
