@@ -48,6 +48,9 @@ VIEWS: dict[str, tuple[tuple[float, float, float], float, float, float]] = {
 ASIDE = {"quadricopter": ("Quadricopter_target", (-0.1, 0.45, 0.62))}
 """What would hide something, and where it is put at the last moment (m)."""
 
+WITHOUT = {"empty"}
+"""Scenes that have nothing to look at."""
+
 OTHERS = ((-0.2, 0.0, 0.4), 2.2, 140.0, -20.0)
 """For scenes without an entry: a table-top arm."""
 
@@ -78,5 +81,5 @@ def draw(scene: str) -> Path:
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or list_scenes():
+    for name in sys.argv[1:] or sorted(set(list_scenes()) - WITHOUT):
         sys.stdout.write(f"{draw(name)}\n")

@@ -36,6 +36,12 @@ vrep.simxFinish(client)
 print("it ran", *sys.argv[1:])
 """
 
+PYREP_PROGRAM = """
+from pyrep.backend._sim_cffi import lib
+assert lib.simExtCanInitSimThread() == 0
+print("it ran")
+"""
+
 PROGRAM = re.compile(r"(?:source <\()?((?:simx-\w+|simx|python -m simx_\w+(?:\.\w+)?)(?= |$).*)")
 
 
@@ -78,6 +84,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         (folder / name).write_text(SCRIPT)
     for name in ("scene.xml", "my_robot.xml"):
         (folder / name).write_text(PENDULUM)
+    (folder / "reach.py").write_text(PYREP_PROGRAM)
+    (folder / "pyrep" / "backend").mkdir(parents=True)
     (folder / "my_project" / "simulation").mkdir(parents=True)
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("XDG_RUNTIME_DIR", str(folder))
