@@ -8,6 +8,7 @@ callers)
 texts       possible texts of an expression; parts known only at run time become ``*``
 wants       the functions it calls, and the objects, scripts, signals, files and ports it names
 idioms      habits for which a difference from the original matters
+pyrep       programs of PyRep and RLBench
 elsewhere   programs for other remote APIs
 scene       what is missing in a scene
 findings    the sentences, as text and as records

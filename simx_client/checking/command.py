@@ -41,8 +41,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser with the flags of the command."""
     parser = Parser(
         PROGRAM,
-        description="Tell what a script for V-REP's legacy or CoppeliaSim's ZeroMQ remote API calls, which names it "
-        "wants, what is missing.",
+        description="Tell what a script for V-REP's legacy or CoppeliaSim's ZeroMQ remote API, or for PyRep, calls, "
+        "which names it wants, what is missing.",
         epilog=EXAMPLES,
     )
     parser.add_argument("script", metavar="SCRIPT", type=Path, help="the Python file, of version 2 or 3")
@@ -116,6 +116,11 @@ def as_record(
         "client_methods": {name: place.line for name, place in wants.client.items()},
         "regular_functions": {name: place.line for name, place in wants.regular.items()},
         "regular_constants": {name: place.line for name, place in wants.regular_constants.items()},
+        "pyrep": wants.pyrep
+        and {
+            "calls": {name: place.line for name, place in wants.pyrep.calls.items()},
+            "functions": {name: place.line for name, place in wants.pyrep.functions.items()},
+        },
         "other_apis": {NAMES[module]: list(calls) for module, calls in wants.elsewhere.items()},
         "named": [
             {"kind": each.kind, "name": each.name, "file": str(each.place.file), "line": each.place.line}
@@ -193,6 +198,9 @@ def _rows(wants: Wants) -> Iterator[tuple[str, list[str]]]:
     yield "client", list(wants.client)
     yield "regular", list(wants.regular)
     yield "constants", list(wants.regular_constants)
+    if wants.pyrep is not None:
+        yield "pyrep", list(wants.pyrep.calls)
+        yield "C library", list(wants.pyrep.functions)
     for kind in dict.fromkeys(each.kind for each in wants.named):
         yield f"{kind}s" if not kind.endswith("ui") else kind, [each.name for each in wants.of_kind(kind)]
     yield "scripts", [f"{owner}: {function}" for owner, function, _ in wants.calls]

@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
-from .wants import Place
+from .places import Place
 
 NAMES: Mapping[str, str] = MappingProxyType(
     {
         "b0RemoteApi": "CoppeliaSim's B0-based remote API",
-        "pyrep": "PyRep, which runs CoppeliaSim inside its own process",
     }
 )
 """Description by the module that such a program imports."""
 
 OFFER = (
     "The server offers the legacy remote API (docs/api.md), client objects (docs/python.md), the ZeroMQ remote API "
-    "(docs/zmq.md), and Lua or Python scripts in the scene (docs/scripts.md)"
+    "(docs/zmq.md), PyRep (docs/pyrep.md), and Lua or Python scripts in the scene (docs/scripts.md)"
 )
 
 

@@ -13,11 +13,13 @@ from ..protocol.differences import DIFFERENCES
 from ..protocol.nearest import did_you_mean
 from . import elsewhere, regular
 from .idioms import matters
+from .places import Place, Wanted
 from .program import BINDINGS, OTHER_APIS, ZMQ_CLIENTS, Program
+from .pyrep import sentences as pyrep
 from .reading.texts import ANY
 from .scene import SceneView
 from .search import is_installed
-from .wants import Place, Wanted, Wants, client_methods
+from .wants import Wants, client_methods
 from .windows import windows_of
 
 PROBLEM, NOTE = "problem", "note"
@@ -25,8 +27,8 @@ USUAL_PORTS = (19997, 19999)
 COMMAND_SERVER = "remoteApiCommandServer"
 
 NO_CALL = (
-    "no call of a remote API is found: nothing that imports vrep, sim, simx_client or a ZeroMQ client is called here, "
-    "nor in the modules that it imports; check the program that connects to the simulator"
+    "no call of a remote API is found: nothing that imports vrep, sim, simx_client, pyrep or a ZeroMQ client is called "
+    "here, nor in the modules that it imports; check the program that connects to the simulator"
 )
 
 
@@ -62,6 +64,9 @@ def findings_of(
     if offered is not None:
         found += [Finding(PROBLEM, place, text) for place, text in regular.problems(wants, offered)]
         found += [Finding(NOTE, place, text) for place, text in regular.notes(wants, offered)]
+    if wants.pyrep is not None:
+        found += [Finding(PROBLEM, place, text) for place, text in pyrep.problems(program, wants.pyrep)]
+        found += [Finding(NOTE, place, text) for place, text in pyrep.notes(program)]
     if scene is not None:
         found += [*_objects(wants, scene), *_registered(wants, scene), *_scripts(wants, scene)]
         found += _signals(wants, scene)

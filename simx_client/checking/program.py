@@ -26,11 +26,14 @@ BINDING = "vrep"
 ZMQ_CLIENTS = ("coppeliasim_zmqremoteapi_client", "zmqRemoteApi")
 """Clients of CoppeliaSim's ZeroMQ remote API, which `simx-server --zmq` serves."""
 
-OTHER_APIS = (*ZMQ_CLIENTS, "b0RemoteApi", "pyrep")
-"""Clients of other remote APIs. They are known by their names, and not read if a program contains them."""
+PYREP, RLBENCH = "pyrep", "rlbench"
+"""The first one is also the name of wrappers of the legacy remote API, which are read."""
 
-PYREP = "pyrep"
-"""Wrappers of the legacy remote API have this name too, and are read."""
+PYREP_PACKAGES = (PYREP, RLBENCH)
+"""Packages over the simulator's C library, for which `simx-run --pyrep` has a stand-in."""
+
+OTHER_APIS = (*ZMQ_CLIENTS, *PYREP_PACKAGES, "b0RemoteApi")
+"""Clients of other remote APIs. They are known by their names, and not read if a program contains them."""
 
 MOST_FILES = 300
 MOST_BYTES = 4_000_000
@@ -85,6 +88,9 @@ class Program:
     links: dict[tuple[Path, int, str], Module] = field(default_factory=dict[tuple[Path, int, str], Module])
     """Meaning of an import, by the importing file, the dots before the name, and the name."""
 
+    packages: dict[str, Path] = field(default_factory=dict[str, Path])
+    """Folders of PyRep and RLBench by name, if the program uses them and they are here."""
+
     files: dict[Path, Module] = field(default_factory=dict[Path, Module])
     """Modules by file or folder."""
 
@@ -131,6 +137,9 @@ class _Reader:
             if not each.level:
                 place = each.importer.path, each.line
                 self._program.imports.setdefault(each.module.partition(".")[0], place)
+        if not self._program.imports.keys().isdisjoint(PYREP_PACKAGES):
+            found = {name: self._search.package(name) for name in PYREP_PACKAGES}
+            self._program.packages = {name: folder for name, folder in found.items() if folder}
         return self._program
 
     def _follow(self, each: Imported) -> None:
@@ -163,7 +172,7 @@ class _Reader:
         top, _, _ = module.partition(".")
         if not level and top == "simx_client":
             return Library(module.replace(top, BINDING, 1))
-        if not level and top in OTHER_APIS and top != PYREP:
+        if not level and top in OTHER_APIS and not (top == PYREP and self._is_wrapper(top, importer)):
             return Library(module)
         file = self._search.own(module, importer.path, level, is_python2=importer.is_python2)
         name = module.rpartition(".")[2]
@@ -172,8 +181,6 @@ class _Reader:
         if file is None and not level:
             file = self._search.installed(module)
         if file is None:
-            return Library(module)
-        if top == PYREP and not level and not self._is_wrapper(top, importer):
             return Library(module)
         return self._module(file)
 

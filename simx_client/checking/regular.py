@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from ..errors import SimxError
 from ..protocol.cli.installing import missing_server
 from ..protocol.nearest import did_you_mean
-from .wants import Place, Wants
+from .places import Place
+from .wants import Wants
 
 TIMEOUT_S = 60.0
 """Time-out in seconds for the server's list."""

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from functools import cache
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 _SPEAKS = re.compile(rb"\bsimx[A-Z]\w|\bRemoteAPIClient\b")
@@ -62,6 +63,15 @@ class Search:
         folders = [importer.absolute().parent, *self.folders] if is_python2 else self.folders
         return next((found for each in folders if (found := in_folder(each, module))), None)
 
+    def package(self, name: str) -> Path | None:
+        """Return the folder of a package that the program imports, whatever it contains."""
+        for each in self.folders:
+            found = in_folder(each, name)
+            if found is not None and found.name == "__init__.py":
+                return found.parent
+        spec = _spec(name)
+        return Path(spec.origin).parent if spec is not None and spec.origin else None
+
     @staticmethod
     def installed(module: str) -> Path | None:
         """Return the file of an installed module, if its package wraps a remote API."""
@@ -86,20 +96,21 @@ def in_folder(folder: Path, module: str) -> Path | None:
 
 def is_installed(name: str) -> bool:
     """Return whether Python would find a top-level module, without running it."""
+    return _spec(name) is not None
+
+
+def _spec(name: str) -> ModuleSpec | None:
     try:
-        return importlib.util.find_spec(name) is not None
+        return importlib.util.find_spec(name)
     except (ImportError, ValueError, AttributeError):
-        return False
+        return None
 
 
 @cache
 def _wrapper(top: str) -> Path | None:
     if not top or top in sys.stdlib_module_names or top in _OURS:
         return None
-    try:
-        spec = importlib.util.find_spec(top)
-    except (ImportError, ValueError, AttributeError):
-        return None
+    spec = _spec(top)
     if spec is None:
         return None
     if spec.submodule_search_locations is None:

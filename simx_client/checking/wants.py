@@ -8,14 +8,15 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from pathlib import Path
 
 from simx_client.calls.operation_modes import MODE_MASK
 
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
 from ..protocol.table.meanings import Role
-from .program import BINDING, OTHER_APIS, ZMQ_CLIENTS, Library, Program
+from .places import Place, Wanted
+from .program import BINDING, OTHER_APIS, PYREP_PACKAGES, ZMQ_CLIENTS, Library, Program
+from .pyrep.calls import PyRepCalls, pyrep_calls
 from .reading.ports import Ports
 from .reading.scopes import Called, Names
 from .reading.texts import ANY, Texts, is_known
@@ -27,26 +28,6 @@ _REGULAR = re.compile(r"sim\w*\.\w+")
 _CONSTANT = re.compile(r"sim\w*\.[a-z0-9]+(?:_[a-z0-9]+)+")
 _FINDING = ("sim.getObject", "sim.getObjectHandle")
 _OF_CLIENT = re.compile(rf"{BINDING}\.(?:(?:client|modern)\.)?Client(?:\.of)?\(\)\.(\w+)")
-
-
-@dataclass(frozen=True, order=True)
-class Place:
-    """Where something stands in the program."""
-
-    file: Path
-    line: int
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}"
-
-
-@dataclass(frozen=True, order=True)
-class Wanted:
-    """Something a program names; a text with ``*`` is known in parts."""
-
-    kind: str
-    name: str
-    place: Place = field(compare=False)
 
 
 @dataclass(frozen=True)
@@ -113,6 +94,9 @@ class Wants:
     elsewhere: dict[str, dict[str, Place]] = field(default_factory=dict[str, dict[str, Place]])
     """Functions of remote APIs that are not served that it calls, by the module of their client."""
 
+    pyrep: PyRepCalls | None = None
+    """Its use of PyRep and RLBench; None for a program that imports neither."""
+
     constants: dict[str, Place] = field(default_factory=dict[str, Place])
     """Constants of the binding that do not exist."""
 
@@ -136,12 +120,14 @@ class Wants:
     @property
     def brings_objects(self) -> bool:
         """Return whether it loads or makes objects itself."""
+        if self.pyrep is not None and self.pyrep.brings_objects:
+            return True
         return any(BY_NAME[name].adds_objects for name in self.functions)
 
     @property
     def is_of_a_remote_api(self) -> bool:
         """Return whether it calls a function or a method of an API that simx serves."""
-        return bool(self.functions or self.client or self.regular)
+        return bool(self.functions or self.client or self.regular or self.pyrep is not None)
 
 
 def wants_of(program: Program, names: Names) -> Wants:
@@ -163,6 +149,9 @@ def wants_of(program: Program, names: Names) -> Wants:
             _read(wants, name, texts, call, parameters, place)
         _other_calls(wants, call, place, texts, meaning)
     _read_names(wants, names, meaning)
+    if not program.imports.keys().isdisjoint(PYREP_PACKAGES):
+        wants.pyrep = pyrep_calls(names, meaning, texts)
+        wants.named += wants.pyrep.named
     wants.named = _once(wants.named)
     wants.calls = list({each[:2]: each for each in reversed(wants.calls)}.values())[::-1]
     wants.signals = list({each[:3]: each for each in reversed(wants.signals)}.values())[::-1]
@@ -218,7 +207,7 @@ def _other_calls(wants: Wants, call: Called, place: Place, texts: Texts, meaning
             if name in _FINDING and call.node.args and _must_exist(call.node.args[1:]):
                 found = sorted(filter(is_known, texts.of(call.node.args[0], call.scope)))
                 wants.named += [Wanted("object", each, place) for each in found if each.startswith("/")]
-        elif top in OTHER_APIS and top not in ZMQ_CLIENTS:
+        elif top in OTHER_APIS and top not in (*ZMQ_CLIENTS, *PYREP_PACKAGES):
             wants.elsewhere.setdefault(top, {}).setdefault(rest, place)
 
 

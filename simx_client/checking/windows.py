@@ -6,8 +6,8 @@ import ast
 from collections.abc import Iterator
 
 from ..launch.windows.patch import FUNCTIONS
+from .places import Place
 from .program import Program
-from .wants import Place
 
 _NAMES = {*FUNCTIONS, "selectROI", "selectROIs"}
 

@@ -12,13 +12,20 @@ from typing import Any
 
 from simx_client.protocol.precision import as_single
 
-from . import _ffi
+try:
+    from ._ffi import ffi as _made
+except (
+    ModuleNotFoundError
+) as missing:  # the functions can be listed then, not called: `finder` refuses before
+    if missing.name != "_cffi_backend":
+        raise
+    _made = None
 
-ffi: Any = _ffi.ffi
+ffi: Any = _made
 C = Any
 """A value of cffi: an array, or a pointer."""
 
-NULL: C = ffi.NULL
+NULL: C = None if ffi is None else ffi.NULL
 
 
 def text(value: Any) -> bytes | None:

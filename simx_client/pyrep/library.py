@@ -137,6 +137,12 @@ class Library:
         print(text, file=sys.stderr)
 
 
+def function_names() -> frozenset[str]:
+    """Return the names of all functions of the library; does not need cffi."""
+    own = (name for name in vars(Library) if name.startswith("sim"))
+    return frozenset((*own, *ROWS, *special_functions()))
+
+
 def _bound(function: Callable[..., Any], call: Call) -> Callable[..., Any]:
     def bound(*arguments: Any) -> Any:
         return function(call, *arguments)

@@ -24,6 +24,12 @@ CLIENT = "simx-vrep-client"
 ZMQ_CLIENT = "coppeliasim-zmqremoteapi-client"
 """The Python client of CoppeliaSim's ZeroMQ remote API, on a package index."""
 
+_PYREP_SOURCES = {
+    "pyrep": "git+https://github.com/stepjam/PyRep.git",
+    "rlbench": "git+https://github.com/stepjam/RLBench.git",
+}
+"""Neither is on a package index; RLBench's installation brings PyRep."""
+
 _EXTRA = re.compile(r"\s*(?:\band\s+)?\bextra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
 _NAME = re.compile(r"[\w.-]+")
 _PROJECT = Path(__file__).resolve().parents[3] / "pyproject.toml"
@@ -76,6 +82,11 @@ def package_line(*names: str) -> str:
         name_of(each): each.partition(";")[0] for some in declared().values() for each in reversed(some)
     }
     return line([wanted.get(name, name) for name in names])
+
+
+def pyrep_line(package: str) -> str:
+    """Return a shell command that installs PyRep ("pyrep") or RLBench ("rlbench") without the original simulator."""
+    return f"COPPELIASIM_ROOT=$(simx-run --pyrep-root) {line([_PYREP_SOURCES[package]])}"
 
 
 def missing_line() -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from checked_programs import START, check, page_of, texts_of, write
+from checked_programs import check, page_of, texts_of, write
 
 
 def test_a_program_without_a_remote_call_says_so_and_ends_with_2(tmp_path: Path) -> None:
@@ -60,19 +60,3 @@ def test_a_b0_program_is_recognised_and_its_calls_are_not_taken_for_legacy_ones(
     code, record = check(tmp_path / "script.py")
     assert (code, record["functions"], record["unknown_functions"]) == (2, {}, [])
     assert "B0-based remote API" in texts_of(record)[0]
-
-
-def test_a_pyrep_program_is_recognised_and_a_wrapper_of_that_name_is_followed(tmp_path: Path) -> None:
-    write(tmp_path, {"a/script.py": "from pyrep import PyRep\np = PyRep()\np.launch('scene.ttt')\n"})
-    code, record = check(tmp_path / "a/script.py")
-    assert code == 2
-    assert "PyRep, which runs CoppeliaSim inside its own process" in texts_of(record)[0]
-    files = {
-        "b/script.py": "from pyrep import VRep\nVRep('it')\n",
-        "b/pyrep/__init__.py": "from .api import VRep\n",
-        "b/pyrep/api.py": f"import vrep\n{START}class VRep:\n"
-        "  def __init__(self, n): vrep.simxGetObjectHandle(c, n, B)\n",
-    }
-    write(tmp_path, files)
-    code, record = check(tmp_path / "b/script.py")
-    assert (code, [each["name"] for each in record["named"]]) == (0, ["it"])
