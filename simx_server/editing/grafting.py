@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_server.scene.assets.naming import rename_attached, take_files
 from simx_server.scene.editing.copies.element_copies import Copier, agree
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import PREFIX, Annotation
@@ -74,8 +75,11 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
             return
         agree(addition.spec, spec)
+        files = take_files(addition.spec) | take_files(spec)
         with physics_warnings.collected() as told:
             spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        rename_attached(spec)
+        spec.assets.update(files)
         for numeric in spec.numerics:
             if numeric.name.startswith(
                 prefix + SPECULAR

@@ -17,6 +17,7 @@ import cv2
 import mujoco
 import numpy as np
 
+from simx_server.scene.assets.naming import is_name
 from simx_server.scene.formats.exporting.folder import text_of
 from simx_server.scene.objects import Scene
 
@@ -95,7 +96,10 @@ def _take_data(spec: mujoco.MjSpec) -> _Data:
     for kind, most, file, plain in _KINDS:
         by_name = taken[kind] = {}
         for asset in getattr(spec, kind):
-            if len(getattr(asset, most)):
+            if is_name(asset.file):
+                by_name[asset.name] = {"file": asset.file}
+                asset.file = file
+            elif len(getattr(asset, most)):
                 by_name[asset.name] = {name: _copied(getattr(asset, name)) for name in plain}
                 by_name[asset.name]["file"] = asset.file
                 for name, value in plain.items():

@@ -18,6 +18,7 @@ import numpy as np
 
 from simx_server.errors import UnknownHandle, WrongKind
 
+from .assets.asset_files import AssetFiles
 from .editing.twins import Names
 from .formats.annotations import Annotation, Annotations
 from .names import resolve
@@ -117,6 +118,8 @@ class Scene:
         self.path = path
         self.next_handle = next_handle
         self.annotations = annotations if annotations is not None else Annotations()
+        self.files = AssetFiles()
+        """The spec's files in memory; the scenes that edits make share them."""
         self.import_report: Report | None = None
         """Notes of the import of a V-REP file."""
         self.parent_overrides: dict[int, int] = {}

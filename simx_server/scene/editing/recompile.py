@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.errors import CommandError
+from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.formats.loader import SceneError, compile_spec, take_weight
 from simx_server.scene.tree import Addition
 
@@ -56,7 +57,9 @@ def edit(
     spec = old.spec.copy()
     try:
         surgery(spec)
-        model = compile_spec(spec, logging.DEBUG)  # the warnings were logged when the scene was loaded
+        file_assets(spec)
+        # The warnings were logged when the scene was loaded.
+        model = compile_spec(spec, logging.DEBUG, old.files)
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise _refusal(error) from error
     data = mujoco.MjData(model)
@@ -93,7 +96,7 @@ def edit(
         names = added.names
     scene, touched = succeed(old, sim.model, spec, model, twins, annotations, hidden_bodies, names)
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
-    scene.names = twins.new
+    scene.files, scene.names = old.files, twins.new
     scene.made_static = set(old.made_static)
     geoms: set[str] = set(twins.new.of("geom")) if old.withheld else set()
     scene.withheld = {key: value for key, value in old.withheld.items() if key[0] in geoms}

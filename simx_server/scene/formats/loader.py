@@ -21,6 +21,8 @@ from typing import Any
 
 import mujoco
 
+from simx_server.scene.assets.asset_files import AssetFiles, make_room
+from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
@@ -125,7 +127,9 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
         add_dependencies(spec, annotations)
         mounted = mount_bodies(spec, annotations)
         mounted |= copy_models(spec, annotations, mounted)
-        model = compile_spec(spec)
+        file_assets(spec)
+        files = AssetFiles()
+        model = compile_spec(spec, files=files)
     except UnicodeDecodeError:
         raise
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -139,6 +143,7 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
         if (count := getattr(model.opt, name)) > MOST_ITERATIONS:
             raise SceneError(f"option {name} is {count}; at most {MOST_ITERATIONS} are valid")
     scene = build_scene(spec, model, annotations, path)
+    scene.files = files
     scene.welded_bodies |= mounted
     _weigh_nothing(scene, model)
     scene.welded_bodies |= {
@@ -163,10 +168,20 @@ def _weigh_nothing(scene: Scene, model: mujoco.MjModel) -> None:
         mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
-def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:
-    """Compile a spec and log MuJoCo's warnings, such as deprecated attributes. Raises as `spec.compile`."""
+def compile_spec(
+    spec: mujoco.MjSpec, level: int = logging.WARNING, files: AssetFiles | None = None
+) -> mujoco.MjModel:
+    """Compile a copy of a spec and log MuJoCo's warnings, such as deprecated attributes. Raises as `spec.compile`.
+
+    A spec that was compiled takes ten times as long to copy, and to delete something of.
+
+    Args:
+        level: of the warnings in the log.
+        files: keeps the spec's files in memory for the next compile.
+    """
+    make_room()
     with physics_warnings.collected() as told:
-        model = spec.compile()
+        model = (files or AssetFiles()).compile(spec.copy())
     store_loops_fully(model)
     for warning in told:
         logger.log(level, "mujoco: %s", warning)

@@ -15,6 +15,7 @@ from simx_server.errors import CommandError, Unsupported
 from simx_server.handlers.objects import shape_properties
 from simx_server.handlers.script_files import read_mesh
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
+from simx_server.scene.assets.filing import points_and_faces
 from simx_server.scene.geometry import lights
 from simx_server.scene.geometry.hulls import hull
 from simx_server.scene.geometry.letters import text_mesh
@@ -310,9 +311,9 @@ class ShapeFunctions(ApiPart, effect="changes"):
 
     def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
         """Return points (n, 3) in metres and faces (m, 3)."""
-        (mesh,) = read_mesh(self._world, path).scene.spec.meshes
-        points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
-        return points, np.array(mesh.userface, int).reshape(-1, 3)
+        spec = read_mesh(self._world, path).scene.spec
+        points, faces = points_and_faces(spec, *spec.meshes)
+        return points.astype(float) * scaling, faces.astype(int)
 
 
 def _threes(numbers: list[float] | list[int], kind: type[float] | type[int]) -> NDArray[Any]:
