@@ -36,6 +36,7 @@ from simx_server.parts.user_interface import ADD_ON_NAME, UserInterface, UserInt
 from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.finding.scene_files import SceneFiles
+from simx_server.scene.formats.kept_models import KeptModels
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
 from simx_server.scene.unreset import UnresetModels
@@ -178,6 +179,7 @@ def build_world(
         particles=Particles(sim),
         graphs=Graphs(sim, proximity, meters),
         trials=trials,
+        kept_models=KeptModels(),
         user_interface=user_interface,
         parameters=Parameters(sim, arguments),
     )

@@ -5,7 +5,6 @@ The elements get a unique prefix; their objects get V-REP's names, with copy num
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -13,20 +12,17 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_server.scene.assets.naming import rename_attached, take_files
-from simx_server.scene.editing.copies.element_copies import Copier, agree
+from simx_server.scene.editing.copies.element_copies import Copier
+from simx_server.scene.editing.copies.joining import join
 from simx_server.scene.editing.recompile import edit
-from simx_server.scene.formats.annotations import PREFIX, Annotation
-from simx_server.scene.geometry.highlights import SPECULAR
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.model_files import strip
 from simx_server.scene.names import copy_names
 from simx_server.scene.registered import renamed, renamed_registered
 from simx_server.scene.tree import GRAFT_END, Addition
-from simx_server.simulation import physics_warnings
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
-
-logger = logging.getLogger(__name__)
 
 Element = tuple[str, str]
 """Element that carries an object: the MuJoCo kind and the element's name."""
@@ -66,31 +62,13 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     first = scene.next_handle
     prefix = f"{first}{GRAFT_END}"
     names = _names(sim, addition)
-    _strip(addition.spec)
-    part = addition.spec
-    brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
+    strip(addition.spec)
 
     def surgery(spec: mujoco.MjSpec) -> None:
         if addition.copies:
             Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
             return
-        agree(addition.spec, spec)
-        files = take_files(addition.spec) | take_files(spec)
-        with physics_warnings.collected() as told:
-            spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
-        rename_attached(spec)
-        spec.assets.update(files)
-        for numeric in spec.numerics:
-            if numeric.name.startswith(
-                prefix + SPECULAR
-            ):  # it has the name of the material, which got the prefix
-                numeric.name = SPECULAR + prefix + numeric.name.removeprefix(prefix + SPECULAR)
-        for warning in told:
-            # This warning concerns a scene with its files' bytes and a model without: no file is missing then.
-            if not str(warning).startswith("Attaching a child without asset dict"):
-                logger.warning("mujoco: %s", warning)
-        if brings_assets:
-            spec.dedup_assets()
+        join(addition.spec, spec, prefix)
 
     edit(
         sim,
@@ -131,17 +109,3 @@ def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
     if addition.registered:
         taken = taken | {name for names in sim.registered_names().values() for name in names}
     return copy_names(wanted, taken)
-
-
-def _strip(spec: mujoco.MjSpec) -> None:
-    """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
-    for many in (spec.keys, spec.tuples, spec.numerics):
-        for element in list(many):
-            if not element.name.startswith(SPECULAR):
-                spec.delete(element)
-    for text in list(spec.texts):
-        if text.name.startswith(PREFIX):
-            spec.delete(text)
-    for sensor in list(spec.sensors):
-        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
-            spec.delete(sensor)

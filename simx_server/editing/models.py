@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from simx_server.scene import properties
 from simx_server.scene.formats.annotations import BROUGHT
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
-from simx_server.scene.formats.model_files import Model, read_model
+from simx_server.scene.formats.model_files import Model
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.poses.first_turns import set_turns
 
@@ -30,7 +30,7 @@ def load_model(world: World, path: Path) -> int:
     Raises SceneError, CommandError: the file is not a model; the scene stays as it is.
     """
     sim = world.simulation
-    model = read_model(path, path.name, sim.files.sources)
+    model = world.kept_models.read(path, path.name, sim.files.sources)
     return add_model(world, model, path.resolve().parent, is_of_client=sim.files.client_files.made(path))
 
 

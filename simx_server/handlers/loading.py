@@ -16,7 +16,6 @@ from simx_server.parts.communication.simulator_messages import MODEL_LOADED
 from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene as read_scene
-from simx_server.scene.formats.model_files import read_model
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import count_links
 from simx_server.scene.formats.vrep.recognising import is_vrep_file
@@ -47,7 +46,9 @@ def load(world: World, found: Path, name: str) -> Steps[None]:
 def add(world: World, found: Path, name: str) -> Steps[int]:
     """Add a file's model and select its base, whose handle is returned. Raises CommandError, SceneError."""
     is_of_client = world.simulation.files.client_files.made(found)
-    model = yield from read(world, MODEL, found, name, lambda sources: read_model(found, name, sources))
+    model = yield from read(
+        world, MODEL, found, name, lambda sources: world.kept_models.read(found, name, sources)
+    )
     handle = add_model(world, model, found.resolve().parent, is_of_client=is_of_client)
     world.selection.handles = [handle]
     world.simulator_messages.post(MODEL_LOADED, handle)

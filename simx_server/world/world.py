@@ -33,6 +33,7 @@ from simx_server.parts.textures.textures import Textures
 from simx_server.parts.user_interface import UserInterface
 from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
+from simx_server.scene.formats.kept_models import KeptModels
 from simx_server.scene.trial.trials import Trials
 from simx_server.scripting import Scripts
 from simx_server.scripting.script_parameters import ScriptParameters
@@ -92,6 +93,7 @@ class World:
     particles: Particles
     graphs: Graphs
     trials: Trials
+    kept_models: KeptModels
     user_interface: UserInterface
     parameters: Parameters
 

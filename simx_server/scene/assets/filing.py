@@ -28,7 +28,8 @@ _HEAD = np.dtype("<4i4")
 def file_assets(spec: mujoco.MjSpec) -> None:
     """Move points of meshes into files in memory, and name the images among the spec's assets by their content.
 
-    Meshes whose normals or texture coordinates have separate indices stay as they are.
+    Meshes whose normals or texture coordinates have separate indices stay as they are. Files in memory that belong to
+    no asset any more are dropped.
     """
     for mesh in spec.meshes:
         if len(mesh.uservert) and (data := _packed(mesh)) is not None:
@@ -48,6 +49,9 @@ def file_assets(spec: mujoco.MjSpec) -> None:
         others.update(each.file for many in (spec.meshes, spec.hfields, spec.skins) for each in many)
         for file in renamed - others:
             del spec.assets[file]
+    used = {each.file for many in (spec.meshes, spec.textures) for each in many}
+    for file in [file for file in spec.assets if is_name(file) and file not in used]:
+        del spec.assets[file]
 
 
 def points_and_faces(spec: mujoco.MjSpec, mesh: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -288,8 +288,7 @@ def _free_name(spec: mujoco.MjSpec, stem: str) -> str:
 def _hollow_out(sim: LiveScene, spec: mujoco.MjSpec, item: SceneObject) -> None:
     """Turn a link with children into a nameless carrier of its mass, without shapes."""
     model, body = sim.model, spec.body(item.element_name)
-    for geom in list(body.geoms):
-        delete(spec, "geom", geom.name)
+    delete_all(spec, [("geom", geom.name) for geom in body.geoms])
     if model.body_mass[item.id] == 0:  # static: the spec has its mass
         return
     body.explicitinertial = True

@@ -18,6 +18,7 @@ from simx_server.scene.tree import INTERNAL
 
 from .copies.element_copies import LEAVES, Copier
 from .least_mass import keep_movable
+from .unused_assets import Assets
 
 _OLD = INTERNAL + "old:"
 
@@ -103,7 +104,10 @@ def delete(spec: mujoco.MjSpec, element: str, name: str) -> None:
 
 
 def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None:
-    """Delete many (element, name) at once, which is much faster than `delete` for each. Missing ones are skipped."""
+    """Delete many (element, name) at once, which is much faster than `delete` for each. Missing ones are skipped.
+
+    Meshes and materials that no geom has any more are deleted too: programs load and remove models all day.
+    """
     doomed: dict[str, set[str]] = {kind: set() for kind in (*OBJECT_TYPES, "pair")}
     wanted = list(elements)
     carriers: set[str] = set()
@@ -114,6 +118,7 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
             if element == "body":
                 carriers.add(found.parent.name)
                 _doom_below(found, doomed)
+    assets = Assets.of(filter(None, map(spec.geom, doomed["geom"])))
     for reference in _references(spec, doomed):
         spec.delete(reference)
     for element, name in wanted:
@@ -122,6 +127,7 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
             spec.delete(found)
     for name in carriers - doomed["body"]:
         keep_movable(spec, name)
+    assets.delete_unused(spec)
 
 
 def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:

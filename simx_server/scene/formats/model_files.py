@@ -14,10 +14,11 @@ import mujoco
 
 from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.editing.transplant import gather_geoms
+from simx_server.scene.geometry.highlights import SPECULAR
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
 
-from .annotations import SceneError
+from .annotations import PREFIX, SceneError
 from .loader import build
 from .loose_meshes import settle
 from .sources import Sources
@@ -26,7 +27,7 @@ from .specs import SpecOfFile, read_spec
 
 @dataclass(frozen=True)
 class Model:
-    """A file that was read, and its object that is the base."""
+    """A file that was read, without what `strip` takes from its spec, and its object that is the base."""
 
     scene: Scene
     base: int
@@ -54,12 +55,27 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
         gather_geoms(spec, stem)
     scene, _ = build(spec, path.with_name(name))
     scene.import_report = read.report
+    strip(scene.spec)
     top = scene.children(-1)
     if not top:
         raise SceneError(f"'{name}' has no objects, so it is no model")
     marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
     bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
     return Model(scene, (marked or bodies or top)[0])
+
+
+def strip(spec: mujoco.MjSpec) -> None:
+    """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
+    for many in (spec.keys, spec.tuples, spec.numerics):
+        for element in list(many):
+            if not element.name.startswith(SPECULAR):
+                spec.delete(element)
+    for text in list(spec.texts):
+        if text.name.startswith(PREFIX):
+            spec.delete(text)
+    for sensor in list(spec.sensors):
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
+            spec.delete(sensor)
 
 
 def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING
 
 from simx_server import sim_api as api
@@ -20,6 +21,7 @@ _ADDED = re.compile(rb"^function added\.(\w+)", re.MULTILINE)
 """Functions of `sim` that are written in Lua."""
 
 
+@cache
 def offered() -> Mapping[str, frozenset[str]]:
     """Return the functions that do their work, and the constants, by namespace."""
     found = {space: set(constants(space)) for space in api.NAMESPACES}

@@ -6,8 +6,9 @@ classes and frames. Each copy of a scene's part would therefore double the remai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -33,7 +34,7 @@ _NOT_COPIED = frozenset(
             "info",
             "childclass",
         ),
-        *("bodies", "geoms", "joints", "sites", "cameras", "lights", "path", "default", "ctrlspec"),
+        *("bodies", "geoms", "joints", "sites", "cameras", "lights", "path", "default"),
     }
 )
 
@@ -48,14 +49,31 @@ _REFERENCES = frozenset(
 
 _LISTS = {"equality": "equalities"}
 
+_ASSETS = {"meshname": "mesh", "hfieldname": "hfield", "material": "material"}
+"""Attributes that name an asset, and its kind."""
+
 
 class Copier:
     """Make twins of elements, whose names are made from the originals' by `rename`."""
 
-    def __init__(self, rename: Callable[[str], str], *, references: bool = False) -> None:
-        """Store the renaming; `references`: the names in references to other elements are renamed as well."""
+    def __init__(
+        self,
+        rename: Callable[[str], str],
+        *,
+        references: bool = False,
+        assets: Mapping[tuple[str, str], str] | None = None,
+    ) -> None:
+        """Store the renaming.
+
+        Args:
+            rename: returns the name of a twin.
+            references: the names in references to other elements are renamed as well.
+            assets: kind and name of an asset to the name of the one that twins have; others are renamed. None: twins
+                have the same assets.
+        """
         self._rename = rename
         self._references = references
+        self._assets = assets
 
     def everything(self, source: mujoco.MjSpec, target: mujoco.MjSpec) -> None:
         """Copy all elements of a spec's world, and those that act on them, into another spec, which has the assets.
@@ -99,18 +117,33 @@ class Copier:
         if getattr(getattr(old, "plugin", None), "active", False):
             raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
         # mujoco has no types.
-        for name in _attributes(type(old)):  # pyright: ignore[reportUnknownArgumentType]
+        form = _form_of(type(old))  # pyright: ignore[reportUnknownArgumentType]
+        for name in form.values:
+            setattr(new, name, getattr(old, name))
+        for name in form.arrays:
+            getattr(new, name)[:] = getattr(old, name)
+        for name in form.lists:
             value = getattr(old, name)
-            if name == "userdata" and not len(value) and not len(getattr(new, name)):
-                continue  # the usual case; writing it takes as long as all others together
-            if name in ("alt", "ialt"):
-                _copy_orientation(value, getattr(new, name))
-            elif name == "name" or (self._references and name in _REFERENCES):
-                setattr(new, name, self._rename(value) if value and value != "world" else value)
-            elif isinstance(value, np.ndarray):
-                getattr(new, name)[:] = value
-            else:
+            if len(value) or len(getattr(new, name)):  # writing one takes as long as all others together
                 setattr(new, name, value)
+        for name in form.orientations:
+            _copy_orientation(getattr(old, name), getattr(new, name))
+        if old.name:
+            new.name = self._rename(old.name)
+        for name in form.references if self._references else ():
+            if (value := getattr(old, name)) and value != "world":
+                setattr(new, name, self._rename(value))
+        if self._assets is not None:
+            self._rename_assets(old, new, form, self._assets)
+
+    def _rename_assets(self, old: Any, new: Any, form: _Form, assets: Mapping[tuple[str, str], str]) -> None:
+        for name in form.assets:
+            setattr(new, name, self._asset(_ASSETS[name], getattr(old, name), assets))
+        if "textures" in form.lists:
+            new.textures = [self._asset("texture", each, assets) for each in old.textures]
+
+    def _asset(self, kind: str, name: str, assets: Mapping[tuple[str, str], str]) -> str:
+        return (assets.get((kind, name)) or self._rename(name)) if name else name
 
     def _children(self, old: Any, new: Any) -> None:
         frames = self.leaves(old, new)
@@ -148,10 +181,58 @@ class Copier:
 
 
 @cache
-def _attributes(kind: type) -> tuple[str, ...]:
+def attributes_of(kind: type) -> tuple[str, ...]:
     """Return the names of the attributes that define an element of this class."""
     names = (name for name in dir(kind) if not name.startswith("_") and name not in _NOT_COPIED)
     return tuple(name for name in names if not callable(getattr(kind, name)))
+
+
+@dataclass(frozen=True)
+class _Form:
+    """The attributes that define an element of a class, except its name, by how they are copied."""
+
+    values: tuple[str, ...]
+    arrays: tuple[str, ...]
+    lists: tuple[str, ...]
+    orientations: tuple[str, ...]
+    references: tuple[str, ...]
+    assets: tuple[str, ...]
+    """Both are among the values too."""
+
+
+@cache
+def _form_of(kind: type) -> _Form:
+    one = _sample(kind)
+    names = [name for name in attributes_of(kind) if name != "name"]
+    orientations = tuple(name for name in names if name in ("alt", "ialt"))
+    arrays = tuple(name for name in names if isinstance(getattr(one, name), np.ndarray))
+    lists = tuple(
+        name
+        for name in names
+        if hasattr(value := getattr(one, name), "__len__") and not isinstance(value, np.ndarray | str)
+    )
+    others = {*orientations, *arrays, *lists}
+    return _Form(
+        values=tuple(name for name in names if name not in others),
+        arrays=arrays,
+        lists=lists,
+        orientations=orientations,
+        references=tuple(name for name in names if name in _REFERENCES),
+        assets=tuple(name for name in names if name in _ASSETS),
+    )
+
+
+def _sample(kind: type) -> Any:
+    """Return an element of a class."""
+    spec: Any = mujoco.MjSpec()
+    body = spec.worldbody.add_body()
+    for parent in (body, spec):
+        for name in dir(parent):
+            if name.startswith("add_") and name not in ("add_default", "add_plugin"):
+                made = getattr(parent, name)()
+                if type(made) is kind:
+                    return body if kind is type(body) else made
+    raise TypeError(f"no element of a spec is a {kind.__name__}")
 
 
 def _copy_orientation(old: Any, new: Any) -> None:
