@@ -14,12 +14,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.triangles import GeomTriangles
+from simx_server.scene.geometry.forms import Forms, GeomTriangles
 from simx_server.scene.poses.pose_copies import Array, PoseCopies, Poses
 
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import Scene
-from .distance.box_tree import BoxTree
 from .proximity.bundles import Bundles
 from .proximity.edge_lines import EdgeLines
 from .sights import Sights
@@ -35,7 +34,8 @@ _MOST_SETS = 1000
 class Surroundings:
     """Data that stay the same with the model: the shapes of the geoms, and their triangles."""
 
-    def __init__(self, scene: Scene, model: mujoco.MjModel) -> None:
+    def __init__(self, scene: Scene, model: mujoco.MjModel, forms: Forms) -> None:
+        """Prepare for a model; `forms`: known forms, which most of its geoms have."""
         self.scene = scene
         self.model = model
         self.owners = np.array([scene.owner_of_geom(g, model) for g in range(model.ngeom)], np.int64)
@@ -51,11 +51,9 @@ class Surroundings:
         """(ngeom,) radii in metres of balls around the geoms; planes have none: infinity."""
         self.radii_squared = (self.radii * (1.0 + 1e-9) + 1e-9) ** 2
         """(ngeom,) their squares, and more than rounding."""
-        self.triangles = GeomTriangles(model)
+        self.triangles = GeomTriangles(model, forms)
         self.bundles = Bundles(self.triangles, model.ngeom)
         self.lines = EdgeLines(self.triangles)
-        self.trees: dict[int, BoxTree] = {}
-        """Triangles under boxes, by geom, made on first use."""
         self.sights = Sights(self)
         self.nearest_triangles: dict[tuple[int, int], tuple[int, int]] = {}
         """The nearest triangles of pairs of geoms when they were last measured: they are near still."""
@@ -179,6 +177,7 @@ class Instants:
         self._present = sim.poses
         self._of_trials: PoseCopies | None = None
         self._surroundings: Surroundings | None = None
+        self._forms = Forms()
 
     def now(self, *, with_points: bool = True) -> Instant:
         """Return the present state. Not `with_points`: point clouds and octrees may be as they were."""
@@ -198,5 +197,5 @@ class Instants:
     def _present_surroundings(self) -> Surroundings:
         sim, known = self._sim, self._surroundings
         if known is None or known.scene is not sim.scene or known.model is not sim.model:
-            known = self._surroundings = Surroundings(sim.scene, sim.model)
+            known = self._surroundings = Surroundings(sim.scene, sim.model, self._forms)
         return known

@@ -25,38 +25,16 @@ TOGETHER = 32
 _CONVEX_AT_MOST = 4000
 """Maximum number of triangles of a mesh that is tested for convexity."""
 
+_TRIED = 64
+"""Triangles that are tried first."""
+
 _GEOM = mujoco.mjtGeom
 CURVED = frozenset(int(kind) for kind in (_GEOM.mjGEOM_SPHERE, _GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_ELLIPSOID,
                                           _GEOM.mjGEOM_CYLINDER))  # fmt: skip
 """Types of geoms whose triangles only approximate them."""
 
-
-class GeomTriangles:
-    """The triangles of one model's geoms; those of a geom are made on first use."""
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self._model = model
-        self._made: dict[int, tuple[Array, Array, Array]] = {}
-        self._convex: dict[int, bool] = {}
-
-    def of(self, geom: int) -> tuple[Array, Array, Array]:
-        """Return corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
-        made = self._made.get(geom)
-        if made is None:
-            made = self._made[geom] = with_balls(_side_by_side(corners_of(self._model, geom)))
-        return made
-
-    def is_solid(self, geom: int) -> bool:
-        """Return whether a geom is convex, so that MuJoCo's own functions measure it exactly."""
-        kind = int(self._model.geom_type[geom])
-        if kind == _GEOM.mjGEOM_HFIELD:
-            return False
-        if kind not in (_GEOM.mjGEOM_MESH, _GEOM.mjGEOM_SDF):
-            return True
-        mesh = int(self._model.geom_dataid[geom])
-        if mesh not in self._convex:
-            self._convex[mesh] = _is_convex(self.of(geom)[0])
-        return self._convex[mesh]
+MESHES = frozenset((int(_GEOM.mjGEOM_MESH), int(_GEOM.mjGEOM_SDF)))
+"""Types of geoms that have a mesh."""
 
 
 def with_balls(corners: Array) -> tuple[Array, Array, Array]:
@@ -78,7 +56,7 @@ def bundled(centres: Array, radii: Array) -> tuple[NDArray[np.intp], NDArray[np.
     return starts, sizes, middles, reaches
 
 
-def _side_by_side(corners: Array) -> Array:
+def side_by_side(corners: Array) -> Array:
     """Return the same triangles, ordered so that neighbours in space follow each other.
 
     The set is halved along its longest side.
@@ -115,7 +93,7 @@ def true_surface(
 def corners_of(model: mujoco.MjModel, geom: int) -> Array:
     """Return the triangles (n, 3, 3) of a geom in its frame; curved primitives are faceted, infinite planes none."""
     kind = int(model.geom_type[geom])
-    if kind in (_GEOM.mjGEOM_MESH, _GEOM.mjGEOM_SDF):
+    if kind in MESHES:
         return _mesh(model, int(model.geom_dataid[geom]))
     if kind == _GEOM.mjGEOM_HFIELD:
         return _height_field(model, int(model.geom_dataid[geom]))
@@ -129,12 +107,12 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Array:
     return model.mesh_vert[vertices + chosen].astype(np.float64)
 
 
-def _is_convex(corners: Array) -> bool:
+def is_convex(corners: Array) -> bool:
     """Return whether the triangles are a closed surface and all corners lie behind each of them.
 
     A mesh that is too large for the test counts as not convex.
     """
-    if not 4 <= len(corners) <= _CONVEX_AT_MOST:
+    if not 4 <= len(corners) <= _CONVEX_AT_MOST or _has_dents(corners):
         return False
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     index = index.reshape(-1, 3)
@@ -142,11 +120,22 @@ def _is_convex(corners: Array) -> bool:
     there, back = (np.unique(e[:, 0] * len(points) + e[:, 1]) for e in (edges, edges[:, ::-1]))
     if not np.array_equal(there, back):
         return False
+    return not _lies_before(corners, points, 1e-5)
+
+
+def _has_dents(corners: Array) -> bool:
+    """Return whether corners lie clearly before some of the triangles; most bodies that are not convex show it so."""
+    some = corners[:: max(1, len(corners) // _TRIED)]
+    return _lies_before(some, corners.reshape(-1, 3), 2e-5)
+
+
+def _lies_before(corners: Array, points: Array, share: float) -> bool:
+    """Return whether a point (k, 3) is before the plane of a triangle by more than a share of the points' extent."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.sqrt((normals**2).sum(axis=1))
     extent = float(np.ptp(points, axis=0).max(initial=0.0))
     heights = normals @ points.T - np.einsum("ni,ni->n", normals, corners[:, 0])[:, np.newaxis]
-    return bool(np.all(heights <= 1e-5 * extent * lengths[:, np.newaxis]))
+    return not np.all(heights <= share * extent * lengths[:, np.newaxis])
 
 
 def _box(size: Array) -> Array:

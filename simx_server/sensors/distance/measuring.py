@@ -165,10 +165,7 @@ def placed(instant: Instant, geom: int, other: int) -> Placed:
     turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
     if int(instant.model.geom_type[geom]) == _PLANE:
         return Placed(BoxTree(_of_plane(instant, geom, other)), turn, place)
-    trees = instant.surroundings.trees
-    if geom not in trees:
-        trees[geom] = BoxTree(instant.surroundings.triangles.of(geom)[0])
-    return Placed(trees[geom], turn, place)
+    return Placed(instant.surroundings.triangles.form(geom).once(BoxTree), turn, place)
 
 
 def _of_plane(instant: Instant, geom: int, other: int) -> Array:

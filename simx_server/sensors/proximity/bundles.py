@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.triangles import Array, GeomTriangles, bundled
+from simx_server.scene.geometry.forms import GeomTriangles
+from simx_server.scene.geometry.triangles import Array, bundled
 
 from .reach import Pairs
 from .volume import Volume

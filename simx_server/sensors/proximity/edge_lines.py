@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.geometry.triangles import TOGETHER, Array, GeomTriangles, bundled
+from simx_server.scene.geometry.forms import GeomTriangles
+from simx_server.scene.geometry.triangles import TOGETHER, Array, bundled
 
 _FEW = 1000
 """Triangles up to which all are examined; of more, the bundles of neighbours are examined first."""

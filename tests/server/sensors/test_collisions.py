@@ -12,7 +12,7 @@ from handler_calls import World
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
-from simx_server.scene.geometry.triangles import GeomTriangles
+from simx_server.scene.geometry.forms import GeomTriangles
 from simx_server.sensors.distance import meeting
 from simx_server.sensors.distance.box_tree import BoxTree, Placed, turned
 from simx_server.sensors.distance.triangle_pairs import come_within, least_gap
