@@ -10,6 +10,7 @@ import logging
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from functools import cache
@@ -194,16 +195,20 @@ def _within_work(mesh: bytes, may_go_on: Callable[[], bool], thresholds: tuple[f
         subprocess.SubprocessError, OSError, ValueError: none does, the library fails, or may not go on.
     """
     for threshold in thresholds:
-        process = subprocess.Popen(
-            [sys.executable, "-m", _PROGRAM, str(threshold)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            # More threads hardly save time, and on a busy machine they wait for each other in a loop.
-            env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
-        )
+        # A file: communicate() writes no more to a pipe after a timeout, and then a large mesh is never complete.
+        with tempfile.TemporaryFile() as given:
+            given.write(mesh)
+            given.seek(0)
+            process = subprocess.Popen(
+                [sys.executable, "-m", _PROGRAM, str(threshold)],
+                stdin=given,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                # More threads hardly save time, and on a busy machine they wait for each other in a loop.
+                env={**os.environ, "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
+            )
         try:
-            answer = answer_of(process, mesh, may_go_on)
+            answer = answer_of(process, may_go_on)
         except subprocess.CalledProcessError as error:
             if error.returncode != TOO_MUCH:
                 raise
@@ -213,19 +218,18 @@ def _within_work(mesh: bytes, may_go_on: Callable[[], bool], thresholds: tuple[f
     raise ValueError(f"it would take more than {2 * MOST_PIECES} parts")
 
 
-def answer_of(process: subprocess.Popen[bytes], data: bytes, may_go_on: Callable[[], bool]) -> bytes:
-    """Return what a process writes for its input; others are served meanwhile.
+def answer_of(process: subprocess.Popen[bytes], may_go_on: Callable[[], bool]) -> bytes:
+    """Return what a process writes; others are served meanwhile.
 
     Raises:
         subprocess.SubprocessError: it has failed, takes too long, or may not go on; then it is ended.
     """
-    until, given = time.monotonic() + SECONDS, data or None
+    until = time.monotonic() + SECONDS
     with process:
         while True:
             try:
-                output, _ = process.communicate(given, timeout=_GLANCE)
+                output, _ = process.communicate(timeout=_GLANCE)
             except subprocess.TimeoutExpired:
-                given = None  # it is under way
                 if time.monotonic() > until or not may_go_on():
                     process.kill()
                     raise

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -268,6 +269,20 @@ def test_a_mesh_that_asks_for_too_many_cuts_is_decomposed_more_coarsely(
     assert parts is not None
     assert len(parts) == 1
     assert asked == [str(each) for each in decomposing.THRESHOLDS]
+
+
+def test_a_mesh_larger_than_a_pipe_reaches_the_process_that_starts_slowly(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    program = "import sys, numpy as np; data = sys.stdin.buffer.read(); np.savez(sys.stdout.buffer, np.array([len(data)]))"
+    start = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda _, **options: start([sys.executable, "-c", program], **options)
+    )
+    monkeypatch.setattr(decomposition, "_GLANCE", 0.001)  # the first look is before the process reads
+    monkeypatch.setattr(decomposition, "SECONDS", 30)
+    (found,) = decomposition._within_work(bytes(1 << 20), lambda: True, (0.1,))
+    assert found.tolist() == [1 << 20]
 
 
 def test_work_is_counted_in_the_librarys_log(monkeypatch: pytest.MonkeyPatch) -> None:
