@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import struct
 import subprocess
 import sys
@@ -75,6 +76,16 @@ def decoded(data: bytes) -> Pixels:
     except (subprocess.SubprocessError, OSError, ValueError, EOFError):
         raise CommandError("the image file is damaged") from None
     return pixels
+
+
+def fitted(pixels: Pixels, largest: int) -> Pixels:
+    """Return an image with sides of powers of two up to a largest one; 0: as it is."""
+    if largest <= 0:
+        return pixels
+    height, width = (
+        1 << max(0, min(math.floor(math.log2(largest)), round(math.log2(side)))) for side in pixels.shape[:2]
+    )
+    return cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
 
 
 def _size(data: bytes) -> tuple[int, int] | None:

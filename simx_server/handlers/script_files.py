@@ -7,10 +7,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from simx_client.protocol.files import MESH_SUFFIXES, VREP_MODEL_SUFFIX, VREP_SCENE_SUFFIX
 from simx_client.protocol.kinds import to_text
 from simx_server.errors import CommandError
 from simx_server.files import workspace
+from simx_server.files.image_files import Pixels, decoded
 from simx_server.scene.formats.model_files import Model, read_model
 from simx_server.scene.formats.vrep.recognising import is_vrep
 from simx_server.scene.trial.kinds import MESH
@@ -19,6 +22,9 @@ from .loading import add, checked, find, load, read
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
+
+_LARGEST_IMAGE = 4096
+"""Longest side in pixels of an image that becomes a texture."""
 
 
 def load_model_of_server(world: World, given: str | bytes) -> int:
@@ -46,6 +52,32 @@ def read_mesh(world: World, text: str) -> Model:
     return world.trials.finish(
         read(world, MESH, found, found.name, lambda sources: read_model(found, sources=sources))
     )
+
+
+def file_of_server(world: World, text: str) -> Path:
+    """Return a file of the server's side, whose content a script is about to use. Raises CommandError."""
+    sim = world.simulation
+    found = sim.files.find(workspace.check_name(text), True)
+    sim.tell(lambda part: part.file_read(found, sim.files.sources))
+    return found
+
+
+def read_image(world: World, text: str) -> Pixels:
+    """Return the pixels (height, width, 3) of an image file of the server's side, the last row first.
+
+    Raises:
+        CommandError: there is none, it came from a client, it is damaged, or too large.
+    """
+    found = file_of_server(world, text)
+    if world.simulation.files.client_files.made(found):
+        raise CommandError(f"'{text}' came from a client; only the operator's own images become textures")
+    try:
+        pixels = decoded(found.read_bytes())
+    except (CommandError, OSError) as error:
+        raise CommandError(f"'{text}': {error}") from None
+    if max(pixels.shape[:2]) > _LARGEST_IMAGE:
+        raise CommandError(f"'{text}' has sides of more than {_LARGEST_IMAGE} pixels")
+    return np.ascontiguousarray(pixels[::-1, :, :3])
 
 
 def load_scene_of_server(world: World, given: str | bytes) -> None:

@@ -40,6 +40,7 @@ from .objects.compounds import CompoundFunctions
 from .objects.custom_data import CustomDataFunctions
 from .objects.dynamics import DynamicsFunctions
 from .objects.joints import JointFunctions
+from .objects.meshes import MeshFunctions
 from .objects.object_names import ObjectNameFunctions
 from .objects.object_parameters import ObjectParameterFunctions
 from .objects.objects import ObjectFunctions
@@ -123,6 +124,7 @@ class SimApi(
     VisionFunctions,
     ImageFileFunctions,
     ShapeFunctions,
+    MeshFunctions,
     CompoundFunctions,
     ColorFunctions,
     TextureFunctions,

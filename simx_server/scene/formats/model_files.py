@@ -81,7 +81,7 @@ def strip(spec: mujoco.MjSpec) -> None:
 def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:
     """Return a static body with the mesh as its shape, in the file's own coordinates (metres).
 
-    The spec contains the points: later edits do not need the file.
+    The spec contains the points and the places of a texture: later edits do not need the file.
     """
     name = PurePosixPath(file_name).stem
     reader = mujoco.MjSpec()
@@ -102,6 +102,8 @@ def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.Mj
         name=name,
         uservert=points.ravel(),
         userface=read.mesh_face.ravel(),
+        usertexcoord=read.mesh_texcoord.ravel(),
+        userfacetexcoord=read.mesh_facetexcoord.ravel() if len(read.mesh_texcoord) else [],
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     body = spec.worldbody.add_body(name=name)

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import cv2
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +13,8 @@ from numpy.typing import NDArray
 from simx_server.editing import shape_looks
 from simx_server.editing.textured_planes import create_textured_plane, plane_triangles
 from simx_server.errors import CommandError
-from simx_server.files import workspace
-from simx_server.files.image_files import decoded
+from simx_server.files.image_files import fitted
+from simx_server.handlers.script_files import read_image
 from simx_server.parts.textures.dressing import Dress, dress, undress
 from simx_server.parts.textures.textures import Pixels
 from simx_server.scene.geometry.triangles import corners_of
@@ -118,7 +117,11 @@ class TextureFunctions(ApiPart, effect="changes"):
 
         Partly: pixels are interpolated (option 1 asks for none), and a texture is always repeated (options 4, 8).
         """
-        pixels = _fitted(self._image(file), largest) if file else _blank(resolution or _USUAL_RESOLUTION)
+        pixels = (
+            fitted(read_image(self._world, file), largest)
+            if file
+            else _blank(resolution or _USUAL_RESOLUTION)
+        )
         height, width = pixels.shape[:2]
         plane = _numbers(sizes, 2) if sizes else [1.0, height / width]
         if not all(0 < size <= _LARGEST_PLANE for size in plane):
@@ -217,19 +220,6 @@ class TextureFunctions(ApiPart, effect="changes"):
         mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
         return corners_of(model, geom) @ turn.reshape(3, 3).T + model.geom_pos[geom]
 
-    def _image(self, file: str) -> Pixels:
-        """Return an image file's pixels, the last row first. Raises CommandError."""
-        found = self._sim.files.find(workspace.check_name(file), True)
-        if self._sim.files.client_files.made(found):
-            raise CommandError(f"'{file}' came from a client; only the operator's own images become textures")
-        try:
-            pixels = decoded(found.read_bytes())
-        except CommandError as error:
-            raise CommandError(f"'{file}': {error}") from None
-        if max(pixels.shape[:2]) > _LARGEST:
-            raise CommandError(f"'{file}' has sides of more than {_LARGEST} pixels")
-        return np.ascontiguousarray(pixels[::-1, :, :3])
-
 
 def _projected(
     corners: NDArray[np.float64], scale: tuple[float, float], frame: Pose, mapping: int = 0
@@ -274,13 +264,3 @@ def _sides(resolution: list[int]) -> tuple[int, int]:
 def _blank(resolution: list[int]) -> Pixels:
     width, height = _sides(resolution)
     return np.full((height, width, 3), 255, np.uint8)
-
-
-def _fitted(pixels: Pixels, largest: int) -> Pixels:
-    """Return an image with sides of powers of two up to a largest one; 0: as it is."""
-    if largest <= 0:
-        return pixels
-    height, width = (
-        1 << max(0, min(math.floor(math.log2(largest)), round(math.log2(side)))) for side in pixels.shape[:2]
-    )
-    return cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8)

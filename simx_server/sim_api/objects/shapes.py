@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simx_server.editing import creating, creating_parts, shape_looks
 from simx_server.editing.compounds import relocating
 from simx_server.editing.creating import Body
 from simx_server.errors import CommandError, Unsupported
 from simx_server.handlers.objects import shape_properties
-from simx_server.handlers.script_files import read_mesh
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
-from simx_server.scene.assets.filing import points_and_faces
 from simx_server.scene.geometry import lights
-from simx_server.scene.geometry.hulls import hull
 from simx_server.scene.geometry.letters import text_mesh
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.poses import IDENTITY
@@ -78,16 +74,6 @@ class ShapeFunctions(ApiPart, effect="changes"):
             raise CommandError(f"{kind} is no primitive shape; those are {known}")
         return creating.create_primitive(self._world, _PRIMITIVES[kind], sizes, Body())
 
-    def createMeshShape(
-        self, _options: int, _shading_angle: float, vertices: list[float], indices: list[int]
-    ) -> int:
-        """Create a static shape, not respondable, from points; its frame is at their centre, without rotation.
-
-        Partly: shading and drawing options are ignored.
-        """
-        points, faces = _threes(vertices, float), _threes(indices, int)
-        return creating.create_mesh(self._world, points, faces, "Shape", Body())
-
     def generateTextShape(
         self,
         text: str,
@@ -121,12 +107,6 @@ class ShapeFunctions(ApiPart, effect="changes"):
         )
         return handle
 
-    def createShape(
-        self, options: int, shading_angle: float, vertices: list[float], indices: list[int]
-    ) -> int:
-        """Create a mesh: CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are ignored."""
-        return self.createMeshShape(options, shading_angle, vertices, indices)
-
     def createHeightfieldShape(
         self,
         _options: int,
@@ -146,21 +126,6 @@ class ShapeFunctions(ApiPart, effect="changes"):
             )
         field = np.array(heights[: x_count * y_count], float).reshape(y_count, x_count)
         return creating.create_height_field(self._world, field, x_size)
-
-    def importMesh(
-        self, _format: int, path: str, _options: int, _tolerance: float, scaling: float
-    ) -> tuple[list[list[float]], list[list[int]]]:
-        """Return points and indices of an STL or OBJ file of the workspace, each as one table in a table.
-
-        Partly: other formats are not supported; equal points are not merged.
-        """
-        points, faces = self._mesh(path, scaling)
-        return [points.ravel().tolist()], [faces.ravel().tolist()]
-
-    def importShape(self, _format: int, path: str, _options: int, _tolerance: float, scaling: float) -> int:
-        """Create a static shape from an STL or OBJ file of the workspace. Partly: as sim.importMesh."""
-        points, faces = self._mesh(path, scaling)
-        return creating.create_mesh(self._world, points, faces, "Shape", Body())
 
     def createJoint(
         self,
@@ -215,59 +180,6 @@ class ShapeFunctions(ApiPart, effect="changes"):
         )
 
     @reads
-    def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
-        """Return points in the shape's frame, indices, and three normals for each triangle."""
-        points, faces = shape_looks.triangles(self._world, self._self(shape))
-        normals = np.repeat(shape_looks.normals(points, faces), 3, axis=0)
-        return points.ravel().tolist(), faces.ravel().tolist(), normals.ravel().tolist()
-
-    @reads
-    def getShapeViz(self, shape: int, index: int) -> dict[str, Any] | None:
-        """Return how a part of a shape is drawn, by its index from 0; nil after the last part.
-
-        The fields: `vertices`, `indices`, `normals` (three for each triangle) in the shape's frame; `colors`, RGB of
-        ambient and diffuse, highlights, emission; `transparency` 0..1; `shadingAngle`, `options`, which are 0; and
-        `texture` of a mesh with one: `texture` (RGBA), `resolution`, `coordinates` (u, v of each corner), `id`,
-        `applyMode`, `options`.
-        """
-        handle = self._self(shape)
-        parts = self._world.shape_colors.parts(handle)
-        if not 0 <= index < len(parts):
-            return None
-        part = parts[index]
-        points, faces = shape_looks.indexed(shape_looks.part_corners(self._world, handle, part.geom))
-        found: dict[str, Any] = {
-            "vertices": points.ravel().tolist(),
-            "indices": faces.ravel().tolist(),
-            "normals": np.repeat(shape_looks.normals(points, faces), 3, axis=0).ravel().tolist(),
-            "colors": part.colors,
-            "transparency": part.transparency,
-            "shadingAngle": 0.0,
-            "options": 0,
-        }
-        texture = shape_looks.part_texture(self._sim.model, part.geom)
-        if texture is not None:
-            rows, columns = texture.pixels.shape[:2]
-            found["texture"] = {
-                "texture": texture.pixels.tobytes(),
-                "resolution": [columns, rows],
-                "coordinates": texture.coordinates.ravel().tolist(),
-                "id": self._world.textures.of_geom(part.geom),
-                "applyMode": 0,
-                "options": 0,
-            }
-        return found
-
-    @reads
-    def getQHull(self, vertices: list[float]) -> tuple[list[float], list[int]]:
-        """Return the points and triangles of the convex hull of points x, y, z.
-
-        Points in a plane or a line are an error, as in V-REP.
-        """
-        points, faces = hull(_threes(vertices, float))
-        return points.ravel().tolist(), faces.ravel().tolist()
-
-    @reads
     def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
         """Return bits (0 compound, 1 pure, 2 convex), the sim.pure_primitive_* of a single shape, and its sizes x, y,
         z and 0.
@@ -308,15 +220,3 @@ class ShapeFunctions(ApiPart, effect="changes"):
 
     def _shape(self, handle: int) -> int:
         return self._sim.scene.get_kind(self._self(handle), ObjectKind.SHAPE).handle
-
-    def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return points (n, 3) in metres and faces (m, 3)."""
-        spec = read_mesh(self._world, path).scene.spec
-        points, faces = points_and_faces(spec, *spec.meshes)
-        return points.astype(float) * scaling, faces.astype(int)
-
-
-def _threes(numbers: list[float] | list[int], kind: type[float] | type[int]) -> NDArray[Any]:
-    """Return numbers in rows of three; what is left over is ignored, as in V-REP."""
-    whole: Sequence[float] = numbers[: len(numbers) // 3 * 3]
-    return np.array(whole, dtype=kind).reshape(-1, 3)
