@@ -274,7 +274,7 @@ def test_a_mesh_that_asks_for_too_many_cuts_is_decomposed_more_coarsely(
 def test_a_mesh_larger_than_a_pipe_reaches_the_process_that_starts_slowly(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    program = "import sys, numpy as np; data = sys.stdin.buffer.read(); np.savez(sys.stdout.buffer, np.array([len(data)]))"
+    program = "import sys, numpy as np; np.savez(sys.stdout.buffer, np.array([len(sys.stdin.buffer.read())]))"
     start = subprocess.Popen
     monkeypatch.setattr(
         subprocess, "Popen", lambda _, **options: start([sys.executable, "-c", program], **options)
