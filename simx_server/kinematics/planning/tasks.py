@@ -145,6 +145,9 @@ class Solving:
         self._by_name = world.searching.uses_ompl
         self._task = task
         self._writers = [_Writer(sim, space) for space in task.spaces]
+        addresses = [writer.address for writer in self._writers if writer.address is not None]
+        self._addresses = np.array(addresses) if len(addresses) == len(self._writers) else None
+        """Of the joints in qpos, where the state is only joints."""
         moved = [writer.body for writer in self._writers]
         own_model = any(writer.is_fixed for writer in self._writers)
         self._validity = Validity(world, moved, task.pairs, own_model=own_model) if task.pairs else None
@@ -165,6 +168,9 @@ class Solving:
     def _write(self, data: mujoco.MjData, state: Array) -> None:
         """Put the objects there on a scratch state, without kinematics."""
         assert self._validity is not None
+        if self._addresses is not None:
+            data.qpos[self._addresses] = state
+            return
         at = 0
         for writer in self._writers:
             writer.write(self._validity.model, data, state[at : at + writer.space.count])
@@ -271,12 +277,14 @@ class _Writer:
         self.endless = [False] * space.count
         self.is_fixed = False
         """Whether a position in the model has to be written."""
+        self.address: int | None = None
+        """Of a joint in qpos."""
         if space.kind == SpaceKind.JOINT:
             sim.scene.get_kind(space.handle, ObjectKind.JOINT)
             sim.joints.state(space.handle)
             if item.element != "joint":
                 raise CommandError(f"'{item.name}' is driven through a tendon and cannot be planned for")
-            self._address = int(model.jnt_qposadr[item.id])
+            self.address = int(model.jnt_qposadr[item.id])
             self.body = item.body
             self.endless = [bool(sim.joints.interval(space.handle)[0])]
             return
@@ -299,8 +307,8 @@ class _Writer:
         self._qpos = int(model.jnt_qposadr[self._free]) if self._free >= 0 else -1
 
     def write(self, model: mujoco.MjModel, data: mujoco.MjData, values: Array) -> None:
-        if self.space.kind == SpaceKind.JOINT:
-            data.qpos[self._address] = values[0]
+        if self.address is not None:
+            data.qpos[self.address] = values[0]
             return
         position, quat = compose(self._reference, pose_at(self.space.kind, self._pose, values))
         if self._qpos >= 0:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from contextlib import ExitStack
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scenes_for_tests import NoRendering
+from sim_api_calls import ScriptWorld
 
 from simx_server.app.building import build_world
 from simx_server.app.server import open_world
@@ -147,7 +149,7 @@ def test_an_error_of_a_check_reaches_the_caller() -> None:
 
 
 @needs_ompl
-def test_the_add_on_and_tasks_of_scripts_plan_with_it_when_asked() -> None:
+def test_the_add_on_of_pyrep_plans_with_it_when_asked() -> None:
     def path(name: str, *, uses_ompl: bool) -> list[float]:
         world = build_world(NoRendering(), searching=Searching(0, uses_ompl))  # type: ignore[arg-type]
         world.simulation.use(*load_text(ARM))
@@ -167,6 +169,30 @@ def test_the_add_on_and_tasks_of_scripts_plan_with_it_when_asked() -> None:
         CommandError, match="SBL cannot be used from the Python module of OMPL; these can: BITstar"
     ):
         path("SBL", uses_ompl=True)
+
+
+@needs_ompl
+def test_a_task_of_a_script_plans_with_the_algorithm_that_it_sets(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path, ARM, owner="base")
+    object.__setattr__(world.parts, "searching", Searching(0, uses_ompl=True))
+    plan = """
+        local joints = {sim.getObjectHandle('shoulder'), sim.getObjectHandle('elbow')}
+        local task, spaces = simOMPL.createTask('reach'), {}
+        for i, joint in ipairs(joints) do
+            spaces[i] = simOMPL.createStateSpace('', simOMPL.StateSpaceType.joint_position, joint, {-2.5}, {2.5})
+        end
+        simOMPL.setStateSpace(task, spaces)
+        simOMPL.setAlgorithm(task, simOMPL.Algorithm.NAME)
+        simOMPL.setCollisionPairs(task, {sim.getCollectionHandle('arm'), sim.handle_all})
+        simOMPL.setStartState(task, {-0.8, 0.1})
+        simOMPL.setGoalState(task, {0.8, -0.1})
+        return simOMPL.compute(task, 10, -1, 100)
+    """
+    found, path = world.lua(plan.replace("NAME", "LBKPIECE1"))
+    assert found is True
+    assert len(path) >= 200
+    assert path[-2:] == pytest.approx(GOAL)
+    world.fails(plan.replace("NAME", "PRM"), "PRM cannot be used from the Python module of OMPL")
 
 
 def test_without_the_library_the_message_has_the_line_that_installs_it(
