@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
-from simx_client.protocol.cli.installing import ZMQ_CLIENT, line
+from simx_client.protocol.cli.installing import ZMQ_CLIENT, line, pyrep_line
 from simx_client.protocol.files import OPENED_SUFFIXES
 
 _OTHERS = (".c", ".cpp", ".cc", ".cxx", ".h", ".m", ".java", ".jar", ".class")
@@ -16,6 +16,7 @@ _NUMPY_1 = (
     "or install 'numpy<2' and 'opencv-python-headless<4.12' into a Python environment of the script's own"
 )
 
+_WITH_PYREP = "simx-run --pyrep SCRIPT, and simx stands for CoppeliaSim (docs/pyrep.md)"
 
 _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
     (
@@ -46,6 +47,24 @@ _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
         ModuleNotFoundError,
         r"No module named '(coppeliasim_zmqremoteapi_client|zmqRemoteApi)'",
         f"the client of CoppeliaSim's ZeroMQ remote API is a package: {line([ZMQ_CLIENT])}",
+    ),
+    *(
+        (
+            ModuleNotFoundError,
+            rf"No module named '{name}'",
+            f"{title} is a package: {pyrep_line(name)}; run its programs with {_WITH_PYREP}",
+        )
+        for name, title in (("pyrep", "PyRep"), ("rlbench", "RLBench"))
+    ),
+    (
+        ImportError,
+        r"\bpyrep\.backend\._sim_cffi\b|\b_sim_cffi\.\S*(?:so|pyd|dylib)\b|\blibcoppeliaSim\b",
+        f"this is a program of PyRep: run it with {_WITH_PYREP}",
+    ),
+    (
+        Exception,
+        r"^COPPELIASIM_ROOT (?:not defined|was not a correct path)",
+        f"this is a program of PyRep: name the folder of CoppeliaSim, or run it with {_WITH_PYREP}",
     ),
 )
 

@@ -117,6 +117,13 @@ def test_pip_takes_such_a_line() -> None:
 BY_HAND = re.compile(r"\bpip3? install\b")
 
 
+def test_pyrep_and_rlbench_are_installed_from_their_repositories_without_the_simulator() -> None:
+    for package, repository in (("pyrep", "PyRep"), ("rlbench", "RLBench")):
+        root, _, line = installing.pyrep_line(package).partition(" ")
+        assert root == "COPPELIASIM_ROOT=$(simx-run"
+        assert line.endswith(f" install git+https://github.com/stepjam/{repository}.git")
+
+
 def test_no_hint_is_written_by_hand() -> None:
     """Else it names this project, which no index has, or versions that the project has left behind."""
     files = [
