@@ -65,7 +65,7 @@ def make_parser() -> Parser:
     parser = Parser(
         PROGRAM,
         usage=f"{PROGRAM} [options] SCRIPT [ARGS...]",
-        description="Run a Python script written for V-REP's or CoppeliaSim's legacy remote API, unmodified.",
+        description="Run a Python script written for V-REP's or CoppeliaSim's legacy remote API, or PyRep, unmodified.",
         epilog=EXAMPLES,
     )
     parser.add_argument("script", metavar="SCRIPT", nargs="?", help="the Python file")
@@ -77,12 +77,12 @@ def make_parser() -> Parser:
         "--embed", metavar="SCENE", help="simulate in the script's own process, without a server"
     )
     parser.add_argument(
-        "--pyrep", action="store_true", help="a program of PyRep or RLBench: simx stands for CoppeliaSim"
+        "--pyrep", action="store_true", help="a program of PyRep; simx stands for CoppeliaSim"
     )
     parser.add_argument(
         "--pyrep-root",
         action="store_true",
-        help="print a folder for COPPELIASIM_ROOT, to install PyRep with, and exit",
+        help="print a COPPELIASIM_ROOT to install PyRep with, and exit",
     )
     parser.add_argument("--server-args", metavar="ARGS", default="", help='more for all three: "--speed max"')
     parser.add_argument(
