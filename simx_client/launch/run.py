@@ -82,7 +82,7 @@ def make_parser() -> Parser:
     parser.add_argument(
         "--pyrep-root",
         action="store_true",
-        help="print a COPPELIASIM_ROOT to install PyRep with, and exit",
+        help="print a COPPELIASIM_ROOT to install PyRep, and exit",
     )
     parser.add_argument("--server-args", metavar="ARGS", default="", help='more for all three: "--speed max"')
     parser.add_argument(

@@ -9,6 +9,7 @@ import pytest
 from c_program import CProgram, Out, ffi, numbers
 
 from simx_client.protocol import constants as c
+from simx_client.pyrep.worlds import ARGUMENTS
 
 JOINTS = 6
 CONFIGURATION = Out(f"float[{JOINTS}]")
@@ -45,6 +46,20 @@ def bend(program: CProgram) -> None:
         program.done("simSetJointPosition", joint, position)
 
 
+def searched(program: CProgram) -> list[float]:
+    """Return the first configuration that a search finds for the target, as PyRep searches."""
+    group, joints = program.lib.simGetIkGroupHandle(b"UR5_ik"), joints_of(program)
+    low, ranges = [-3.14] * JOINTS, [6.28] * JOINTS
+    for _ in range(300):
+        result, found = program.call(
+            "simGetConfigForTipPose", group, JOINTS, joints, 0.65, 10, CONFIGURATION, ffi.NULL, 0, ffi.NULL, ffi.NULL,
+            low, ranges, ffi.NULL,
+        )  # fmt: skip
+        if result == 1:
+            return found
+    raise AssertionError("no configuration is found")
+
+
 def test_a_group_is_solved_for_joints_in_force_mode_without_moving_them(arm: CProgram) -> None:
     bend(arm)
     group = arm.lib.simGetIkGroupHandle(b"UR5_ik")
@@ -69,21 +84,28 @@ def test_a_target_out_of_reach_is_no_success(arm: CProgram) -> None:
 
 def test_a_configuration_is_searched_for_a_pose(arm: CProgram) -> None:
     bend(arm)
-    group, joints = arm.lib.simGetIkGroupHandle(b"UR5_ik"), joints_of(arm)
     put_target(arm, (0.1, 0.1, -0.1))
-    low, ranges = [-3.14] * JOINTS, [6.28] * JOINTS
-    for _ in range(300):
-        result, found = arm.call(
-            "simGetConfigForTipPose", group, JOINTS, joints, 0.65, 10, CONFIGURATION, ffi.NULL, 0, ffi.NULL, ffi.NULL,
-            low, ranges, ffi.NULL,
-        )  # fmt: skip
-        if result == 1:
-            break
-    assert result == 1
-    for joint, position in zip(joints, found, strict=True):
+    for joint, position in zip(joints_of(arm), searched(arm), strict=True):
         arm.done("simSetJointPosition", joint, position)
     tip = arm.done("simGetObjectPosition", arm.handle("UR5_tip"), arm.handle("UR5_target"), PLACE)
     assert np.linalg.norm(tip) < 1e-3
+
+
+def test_a_seed_chooses_the_configurations_that_are_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def found(flags: str) -> list[float]:
+        monkeypatch.setenv(ARGUMENTS, flags)
+        with CProgram("ur5") as program:
+            program.run(1)
+            bend(program)
+            put_target(program, (0.1, 0.1, -0.1))
+            return searched(program)
+
+    first = found("--seed 7")
+    assert found("--seed 7") == first
+    assert found("--seed 8") != first
+    assert found("") == found("--seed 0") != first
 
 
 def test_a_straight_path_ends_at_the_target(arm: CProgram) -> None:
