@@ -20,6 +20,7 @@ from simx_server.scene.poses.pose_copies import Array, PoseCopies, Poses
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import Scene
 from .proximity.bundles import Bundles
+from .points import DetectablePoints, Points
 from .proximity.edge_lines import EdgeLines
 from .sights import Sights
 
@@ -55,9 +56,11 @@ class Surroundings:
         self.bundles = Bundles(self.triangles, model.ngeom)
         self.lines = EdgeLines(self.triangles)
         self.sights = Sights(self)
+        self.detectable_points = DetectablePoints(scene)
         self.nearest_triangles: dict[tuple[int, int], tuple[int, int]] = {}
         """The nearest triangles of pairs of geoms when they were last measured: they are near still."""
         self._owned: dict[tuple[int, ...], NDArray[np.bool_]] = {}
+        self._points: dict[tuple[int, ...], Points] = {}
         self._not_of: dict[int, NDArray[np.bool_]] = {}
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
@@ -71,6 +74,16 @@ class Surroundings:
                 del self._owned[next(iter(self._owned))]
             known = self._owned[key] = np.isin(self.owners, key)
             known.flags.writeable = False
+        return known
+
+    def points_of(self, handles: Collection[int]) -> Points:
+        """Return the dummies among some objects."""
+        key = tuple(handles)
+        known = self._points.get(key)
+        if known is None:
+            while len(self._points) >= _MOST_SETS:
+                del self._points[next(iter(self._points))]
+            known = self._points[key] = Points.of(self.scene, key)
         return known
 
     def not_of(self, handle: int) -> NDArray[np.bool_]:
@@ -115,6 +128,10 @@ class Instant:
 
     @cached_property
     def _detectable(self) -> dict[str | None, NDArray[np.bool_]]:
+        return {}
+
+    @cached_property
+    def _points(self) -> dict[str | None, Points]:
         return {}
 
     @cached_property
@@ -164,6 +181,13 @@ class Instant:
         known = self._detectable.get(kind)
         if known is None:
             known = self._detectable[kind] = self.surroundings.sights.detectable(kind)
+        return known
+
+    def detectable_points(self, kind: str | None = None) -> Points:
+        """Return the dummies that proximity sensors of a kind detect: those that are declared detectable."""
+        known = self._points.get(kind)
+        if known is None:
+            known = self._points[kind] = self.surroundings.detectable_points.to(kind)
         return known
 
 

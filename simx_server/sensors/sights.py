@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_client.protocol import constants as c
+from simx_server.scene.abilities import ability
 from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.formats.annotations import Annotations
 from simx_server.scene.objects import ObjectKind
@@ -90,7 +91,7 @@ class Sights:
             return ()
         if item.kind == ObjectKind.PATH:  # its visible form is for cameras only
             return ()
-        declared = item.annotations.get("shape", {}).get("detectable", True)
+        declared = ability(item, "detectable")
         if isinstance(declared, str):
             return declared.split(",")
         return None if declared else ()

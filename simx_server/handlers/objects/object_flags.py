@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from simx_client.protocol import constants as c
 from simx_server.parts.custom_data import HIDDEN
 from simx_server.scene import properties
+from simx_server.scene.abilities import ability, note_of
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import DETECTABLE_KINDS, Annotation
 from simx_server.scene.objects import ObjectKind
@@ -20,11 +21,11 @@ _SPECIAL = {
     "collidable": c.sim_objectspecialproperty_collidable,
     "measurable": c.sim_objectspecialproperty_measurable,
 }
-"""Annotations of a shape in the scene and the bits with the same meaning."""
+"""Abilities of an object and the bits with the same meaning."""
 
 _FIRST_KIND = c.sim_objectspecialproperty_detectable_ultrasonic
 _DETECTABLE = {kind: _FIRST_KIND << place for place, kind in enumerate(DETECTABLE_KINDS)}
-"""Bits of the kinds of proximity sensors that detect a shape."""
+"""Bits of the kinds of proximity sensors that detect an object."""
 
 _FLAGS = HIDDEN + "property"
 """Name under which the bits for viewers are stored."""
@@ -35,31 +36,36 @@ def special_flags(world: World, handle: int) -> int:
     renderable, without the properties of its models. Raises UnknownHandle.
     """
     item = world.simulation.scene.get(handle)
-    if item.kind != ObjectKind.SHAPE:
-        return c.sim_objectspecialproperty_measurable if item.kind == ObjectKind.DUMMY else 0
-    note = item.annotations.get("shape", {})
-    bits = sum(bit for name, bit in _SPECIAL.items() if note.get(name, True))
-    detectable = note.get("detectable", True)
+    if item.kind not in (ObjectKind.SHAPE, ObjectKind.DUMMY):
+        return 0
+    bits = sum(bit for name, bit in _SPECIAL.items() if ability(item, name))
+    detectable = ability(item, "detectable")
     kinds = detectable.split(",") if isinstance(detectable, str) else _DETECTABLE if detectable else ()
     bits |= sum(_DETECTABLE[kind] for kind in kinds)
+    if item.kind == ObjectKind.DUMMY:
+        return bits
     seen = world.object_settings.is_drawn(handle) and not properties.is_unseen(item)
     return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
 
 
 def set_special_flags(world: World, handle: int, bits: int) -> None:
-    """Set bits `sim.objectspecialproperty_*` of a shape until the simulation stops.
+    """Set bits `sim.objectspecialproperty_*` of a shape or dummy until the simulation stops.
 
-    A shape that the scene file hides from images stays hidden. Raises UnknownHandle, WrongKind.
+    A shape that the scene file hides from images stays hidden; images show no dummies. Raises UnknownHandle, WrongKind.
     """
     sim = world.simulation
-    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE, ObjectKind.DUMMY)
     said: Annotation = {name: bool(bits & bit) for name, bit in _SPECIAL.items()}
-    said["renderable"] = bool(bits & c.sim_objectspecialproperty_renderable)
     kinds = [kind for kind, bit in _DETECTABLE.items() if bits & bit]
-    is_declared = isinstance(item.annotations.get("shape", {}).get("detectable"), str)
-    is_plain = not kinds or (len(kinds) == len(_DETECTABLE) and not is_declared)
+    is_plain = not kinds or (
+        len(kinds) == len(_DETECTABLE) and not isinstance(ability(item, "detectable"), str)
+    )
     said["detectable"] = bool(kinds) if is_plain else ",".join(kinds)
-    renaming.annotate(sim, handle, "shape", said)
+    if item.kind == ObjectKind.DUMMY:
+        renaming.annotate(sim, handle, note_of(item), said)
+        return
+    said["renderable"] = bool(bits & c.sim_objectspecialproperty_renderable)
+    renaming.annotate(sim, handle, note_of(item), said)
     properties.apply(sim)
     sim.changed()
 

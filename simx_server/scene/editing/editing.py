@@ -25,6 +25,7 @@ import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
 from simx_server.scene import properties
+from simx_server.scene.abilities import NO_ABILITY
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses.placing import (
@@ -195,7 +196,7 @@ def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None
     def surgery(spec: mujoco.MjSpec) -> None:
         spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4, rgba=rgba)
 
-    note: dict[str, Annotation] = {"dummy": {"color": " ".join(map(str, numbers))}}
+    note: dict[str, Annotation] = {"dummy": {"color": " ".join(map(str, numbers)), **NO_ABILITY}}
     edit(sim, surgery, set(), added=Addition("", {("site", name): name}, {name: note}))
     found = sim.scene.by_name(name)
     if found is None:

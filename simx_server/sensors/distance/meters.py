@@ -4,7 +4,7 @@
 each simulation step, unless a script handles them explicitly; as with proximity sensors, an unread one costs
 nothing.
 
-Objects that are not collidable or measurable (`simx:shape`, or by a model's property) are left out of collections
+Objects that are not collidable or measurable (`simx:shape`, `simx:dummy`, or by a model's property) are left out of collections
 and of "all others". If a caller names a single object, it is measured in any case; a registered one is not.
 """
 
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.scene.abilities import ability
 from simx_server.scene.collection import ALL, Collections
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind
@@ -206,7 +207,7 @@ class Meter(Generic[_R]):
             handle
             for handle in handles
             if scene.objects[handle].kind in self._measurable
-            and scene.objects[handle].annotations.get("shape", {}).get(self._own_key, True)
+            and ability(scene.objects[handle], self._own_key)
             and not scene.overridden(handle) & self._left_out
         ]
 

@@ -59,7 +59,7 @@ def detect(
         wanted: (ngeom,) the geoms to detect.
     """
     if looks.kind == "ray":
-        return _unblinded(looks, _on_ray(instant, looks, origin, rotation, wanted))
+        return unblinded(looks, _on_ray(instant, looks, origin, rotation, wanted))
     return detect_all(instant, looks, origin[np.newaxis], rotation[np.newaxis], wanted[np.newaxis])[0]
 
 
@@ -69,10 +69,10 @@ def detect_all(
     """Return the same for sensors (s,) with equal optics; `wanted`: (s, ngeom)."""
     look = _Look(instant, looks, origins, rotations, wanted)
     found = look.along_rays() if looks.kind == "ray" else look.in_volumes()
-    return [_unblinded(looks, one) for one in found]
+    return [unblinded(looks, one) for one in found]
 
 
-def _unblinded(looks: Optics, found: Detection | None) -> Detection | None:
+def unblinded(looks: Optics, found: Detection | None) -> Detection | None:
     """Return a detection, None if it is so near that it blinds the sensor."""
     if found is None or math.dist(found.point, (0.0, 0.0, 0.0)) < looks.least_distance:
         return None

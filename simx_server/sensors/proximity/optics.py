@@ -52,6 +52,11 @@ class Optics:
     throw: Throw | None = None
     """Of random rays in the volume, a cone; None: the whole volume is searched."""
 
+    @property
+    def detects_points(self) -> bool:
+        """Return whether the sensor searches its volume, and so detects points too."""
+        return self.kind != "ray" and self.throw is None
+
     def accepts(self, point: Vector, normal: Vector) -> bool:
         """Return whether the sensor sees this side and angle of a surface, both vectors in its frame."""
         along = sum(a * b for a, b in zip(point, normal, strict=True))

@@ -1,10 +1,10 @@
 """Proximity sensors: sites with a rangefinder or a `simx:proximity` annotation.
 
 They look along the site's +z (see `volume.py`) at everything that a camera sees too (the geom groups of
-`VISIBLE_GROUPS`), except the shape that carries them. V-REP computes all sensors in each simulation step; here a
-sensor is computed when it is read, from the instant of the last sensing phase. Sensors with equal optics that were
-read with it before are computed together with it, because a program that reads a ring of sensors once will do so
-again.
+`VISIBLE_GROUPS`), except the shape that carries them, and at dummies that are declared detectable. V-REP computes all
+sensors in each simulation step; here a sensor is computed when it is read, from the instant of the last sensing phase.
+Sensors with equal optics that were read with it before are computed together with it, because a program that reads a
+ring of sensors once will do so again.
 """
 
 from __future__ import annotations
@@ -20,15 +20,14 @@ from numpy.typing import NDArray
 from simx_server.errors import NotHandledYet
 from simx_server.scene.collection import ALL
 from simx_server.scene.editing import renaming
-from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
 from simx_server.simulation.part import Part
 
-from .detection import FEW_RAYS, Detection, detect, detect_all
+from .detection import Detection
 from .given import detect_given
+from .looking import Targets, look, note_of, turn_of
 from .optics import Optics, optics
-from .random_rays import detect_randomly
 from .volume import TYPES
 
 if TYPE_CHECKING:
@@ -183,16 +182,12 @@ class ProximitySensors(Part):
             UnknownHandle, WrongKind, CommandError: a handle or a value is wrong.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        members = self._collections.entity(entity)
         instant = self._instants.now()
-        looks_now = replace(self._look(item), **looks)  # type: ignore[arg-type]
-        if entity == ALL:
-            wanted = instant.detectable(looks_now.detects)
-        else:
-            wanted = instant.surroundings.owned_by(members)
-            if entity in self._collections and not self._collections.overrides(entity):
-                wanted = wanted & instant.detectable(looks_now.detects)
-        return _within(farthest, self._look_at(instant, [item], looks_now, [wanted])[0])
+        own = self._look(item)
+        other = {name: value for name, value in looks.items() if value != getattr(own, name)}
+        looks_now = replace(own, **other) if other else own  # type: ignore[arg-type]
+        targets = self._targets(instant, entity, looks_now, whatever_it_is=True)
+        return _within(farthest, look(instant, [item], looks_now, [targets], self._dice)[0])
 
     def check_given(
         self,
@@ -216,7 +211,7 @@ class ProximitySensors(Part):
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         instant = self._instants.now()
         looks_now = replace(self._look(item), throw=None, **looks)  # type: ignore[arg-type]
-        places = (items - instant.site_xpos[item.id]) @ _turn(instant, item)
+        places = (items - instant.site_xpos[item.id]) @ turn_of(instant, item)
         return _within(farthest, detect_given(looks_now, places))
 
     def is_explicit(self, handle: int) -> bool:
@@ -226,7 +221,7 @@ class ProximitySensors(Part):
             UnknownHandle, WrongKind: the handle is not a proximity sensor's.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        return self._explicit.get(handle, bool(_note(item).get("explicit", False)))
+        return self._explicit.get(handle, bool(note_of(item).get("explicit", False)))
 
     def set_explicit(self, handle: int, explicit: bool) -> None:
         """Set whether a sensor is handled explicitly; in a running simulation, until the stop.
@@ -329,42 +324,24 @@ class ProximitySensors(Part):
         """Return the results of sensors with equal optics."""
         items = [instant.scene.objects[handle] for handle in handles]
         looks = self._look(items[0])
-        seen = instant.detectable(looks.detects)
-        return self._look_at(instant, items, looks, [self._wanted(instant, item, seen) for item in items])
+        targets = [self._targets(instant, self._entity(item), looks) for item in items]
+        return look(instant, items, looks, targets, self._dice)
 
-    def _wanted(self, instant: Instant, item: SceneObject, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return (ngeom,) what a sensor is to detect, of what sensors can detect."""
-        entity = self._entity(item)
+    def _targets(
+        self, instant: Instant, entity: int, looks: Optics, *, whatever_it_is: bool = False
+    ) -> Targets:
+        """Return what a sensor is to detect of an entity.
+
+        `whatever_it_is`: include a single object that is not detectable. Raises UnknownHandle, CommandError.
+        """
         if entity == ALL:
-            return seen
-        members = instant.surroundings.owned_by(self._collections.entity(entity))
-        return members if self._collections.overrides(entity) else seen & members
-
-    def _look_at(
-        self, instant: Instant, items: list[SceneObject], looks: Optics, wanted: list[NDArray[np.bool_]]
-    ) -> list[Detection | None]:
-        """Return the results of sensors; `wanted`: (ngeom,) each. The carrier is left out, unless annotated."""
-        if looks.faces == "none":
-            return [None] * len(items)
-        for row, item in enumerate(items):
-            carrier = instant.scene.owner_of_body(item.body, instant.model)
-            if carrier != -1 and not _note(item).get("carrier", False):
-                wanted[row] = wanted[row] & instant.surroundings.not_of(carrier)
-        if looks.kind == "ray" and len(items) <= FEW_RAYS:
-            return [
-                detect(instant, looks, instant.site_xpos[item.id], _turn(instant, item), some)
-                for item, some in zip(items, wanted, strict=True)
-            ]
-        sites = [item.id for item in items]
-        origins, rotations = instant.site_xpos[sites], instant.site_xmat[sites].reshape(-1, 3, 3)
-        if looks.throw is None:
-            return detect_all(instant, looks, origins, rotations, np.array(wanted))
-        return [
-            detect_randomly(
-                instant, looks, origins[row], rotations[row], wanted[row], self._dice(item.handle)
-            )
-            for row, item in enumerate(items)
-        ]
+            return Targets(instant.detectable(looks.detects), instant.detectable_points(looks.detects))
+        members, around = self._collections.entity(entity), instant.surroundings
+        is_object = entity in self._sim.scene.objects
+        if (is_object and whatever_it_is) or self._collections.overrides(entity):
+            return Targets(around.owned_by(members), around.points_of(members))
+        geoms = around.owned_by(members) & instant.detectable(looks.detects)
+        return Targets(geoms, instant.detectable_points(looks.detects).among(members, instant.scene))
 
     def _dice(self, handle: int) -> np.random.Generator:
         """Return the randomness of a sensor's next reading: the same in each run with the same readings."""
@@ -383,7 +360,7 @@ class ProximitySensors(Part):
     def _look(self, item: SceneObject) -> Optics:
         known = self._optics.get(item.handle)
         if known is None:
-            note, default = _note(item), self._default_range(item)
+            note, default = note_of(item), self._default_range(item)
             kind = frozenset(note.items()), default
             known = self._kinds.get(kind) or self._kinds.setdefault(kind, optics(note, default))
             self._optics[item.handle] = known
@@ -391,7 +368,7 @@ class ProximitySensors(Part):
 
     def _entity(self, item: SceneObject) -> int:
         if item.handle not in self._entities:
-            self._entities[item.handle] = self._collections.named(str(_note(item).get("entity", "all")))
+            self._entities[item.handle] = self._collections.named(str(note_of(item).get("entity", "all")))
         entity = self._entities[item.handle]
         gone = entity not in self._sim.scene.objects and entity not in self._collections
         # The entity of a restricted sensor may be removed; then it detects everything, as in V-REP.
@@ -403,15 +380,6 @@ class ProximitySensors(Part):
             return DEFAULT_RANGE
         cutoff = float(self._sim.model.sensor_cutoff[item.sensors[0]])
         return cutoff if 0.0 < cutoff < math.inf else DEFAULT_RANGE
-
-
-def _note(item: SceneObject) -> Annotation:
-    return item.annotations.get("proximity", {})
-
-
-def _turn(instant: Instant, item: SceneObject) -> NDArray[np.float64]:
-    """Return (3, 3) the rotation of a sensor: the columns are its axes."""
-    return instant.site_xmat[item.id].reshape(3, 3)
 
 
 def _within(farthest: float, found: Detection | None) -> Detection | None:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simx_server.scene.collection import ALL
-from simx_server.sensors.proximity import proximity
+from simx_server.sensors.proximity import looking
 from simx_server.sensors.proximity.detection import Detection, detect_all
 
 pytestmark = pytest.mark.slow
@@ -120,7 +120,7 @@ def test_only_sensors_that_were_read_before_are_computed(monkeypatch: pytest.Mon
         counts.append(len(origins))
         return detect_all(instant, looks, origins, rotations, wanted)
 
-    monkeypatch.setattr(proximity, "detect_all", counted)
+    monkeypatch.setattr(looking, "detect_all", counted)
     first, second, *_ = eyes = eyes_of(world)
     for eye in (first, second):
         world.parts.proximity.read(eye)

@@ -107,11 +107,11 @@ def some_of(*words: str) -> Callable[[str], str]:
 
 
 DETECTABLE_KINDS = ("ultrasonic", "infrared", "laser", "inductive", "capacitive")
-"""Kinds of proximity sensors; a shape may be detectable to some of them."""
+"""Kinds of proximity sensors; a shape or dummy may be detectable to some of them."""
 
 
 def detectable(text: str) -> bool | str:
-    """Return whether a shape is detectable, or the kinds of sensors to which it is."""
+    """Return whether an object is detectable, or the kinds of sensors to which it is."""
     try:
         return switch(text)
     except ValueError:

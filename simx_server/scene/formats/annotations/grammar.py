@@ -99,7 +99,13 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "single_pixel": switch,
     },
     "camera": {"view": switch, "whole": switch},
-    "dummy": {"linked": str, "link": one_of("physics", "ik")},
+    "dummy": {
+        "linked": str,
+        "link": one_of("physics", "ik"),
+        "detectable": detectable,
+        "collidable": switch,
+        "measurable": switch,
+    },
     "proximity": {
         "type": one_of("ray", "cone", "cylinder", "pyramid", "disc", "random_rays"),
         "offset": number,

@@ -34,6 +34,7 @@ from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, about, compos
 from simx_server.scene.tree import INTERNAL
 
 from .context import Conversion
+from .geometry.abilities import annotate_abilities_of_dummy
 
 LOOP = 0
 """Link type of two dummies that physics holds together."""
@@ -224,6 +225,8 @@ class Structure:
             "object", name, order=order, parent=parent, layers=f"0x{item.layers & 0xFFFF:04x}"
         )
         conversion.annotate("object", name, alias=item.alias if item.alias not in (None, name) else None)
+        if isinstance(item, Dummy):
+            annotate_abilities_of_dummy(conversion, item)
         if isinstance(item, OtherObject) and item.kind in ANNOTATED_KINDS:
             conversion.annotate("object", name, type=item.kind)
         if item.size_factor != 1.0 and item.size_factor > 0:

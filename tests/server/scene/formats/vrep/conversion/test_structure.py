@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from handler_calls import World
 
+from simx_server.handlers.objects import object_flags
 from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.converting import convert
@@ -154,6 +155,13 @@ def test_static_shapes_ride_along_without_weight() -> None:
     assert model.body_subtreemass[model.body("base").id] == pytest.approx(1.0)
     assert parent_of(scene, "plate") == "frame"
     assert scene.objects[scene.resolve("frame")].kind.text == "dummy"
+
+
+@pytest.mark.parametrize("bits", [0, 0x2, 0x1F0, 0x30, 0x1F3])
+def test_a_dummy_has_the_special_properties_of_the_file(bits: int) -> None:
+    world = world_of(Dummy(handle=0, name="frame", properties=bits), Dummy(handle=1, name="leaf", parent=0))
+    assert object_flags.special_flags(world.parts, world.handle("frame")) == bits
+    assert object_flags.special_flags(world.parts, world.handle("leaf")) == 0
 
 
 def test_a_joint_in_force_mode_without_a_dynamic_shape_stays_where_it_is_put() -> None:
