@@ -42,9 +42,16 @@ class World:
         self._closed = threading.Event()
         self._server: EmbeddedServer | None = None
 
-    def open(self, scene: str, verbosity: str) -> None:
-        """Open a scene; an empty text is an empty one. An error is kept in `problem`."""
+    def open(self, scene: str, verbosity: str, folder: str) -> None:
+        """Open a scene; an empty text is an empty one. An error is kept in `problem`.
+
+        Args:
+            folder: where relative paths of flags start; empty for the working folder, to which PyRep makes that of
+                the simulator until it has launched.
+        """
         try:
+            if folder:
+                os.chdir(folder)
             self._server = server = start_server(_arguments(scene))
             self.library = server.library(client_name(), program_name())
             if verbosity:
@@ -98,16 +105,19 @@ def _arguments(scene: str) -> list[str]:
 
 
 _STARTER = "_simx_starter"
+_FOLDER = "_simx_folder"
 
 
 def follow_threads() -> None:
-    """Have each thread know from now on which one has started it. Idempotent."""
+    """Have each thread know from now on which one has started it, and in which working folder. Idempotent."""
     start = threading.Thread.start
     if hasattr(start, _STARTER):
         return
 
     def start_and_note(self: threading.Thread) -> None:
         setattr(self, _STARTER, threading.current_thread())
+        with contextlib.suppress(OSError):  # the folder was removed
+            setattr(self, _FOLDER, os.getcwd())
         start(self)
 
     setattr(start_and_note, _STARTER, None)
@@ -137,7 +147,7 @@ class Worlds:
                 )
                 return None
             world = self._of_thread[driver] = World()
-        world.open(scene, self._verbosity.pop(thread, ""))
+        world.open(scene, self._verbosity.pop(thread, ""), getattr(thread, _FOLDER, ""))
         return world
 
     def note_verbosity(self, value: str) -> None:

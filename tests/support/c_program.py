@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from pathlib import Path
 from types import TracebackType
@@ -9,6 +10,7 @@ from typing import Any, NamedTuple
 
 from simx_client.pyrep import c_values
 from simx_client.pyrep.library import Library
+from simx_client.pyrep.root import root_folder
 
 ffi: Any = c_values.ffi
 HEADLESS = 65536
@@ -27,16 +29,20 @@ class CProgram:
     def __init__(self, scene: Path | str = "") -> None:
         """Launch a simulation; an empty text opens an empty scene."""
         self.lib = Library()
-        self._opener = threading.Thread(
-            target=self.lib.simExtLaunchUIThread,
-            args=(b"PyRep", HEADLESS, str(scene).encode(), b""),
-            daemon=True,
-        )
+        folder = os.getcwd()
+        self._opener = threading.Thread(target=self._open, args=(str(scene).encode(),), daemon=True)
         self._opener.start()
-        while not self.lib.simExtCanInitSimThread():
-            self._opener.join(0.005)
+        try:
+            while not self.lib.simExtCanInitSimThread():
+                self._opener.join(0.005)
+        finally:
+            os.chdir(folder)
         self.lib.simExtSimThreadInit()
         self.lib.simExtStep(True)
+
+    def _open(self, scene: bytes) -> None:
+        os.chdir(root_folder())
+        self.lib.simExtLaunchUIThread(b"PyRep", HEADLESS, scene, b"")
 
     def __enter__(self) -> CProgram:
         return self

@@ -166,13 +166,15 @@ def test_how_much_is_printed_may_be_set_before_the_launch() -> None:
 def test_more_flags_of_the_server_come_from_the_environment(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    record = tmp_path / "run.simx"
-    monkeypatch.setenv(ARGUMENTS, f"--record '{record}'")
+    """Relative paths start in the program's working folder, which PyRep leaves while it launches."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(ARGUMENTS, "--record run.simx")
     with CProgram(SCENE) as program:
         program.run(3)
         program.done("simSetJointTargetVelocity", program.handle("shoulder"), 1.0)
         program.lib.simExtStep(True)
-    assert record.stat().st_size > 0
+    assert (tmp_path / "run.simx").stat().st_size > 0
+    assert Path.cwd() == tmp_path
 
 
 def test_a_recording_of_a_program_replays_bit_for_bit(
