@@ -88,6 +88,7 @@ generate: $(READY) ## write the files that follow from the table of functions: t
 	@$(BIN)/python -m simx_client.legacy.stubs
 	@$(call new_page,$(BIN)/python docs/reference.py,docs/api.md)
 	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
+	@$(call new_page,$(BIN)/python docs/pyrep_reference.py,docs/pyrep-functions.md)
 	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
 
 bench: $(READY) ## measure a call, a simulation step and an image on this machine

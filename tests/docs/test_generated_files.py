@@ -23,7 +23,7 @@ def test_make_generate_has_the_command_of_every_generated_file() -> None:
         for stub in (ROOT / "simx_client").rglob("*.pyi")
         if (found := STUBS.match(stub.read_text("utf-8")))
     ]
-    assert (len(pages), len(stubs)) == (3, 2)
+    assert (len(pages), len(stubs)) == (4, 2)
     for page in pages:
         assert f"{page['command']} > {page['path']}.new && mv {page['path']}.new {page['path']} " in recipe
     for stub in stubs:

@@ -12,6 +12,7 @@ import pytest
 from c_program import CProgram, Out, ffi, numbers, text
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.cli.installing import extra_line
 
 CUBOID, RESPONDABLE = 0, 8
 AMBIENT_DIFFUSE = 0
@@ -192,3 +193,12 @@ def test_paths_give_positions_and_directions(program: CProgram) -> None:
     assert program.lib.simGetObjectType(path) == c.sim_object_path_type
     assert program.call("simGetPositionOnPath", path, 0.5, PLACE)[0] in (-1, 1)
     assert program.call("simGetOrientationOnPath", path, 0.5, PLACE)[0] in (-1, 1)
+
+
+def test_a_shape_is_decomposed_into_convex_parts_in_its_place_or_as_a_copy(program: CProgram) -> None:
+    pytest.importorskip("coacd", reason=extra_line("convex"))
+    shape = program.lib.simCreateMeshShape(0, math.radians(20), TETRAHEDRON, 12, FACES, 12, ffi.NULL)
+    parameters = [1, 500, 200, 0, 0, 0, 0, 0, 0, 0], [100.0, 30.0, 0.25, 0, 0, 0, 0, 0, 0, 0]
+    copy = program.lib.simConvexDecompose(shape, 0, *parameters)
+    assert copy not in (-1, shape)
+    assert program.lib.simConvexDecompose(shape, 1, *parameters) == shape

@@ -1,0 +1,58 @@
+"""The page of PyRep's C functions is what the stand-in and its tests say now; every function has a test."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from types import ModuleType
+
+import pytest
+from processes import ROOT
+
+from simx_client.pyrep.library import Library, function_names
+
+PAGE = (ROOT / "docs" / "pyrep-functions.md").read_text(encoding="utf-8")
+WITHOUT_A_TEST = {"simGetDecimatedMesh", "simSaveModel", "simSaveScene"}
+"""Functions whose tests come with the functions of `sim` below them. Only remove from this list."""
+
+
+@pytest.fixture(scope="module")
+def generator() -> ModuleType:
+    spec = spec_from_file_location("pyrep_reference", ROOT / "docs" / "pyrep_reference.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_is_fresh() -> None:
+    done = subprocess.run(
+        [sys.executable, "docs/pyrep_reference.py"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == PAGE, "make generate writes the page"
+
+
+def test_every_function_has_a_test(generator: ModuleType) -> None:
+    assert set(generator.untested()) == WITHOUT_A_TEST
+
+
+def test_a_row_names_the_function_below_and_a_test_that_is_there() -> None:
+    rows = re.findall(r"^\|`(\w+)`\|(.*)\|(.*)\|$", PAGE, re.MULTILINE)
+    assert {name for name, _, _ in rows} == function_names()
+    served = {name: by for name, by, _ in rows}
+    assert served["simRMLPos"] == "`sim.rmlPos`"
+    assert served["simGetShapeViz"] == "`sim.getShapeViz`"
+    assert served["simSetStringParameter"] == "`sim.setStringParameter`"
+    assert {name for name, by in served.items() if by == "this process"} == {
+        *(name for name in vars(Library) if name.startswith("sim") and name != "simSetStringParameter"),
+        *(name for name in served if "Stack" in name),
+    }
+    for name, _, test in rows:
+        if name not in WITHOUT_A_TEST:
+            file, _, function = test.strip("`").partition("::")
+            text = (ROOT / "tests" / "client" / "pyrep" / f"{file}.py").read_text(encoding="utf-8")
+            assert f"\ndef {function}(" in text, name
