@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 _LEAST_STATES = 300
 """States of an arm's path."""
 
+_MOST_GOALS = 1000
+"""Goals of one plan; each costs a line and a check, and PyRep gives ten."""
+
 _FARTHEST = 6.28
 """rad or m: bound of a joint that may move farther to both sides."""
 
@@ -57,6 +60,10 @@ class PlannedPaths:
         count = len(joints)
         if not floats or len(floats) % count:
             raise CommandError(f"goals are {count} numbers each, one for each joint, not {len(floats)}")
+        if len(floats) > _MOST_GOALS * count:
+            raise CommandError(f"at most {_MOST_GOALS} goals are tried, not {len(floats) // count}")
+        if not all(map(math.isfinite, floats)):
+            raise CommandError("a goal has a number that is not finite")
         if len(set(joints)) < count:
             raise CommandError("a joint is listed twice; list each joint once")
         spaces = [self._joint_space(handle) for handle in joints]

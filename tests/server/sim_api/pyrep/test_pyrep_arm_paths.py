@@ -250,6 +250,10 @@ def test_wrong_arguments_are_explained(lab: Place) -> None:
         lab.plan(RIGHT[:6])
     with pytest.raises(CommandError, match="7 numbers each"):
         lab.plan()
+    with pytest.raises(CommandError, match="at most 1000 goals are tried, not 1001"):
+        lab.plan(*[RIGHT] * 1001)
+    with pytest.raises(CommandError, match="not finite"):
+        lab.plan([*RIGHT[:6], math.nan])
     with pytest.raises(CommandError, match="takes a collection"):
         lab.call([lab.arm, 0, 1], RIGHT, ["RRTConnect"])
     with pytest.raises(CommandError, match="listed twice"):
