@@ -31,6 +31,7 @@ from .conversion.masses import give_masses
 from .conversion.old_uis import add_uis
 from .conversion.paths import add_followers, add_path
 from .conversion.physics import set_physics
+from .conversion.resting import let_rest
 from .conversion.sensing.cameras import add_camera
 from .conversion.sensing.force import add_force_sensor
 from .conversion.sensing.inert import report_inert
@@ -98,6 +99,7 @@ def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     add_motion_plannings(conversion)
     add_settings(conversion)
     give_masses(spec)
+    let_rest(conversion)
     ease_link_contacts(spec)
     set_physics(conversion)
     set_surroundings(conversion)
