@@ -63,12 +63,11 @@ class SensorFunctions(ApiPart, effect="changes"):
     @reads
     def checkProximitySensor(self, sensor: int, entity: int) -> Detected | int:
         """Return whether the sensor detects an object, a collection or sim.handle_all now; the result of handling is
-        kept.
+        kept. Both faces at any angle count, whatever the sensor's own limits are.
 
         The object and the normal are results of CoppeliaSim 4 only.
         """
-        found = self._world.proximity.check(self._proximity_sensor(sensor), self._self(entity))
-        return self._results(found)
+        return self.checkProximitySensorEx(sensor, entity, _FRONT | _BACK, math.inf, 0.0)
 
     @reads
     def checkProximitySensorEx(

@@ -120,6 +120,18 @@ def test_a_check_sees_what_is_not_detectable_as_an_object_or_in_a_collection_tha
     assert world.lua(f"return sim.readProximitySensor({sensor('near')})") == [-1]
 
 
+def test_checks_without_a_mode_meet_both_faces_at_any_angle(tmp_path: Path) -> None:
+    limits = 'data="range=3 faces=back max_normal_deg=5"'
+    world = ScriptWorld(tmp_path, SCENE.replace('near" data="range=3"', f'near" {limits}'))
+    world.passes()
+    assert world.lua(f"return sim.readProximitySensor({sensor('near')})")[1] == pytest.approx(1.1)
+    check = f"return sim.checkProximitySensor({sensor('near')}, "
+    assert world.lua(check + "sim.handle_all)")[1] == pytest.approx(0.9)
+    assert world.lua(
+        "sim.setBoolParameter(sim.boolparam_proximity_sensor_handling_enabled, false) " + check + "-2)"
+    ) == [0]
+
+
 def test_a_check_may_look_at_one_side_of_faces_only(world: ScriptWorld) -> None:
     check = f"return sim.checkProximitySensorEx({sensor('near')}, sim.getObjectHandle('plate'), "
     assert world.lua(check + "1, 5, 0)") == detected(world, 0.9)
