@@ -13,6 +13,7 @@ from simx_server.editing import creating, shape_looks
 from simx_server.editing.creating import Body
 from simx_server.editing.imported_meshes import create_shape_of_parts
 from simx_server.handlers.mesh_files import parts_of_file, points_of_file
+from simx_server.scene.geometry.decimating import decimated
 from simx_server.scene.geometry.hulls import hull
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
@@ -136,6 +137,17 @@ class MeshFunctions(ApiPart, effect="changes"):
         Points in a plane or a line are an error, as in V-REP.
         """
         points, faces = hull(_threes(vertices, float))
+        return points.ravel().tolist(), faces.ravel().tolist()
+
+    @reads
+    def getDecimatedMesh(
+        self, vertices: list[float], indices: list[int], percentage: float
+    ) -> tuple[list[float], list[int]]:
+        """Return the points and triangles of a coarser mesh. `percentage`: the share of the triangles that stays, above
+        0, up to 1. An error without the library of the extra `decimation`.
+        """
+        with self._at_no_cost():
+            points, faces = decimated(_threes(vertices, float), _threes(indices, int), percentage)
         return points.ravel().tolist(), faces.ravel().tolist()
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from sim_api_calls import ScriptWorld
 
+from simx_server.scene.geometry import decimating
+
 SCENE = """
 <mujoco>
   <compiler angle="radian"/>
@@ -79,3 +81,57 @@ def test_points_without_a_hull_are_refused(world: ScriptWorld) -> None:
     world.fails("sim.getQHull({0,0,0, 1,0,0, 0,1,0, 1,1,0})", "points in a plane or a line")
     world.fails("sim.getQHull({1,1,1, 1,1,1, 1,1,1, 1,1,1})", "in one place")
     world.fails("sim.getQHull({0,0,0, 1,0,0})", "from 4 to")
+
+
+def _ball(rings: int) -> tuple[list[float], list[int]]:
+    """Points and triangles of a unit sphere: no two triangles share a point, as in an STL file."""
+    angles = np.linspace(0, 2 * np.pi, 2 * rings + 1)
+    heights = np.linspace(0, np.pi, rings + 1)
+    grid = np.array(
+        [[np.sin(h) * np.cos(a), np.sin(h) * np.sin(a), np.cos(h)] for h in heights for a in angles]
+    ).round(6)
+    wide = 2 * rings + 1
+    faces = [
+        each
+        for row in range(rings)
+        for column in range(2 * rings)
+        for at in (row * wide + column,)
+        for each in ((at, at + wide, at + 1), (at + 1, at + wide, at + wide + 1))
+    ]
+    corners = grid[np.array(faces).ravel()]
+    return corners.ravel().tolist(), list(range(len(corners)))
+
+
+needs_decimation = pytest.mark.skipif(
+    not decimating.is_available(), reason="the extra decimation is not installed: run make setup"
+)
+
+
+@needs_decimation
+@pytest.mark.parametrize("share", [0.2, 0.5])
+def test_a_coarser_mesh_has_the_share_of_triangles_and_looks_alike(world: ScriptWorld, share: float) -> None:
+    points, indices = _ball(16)
+    given = ", ".join(f"{{{', '.join(map(str, numbers))}}}" for numbers in (points, indices))
+    found, faces = world.lua(f"return sim.getDecimatedMesh({given}, {share})")
+    assert share * 0.8 <= len(faces) / len(indices) <= share + 0.01
+    corners = np.array(found).reshape(-1, 3)
+    assert max(faces) < len(corners)
+    assert np.linalg.norm(corners, axis=1) == pytest.approx(1, abs=0.05)
+    assert np.abs(corners).max(axis=0) == pytest.approx([1, 1, 1], abs=0.05)
+
+
+def test_a_mesh_that_cannot_be_made_coarser_is_refused(
+    world: ScriptWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    call = "sim.getDecimatedMesh({0,0,0, 1,0,0, 0,1,0}, {%s}, %s)"
+    world.fails(call % ("0,1,3", "0.5"), "indices from 0 to 2")
+    world.fails(call % ("0,1,2", "1.5"), "above 0, up to 1, not 1.5")
+    world.fails(call % ("", "0.5"), "1 to 200000 triangles, not 0")
+    monkeypatch.setattr(decimating, "is_available", lambda: False)
+    world.fails(call % ("0,1,2", "0.5"), "not installed: .*pip.* install .*fast-simplification")
+
+
+@needs_decimation
+def test_a_mesh_of_which_nothing_would_be_left_is_refused(world: ScriptWorld) -> None:
+    world.fails("sim.getDecimatedMesh({0,0,0, 1,0,0, 0,1,0}, {0,1,2}, 0.2)", "nothing would be left of 1")
+    world.fails("sim.getDecimatedMesh({0,0,0, 0,0,0, 0,1,0}, {0,1,2}, 0.2)", "three different corners")
