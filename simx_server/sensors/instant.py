@@ -19,8 +19,8 @@ from simx_server.scene.poses.pose_copies import Array, PoseCopies, Poses
 
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import Scene
-from .proximity.bundles import Bundles
 from .points import DetectablePoints, Points
+from .proximity.bundles import Bundles
 from .proximity.edge_lines import EdgeLines
 from .sights import Sights
 
