@@ -4,8 +4,8 @@
 each simulation step, unless a script handles them explicitly; as with proximity sensors, an unread one costs
 nothing.
 
-Objects that are not collidable or measurable (`simx:shape`, `simx:dummy`, or by a model's property) are left out of collections
-and of "all others". If a caller names a single object, it is measured in any case; a registered one is not.
+Objects that are not collidable or measurable (`simx:shape`, `simx:dummy`, or by a model's property) are left out of
+collections and of "all others". If a caller names a single object, it is measured in any case; a registered one is not.
 """
 
 from __future__ import annotations
