@@ -1,4 +1,4 @@
-"""Programs in processes of their own: under simx-run, with the variable, started by spawn, and against the folder."""
+"""Programs in separate processes: under simx-run, with the variable, started by spawn, and against the folder."""
 
 from __future__ import annotations
 
