@@ -8,10 +8,13 @@ from __future__ import annotations
 import inspect
 import re
 import sys
+from collections import Counter
+from functools import cache
 from pathlib import Path
 
 from simx_client.protocol.commands import TABLE, Command, Place
 from simx_client.protocol.kinds import KINDS
+from simx_client.protocol.table.command import Value
 from simx_server.app.coverage import Coverage, coverage
 from simx_server.handlers import HANDLERS
 
@@ -48,7 +51,11 @@ not finite in single precision, and from what the functions say themselves. An a
 R = Rx·Ry·Rz. Numbers with a fraction have single precision. [cameras.md](cameras.md) has the sensors' frames.
 
 **Arguments and results.** Each function lists its arguments, and after → its results, with their kinds. `clientID` is
-the id that simxStart returned. The kinds, and what a list has in it:
+the id that simxStart returned. Arguments of many functions are listed here only:
+
+{shared}
+
+The kinds, and what a list has in it:
 
 | kind | Python | what |
 |---|---|---|
@@ -63,6 +70,24 @@ the id that simxStart returned. The kinds, and what a list has in it:
 
 IN_ALL = ("clientID", "rc")
 """Argument and result of nearly all functions, explained once."""
+
+
+MANY = 6
+"""Functions with an equal argument, from which on it is explained once too."""
+
+
+def line_of(value: Value, arrow: str = "") -> str:
+    """An argument or a result: its name, its kind, and what it means."""
+    return f"* {arrow}`{value.name}` ({value.kind.name}): {value.meaning.sentence}"
+
+
+@cache
+def shared() -> list[str]:
+    """The lines of the arguments that many functions have, in the order of the table."""
+    lines = Counter(
+        line_of(each) for command in TABLE for each in command.arguments if each.name not in IN_ALL
+    )
+    return [line for line, count in lines.items() if count >= MANY]
 
 
 def kind_rows() -> str:
@@ -121,14 +146,9 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
         f"    {example(command)}",
         " ".join(filter(None, (command.doc, remark(command)))),
     ]
-    values = [("", value) for value in command.arguments] + [("→ ", value) for value in command.results]
-    parts.append(
-        "\n".join(
-            f"* {arrow}`{each.name}` ({each.kind.name}): {each.meaning.sentence}"
-            for arrow, each in values
-            if each.name not in IN_ALL
-        )
-    )
+    values = [line_of(each) for each in command.arguments if each.name not in IN_ALL]
+    values += [line_of(each, "→ ") for each in command.results if each.name not in IN_ALL]
+    parts.append("\n".join(line for line in values if line not in shared()))
     facts = [] if command.place is Place.REMOTE and not command.takes_what_it_reads else [line.modes]
     if command.place is Place.REMOTE:
         facts.append(f"key: {', '.join(f'`{name}`' for name in command.key) or 'none'}")
@@ -150,7 +170,9 @@ def render() -> str:
     twins, lines = modern_twins(), {line.name: line for line in coverage(HANDLERS.keys())}
     sections = [entry(command, lines[command.name], twins) for command in TABLE if command.name in lines]
     index = " ".join(f"[{name}](#{name.lower()})" for name in lines)
-    return PAGE.format(kinds=kind_rows(), index=index, functions="\n\n".join(sections))
+    return PAGE.format(
+        shared="\n".join(shared()), kinds=kind_rows(), index=index, functions="\n\n".join(sections)
+    )
 
 
 if __name__ == "__main__":

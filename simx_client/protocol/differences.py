@@ -108,8 +108,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "MuJoCo does the physics.",
-        "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's and differ in "
-        "detail.",
+        "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's.",
         "tests/server/handlers/test_handlers_simulation.py::test_version_engine_and_platform_are_told",
         when="joints are driven",
     ),
@@ -551,8 +550,8 @@ def numbers_of(names: Iterable[str]) -> list[int]:
 
 
 def as_list() -> str:
-    """Return all of them as a numbered list in Markdown."""
-    return "\n".join(f"{n}. {each.sentence}" for n, each in enumerate(DIFFERENCES, 1))
+    """Return all of them as a numbered list in Markdown, each with its test."""
+    return "\n".join(f"{n}. {each.sentence} `{each.test}`" for n, each in enumerate(DIFFERENCES, 1))
 
 
 def for_readme() -> str:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import asdict, dataclass
 
 from simx_client.protocol.commands import TABLE, Command, Place
-from simx_client.protocol.differences import DIFFERENCES, as_list, numbers_of
+from simx_client.protocol.differences import as_list, numbers_of
 
 MODES = {
     Place.REMOTE: "any mode",
@@ -21,21 +21,19 @@ PAGE = """\
 Made by `simx-server --commands --markdown > docs/coverage.md`; a test holds it fresh.
 {count}, {names} names with the aliases.
 
-A mode is one of the `simx_opmode_` constants: *any mode* takes them all, *always blocking* takes none and waits,
-*in the client* takes none and asks the server for nothing, or for other functions.
+A mode is one of the `simx_opmode_` constants. A function takes them all unless its row says otherwise: *always
+blocking* takes none and waits, *in the client* takes none and asks the server for nothing, or for other functions.
 The last column points to the list of differences below; [api.md](api.md) says what each function does.
 
-| function | modes | differs |
-|---|---|---|
+| function | differs |
+|---|---|
 {rows}
 
 ## Differences from the original
 
+The test that holds each of them stands behind it.
+
 {differences}
-
-## What holds each of them
-
-{tests}
 """
 
 
@@ -89,23 +87,20 @@ def as_records(lines: list[Coverage]) -> list[dict[str, object]]:
 
 def as_markdown(lines: list[Coverage]) -> str:
     """Return the page docs/coverage.md: all functions, and every numbered difference with the test that checks it."""
-    rows = [
-        [
-            ", ".join(
-                [f"[`{line.name}`](api.md#{line.name.lower()})", *(f"`{alias}`" for alias in line.aliases)]
-            ),
-            line.modes if line.supported else _support(line),
-            ", ".join(map(str, line.differences)),
-        ]
-        for line in lines
-    ]
+    rows = [[_function(line), ", ".join(map(str, line.differences))] for line in lines]
     return PAGE.format(
         count=_count(lines),
         names=sum(1 + len(line.aliases) for line in lines),
         rows="\n".join(f"| {' | '.join(row)} |" for row in rows),
         differences=as_list(),
-        tests="\n".join(f"{n}. `{each.test}`" for n, each in enumerate(DIFFERENCES, 1)),
     )
+
+
+def _function(line: Coverage) -> str:
+    """Return the names of a function, and its modes unless it takes all."""
+    names = [f"[`{line.name}`](api.md#{line.name.lower()})", *(f"`{alias}`" for alias in line.aliases)]
+    remark = line.modes if line.supported else _support(line)
+    return ", ".join(names if remark == MODES[Place.REMOTE] else [*names, f"*{remark}*"])
 
 
 def _support(line: Coverage) -> str:

@@ -11,9 +11,14 @@ from types import ModuleType
 import pytest
 from processes import ROOT
 
+from simx_client.launch import run
+from simx_client.launch.pyrep import SWITCH
 from simx_client.pyrep.library import Library, function_names
+from simx_client.pyrep.worlds import ARGUMENTS
+from simx_server.app.cli import make_parser
 
 PAGE = (ROOT / "docs" / "pyrep-functions.md").read_text(encoding="utf-8")
+GUIDE = (ROOT / "docs" / "pyrep.md").read_text(encoding="utf-8")
 WITHOUT_A_TEST = {"simGetDecimatedMesh", "simSaveModel", "simSaveScene"}
 """Functions whose tests come with the functions of `sim` below them. Only remove from this list."""
 
@@ -56,3 +61,12 @@ def test_a_row_names_the_function_below_and_a_test_that_is_there() -> None:
             file, _, function = test.strip("`").partition("::")
             text = (ROOT / "tests" / "client" / "pyrep" / f"{file}.py").read_text(encoding="utf-8")
             assert f"\ndef {function}(" in text, name
+
+
+def test_flags_and_variables_of_the_guide_exist() -> None:
+    known = f"{make_parser().format_help()} {run.make_parser().format_help()}"
+    flags = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", known))
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", GUIDE)) <= flags
+    assert set(re.findall(r"SIMX_\w+", GUIDE)) == {SWITCH, ARGUMENTS}
+    for name in re.findall(r"tests/pyrep/\w+\.py", GUIDE):
+        assert (ROOT / name).is_file()

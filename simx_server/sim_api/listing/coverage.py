@@ -45,8 +45,8 @@ Lua and Python scripts see the same functions. Every function of `sim` also has 
 new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` replaces an argument that is missing or
 nil. A function that is not listed raises an error that names it. A stand-in lets a script run that only dresses
 V-REP's window or serves a missing program: it keeps values, and logs once what is missing. Functions without a mark
-are there in full; functions without a text do what their names say. A function without parentheses has the arguments
-of the next one.
+are there in full, unless the heading says stand-ins; functions without a text do what their names say. A function
+without parentheses has the arguments of the next one.
 
 {sections}
 """
@@ -147,25 +147,28 @@ def as_markdown(lines: list[ScriptFunction]) -> str:
     for space in api.NAMESPACES:
         of_space = [line for line in lines if line.name.startswith(f"{space}.")]
         for topic in dict.fromkeys(line.topic for line in of_space):
-            section = _entries([line for line in of_space if line.topic == topic], main)
-            sections.append("\n".join([f"## `{space}`: {topic}", "", *section]))
+            section = [line for line in of_space if line.topic == topic]
+            are_stand_ins = all(line.support is Support.STAND_IN for line in section)
+            heading = f"## `{space}`: {topic}{', stand-ins' if are_stand_ins else ''}"
+            entries = _entries(section, main, has_marks=not are_stand_ins)
+            sections.append("\n".join([heading, "", *entries]))
     sections.append(listing.as_markdown())
     return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
 
 
-def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str]) -> list[str]:
+def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str], *, has_marks: bool) -> list[str]:
     """Return one entry for each description, with all functions that it holds for; those without one come last.
 
     Args:
         lines: The functions of a section.
         main: Description to the function that has it on the page; those of other sections refer to this one.
+        has_marks: Whether each entry says how much of the function is there.
     """
     groups: dict[str, list[ScriptFunction]] = {}
     here = {line.name for line in lines}
     for line in lines:
-        text = _description(line)
-        repeated = len(text.split()) > LONG and main[text] not in here
-        if repeated and line.support is not Support.STAND_IN:
+        text = _description(line, has_mark=has_marks)
+        if line.support is not Support.STAND_IN and len(text.split()) > LONG and main[text] not in here:
             text = f"As `{main[text]}`."
         groups.setdefault(text, []).append(line)
     plain = groups.pop("", [])
@@ -182,8 +185,8 @@ def _calls(functions: Sequence[ScriptFunction]) -> str:
     return "; ".join(", ".join(f"`{name}`" for name in [*others, call]) for call, others in calls.items())
 
 
-def _description(line: ScriptFunction) -> str:
-    level = f"*{line.support}*" if line.support is not Support.FULL else ""
+def _description(line: ScriptFunction, *, has_mark: bool = True) -> str:
+    level = f"*{line.support}*" if has_mark and line.support is not Support.FULL else ""
     differs = f"*{line.differs}*" if line.differs else ""
     return " ".join(text for text in (level, line.doc, differs) if text)
 
