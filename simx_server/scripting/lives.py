@@ -14,7 +14,16 @@ from ..scene.properties import SCRIPTS_INACTIVE
 from .bodies import with_call_backs
 from .interpreter import TIME_LIMIT, Function, Interpreter, ScriptError
 from .lua.interpreter import LuaInterpreter
-from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, Spaces, script_folder
+from .script import (
+    PYTHON,
+    USUAL_VERBOSITY,
+    CodeNotAllowed,
+    Script,
+    ScriptKind,
+    ScriptSide,
+    Spaces,
+    script_folder,
+)
 
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
@@ -116,6 +125,7 @@ class Lives:
         script.switching.level = 0
         script.switching.is_last = False
         script.raises_errors = script.stops_at_errors
+        script.console_verbosity = script.bar_verbosity = USUAL_VERBOSITY
         self._sim.replan()
         try:
             source = script.code(self._sim, allows_code=self.allows_code)

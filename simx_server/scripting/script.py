@@ -33,6 +33,9 @@ SUFFIXES = (".lua", ".py")
 EDITING_LIMIT = 60.0
 """Processor seconds of edits of the scene that do not count against the time limit of one call into a script."""
 
+USUAL_VERBOSITY = 450
+"""sim.verbosity_scriptinfos."""
+
 _NOT_ALLOWED = "and the server runs no code of clients; start it with --allow-code if it shall"
 
 
@@ -138,6 +141,10 @@ class Script:
     """Functions of proximity sensors return all values also where nothing is detected, as since CoppeliaSim 4.3."""
     stops_at_errors: bool = True
     """Whether an error of the API stops it from its start on; the scripts of old versions of V-REP went on."""
+
+    console_verbosity: int = USUAL_VERBOSITY
+    bar_verbosity: int = USUAL_VERBOSITY
+    """Greatest sim.verbosity_* of its messages in the server's log and the status bar."""
 
     raises_errors: bool = True
     """Whether an error of the API stops it now."""

@@ -7,6 +7,7 @@ import logging
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers.user_interface import consoles, dialogs
+from simx_server.parts.status_bar import as_log_line
 
 from .base import ApiPart
 from .effects import reads, takes
@@ -16,9 +17,8 @@ logger = logging.getLogger(__name__)
 _LEVEL = 0x0FFF
 _UNDECORATED = 0xF000
 _ONCE = 0x20000
-_ERRORS, _WARNINGS, _SHOWN = (200, 420), (300, 430), 450
-"""sim.verbosity_errors and _scripterrors, _warnings and _scriptwarnings; levels above _scriptinfos are not shown.
-"""
+_ERRORS, _WARNINGS, _USUAL = (200, 420), (300, 430), 450
+"""sim.verbosity_errors and _scripterrors, _warnings and _scriptwarnings, _scriptinfos."""
 
 _CLOSED = {0: 3, 1: 1, 2: 0, 3: 0}
 """sim.msgbox_buttons_ok, _yesno, _yesnocancel and _okcancel: the result of a box that is closed without a choice."""
@@ -33,13 +33,14 @@ class MessageFunctions(ApiPart, effect="changes"):
             self._world.status_bar.add(text)
 
     def addLog(self, verbosity: int | None = None, text: str | None = None) -> None:
-        """Write to the status bar up to sim.verbosity_scriptinfos; write more detailed levels only to the server's
-        log when it logs debug messages. Adding sim.verbosity_undecorated to the level omits the script's name;
-        with sim.verbosity_once a text is written only the first time in a scene.
+        """Write to the status bar and the server's log, up to the script's sim.intparam_statusbarverbosity and
+        sim.intparam_verbosity, at first sim.verbosity_scriptinfos; more detailed levels come in the log when it logs
+        debug messages. Adding sim.verbosity_undecorated to the level omits the script's name; with
+        sim.verbosity_once a text is written only the first time in a scene.
         """
         if text is None:
             return
-        level = _SHOWN if verbosity is None else verbosity
+        level = _USUAL if verbosity is None else verbosity
         kind = "error" if level & _LEVEL in _ERRORS else "warning" if level & _LEVEL in _WARNINGS else "info"
         item = self._sim.scene.objects.get(self._owner)
         shown = (
@@ -51,10 +52,11 @@ class MessageFunctions(ApiPart, effect="changes"):
             if text in self._world.scripts.told:
                 return
             self._world.scripts.told.add(text)
-        if level & _LEVEL <= _SHOWN:
-            self._world.status_bar.add(shown)
+        logged = logging.INFO if level & _LEVEL <= self._script.console_verbosity else logging.DEBUG
+        if level & _LEVEL <= self._script.bar_verbosity:
+            self._world.status_bar.add(shown, logged)
         else:
-            logger.debug("%s", shown)
+            logger.log(logged, "%s", as_log_line(shown))
 
     @takes
     def getSimulatorMessage(self) -> tuple[int, list[int], list[float]]:

@@ -12,9 +12,16 @@ from simx_server.parts.custom_data import APPLICATION, NAMED
 
 from .base import ApiPart
 from .effects import reads
+from .verbosity import BAR, CONSOLE, INTEGER_OF, get_level, level_of, name_of, set_level
 
 _ERRORS = c.sim_api_errormessage_report | c.sim_api_errormessage_output
 """Bits of the error report mode; with one of them an error of ``sim`` stops the script."""
+
+_OF_SCRIPT = (CONSOLE, BAR)
+"""Levels of messages that each script has for itself."""
+
+_SHORTEST_STEP, _LONGEST_STEP = 1e-4, 10.0
+"""V-REP's limits of a simulation step, seconds."""
 
 
 class ParameterFunctions(ApiPart, effect="changes"):
@@ -43,10 +50,13 @@ class ParameterFunctions(ApiPart, effect="changes"):
     @reads
     def getInt32Param(self, number: int) -> int:
         """Return an integer parameter. sim.intparam_error_report_mode is the script's own: 0 when errors of ``sim`` do
-        not stop it.
+        not stop it. So are sim.intparam_verbosity and sim.intparam_statusbarverbosity: the greatest level of what it
+        writes with sim.addLog.
         """
         if number == c.sim_intparam_error_report_mode:
             return int(self._script.raises_errors)
+        if number in _OF_SCRIPT:
+            return get_level(self._script, number)
         return parameters.get_integer_parameter(self._world, number)
 
     def setInt32Param(self, number: int, value: int) -> int:
@@ -56,6 +66,9 @@ class ParameterFunctions(ApiPart, effect="changes"):
         if number == c.sim_intparam_error_report_mode:
             self._script.raises_errors = bool(value & _ERRORS)
             return 1
+        if number in _OF_SCRIPT:
+            set_level(self._script, number, value)
+            return 1
         parameters.set_integer_parameter(self._world, number, value)
         return 1
 
@@ -64,14 +77,33 @@ class ParameterFunctions(ApiPart, effect="changes"):
         return parameters.get_floating_parameter(self._world, number)
 
     def setFloatParam(self, number: int, value: float) -> int:
+        """Set a float parameter. sim.floatparam_simulation_time_step becomes the nearest possible value; as in V-REP it
+        stays, with the result 1, in a scene without a custom step, and with 0 during a run.
+        """
+        if number == c.sim_floatparam_simulation_time_step:
+            return self._set_time_step(value)
         parameters.set_floating_parameter(self._world, number, value)
+        return 1
+
+    def _set_time_step(self, seconds: float) -> int:
+        if self._sim.is_running:
+            return 0
+        if self._sim.scene.annotations.scene.get("custom_step", True):
+            nearest = min(max(seconds, _SHORTEST_STEP), _LONGEST_STEP)
+            parameters.set_floating_parameter(self._world, c.sim_floatparam_simulation_time_step, nearest)
         return 1
 
     @reads
     def getStringParam(self, number: int) -> str:
+        """Return a string parameter. sim.stringparam_verbosity and the like name the level of the integer parameter."""
+        if number in INTEGER_OF:
+            return name_of(self.getInt32Param(INTEGER_OF[number]))
         return parameters.get_string_parameter(self._world, number)
 
     def setStringParam(self, number: int, value: str) -> int:
+        """Set a string parameter. Levels of sim.stringparam_verbosity and the like are none, errors, warnings, ..."""
+        if number in INTEGER_OF:
+            return self.setInt32Param(INTEGER_OF[number], level_of(value))
         STRINGS.set(self._world, number, value)
         return 1
 

@@ -37,6 +37,32 @@ def test_the_log_has_levels(world: ScriptWorld, caplog: pytest.LogCaptureFixture
     assert any("detail" in record.message for record in caplog.records)
 
 
+def test_a_script_says_as_much_as_it_wants(world: ScriptWorld, caplog: pytest.LogCaptureFixture) -> None:
+    assert world.value("sim.getStringParam(sim.stringparam_verbosity)") == "scriptinfos"
+    assert world.value("sim.setStringParam(sim.stringparam_verbosity, 'errors')") == 1
+    assert world.value("sim.getStringParameter(121)") == "errors"
+    assert world.value("sim.getInt32Param(sim.intparam_verbosity) == sim.verbosity_errors")
+    with caplog.at_level("DEBUG"):
+        world.lua("sim.addLog(sim.verbosity_errors, 'bad'); sim.addLog(sim.verbosity_scriptinfos, 'fine')")
+    levels = {
+        record.getMessage()[-4:]: record.levelname for record in caplog.records if "robot:" in record.message
+    }
+    assert levels == {" bad": "INFO", "fine": "DEBUG"}
+    assert world.parts.status_bar.messages[-1] == "[robot:info] fine"
+    world.lua("sim.setInt32Param(sim.intparam_statusbarverbosity, sim.verbosity_none)")
+    world.lua("sim.addLog(sim.verbosity_errors, 'unseen')")
+    assert "unseen" not in world.parts.status_bar.messages[-1]
+    assert world.value("sim.getStringParam(sim.stringparam_statusbarverbosity)") == "none"
+    world.lua("sim.setStringParam(sim.stringparam_dlgverbosity, 'tracelua')")
+    assert world.lua(
+        "return sim.getStringParam(sim.stringparam_dlgverbosity), sim.getInt32Param(sim.intparam_dlgverbosity)"
+    ) == ["tracelua", 800]
+    world.fails("sim.setStringParam(121, 'loud')", "'loud' is no level of messages; those are none, errors")
+    world.call("simxStopSimulation")
+    world.run(0)
+    assert world.value("sim.getStringParam(121)") == "scriptinfos"
+
+
 def test_consoles_are_opened_written_to_and_closed(world: ScriptWorld) -> None:
     console = world.value("sim.auxiliaryConsoleOpen('log', 5, 0, {10, 20}, {300, 200}, {1,1,1}, {0,0,0})")
     assert world.lua(

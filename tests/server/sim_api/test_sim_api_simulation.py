@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from scripted_world import evaluate, scripted
-from sim_api_calls import ScriptWorld, world
+from sim_api_calls import SCENE, ScriptWorld, world
 
 from simx_server.simulation.simulation import SimulationState
 
@@ -155,6 +155,24 @@ def test_the_oldest_names_of_parameters(world: ScriptWorld) -> None:
     assert world.value("sim.getIntegerParameter(sim.intparam_visible_layers)") == 5
     world.lua("sim.setFloatingParameter(sim.floatparam_simulation_time_step, 0.1)")
     assert world.value("sim.getFloatingParameter(sim.floatparam_simulation_time_step)") == pytest.approx(0.05)
+
+
+SET_STEP = "return sim.setFloatParam(sim.floatparam_simulation_time_step, {}), sim.getSimulationTimeStep()"
+
+
+@pytest.mark.parametrize(
+    ("note", "wanted", "step"),
+    [("yes", 0.02, 0.02), ("yes", 50.0, 10.0), ("yes", 1e-9, 1e-4), ("no", 50.0, 0.05), ("no", 0.02, 0.05)],
+)
+def test_a_simulation_step_is_limited_and_stays_where_it_is_not_custom(
+    tmp_path: Path, note: str, wanted: float, step: float
+) -> None:
+    """As in CoppeliaSim 4.1, where PyRep asks for 50 s, gets the result 1 and reads the step again."""
+    xml = SCENE.replace("</custom>", f'<text name="simx:scene:world" data="custom_step={note}"/></custom>')
+    world = ScriptWorld(tmp_path, xml, kind="customization")
+    assert world.lua(SET_STEP.format(wanted)) == [0, pytest.approx(0.05)]  # during a run
+    world.call("simxStopSimulation")
+    assert world.lua(SET_STEP.format(wanted)) == [1, pytest.approx(step)]
 
 
 def test_named_parameters(world: ScriptWorld) -> None:

@@ -159,12 +159,13 @@ class RestOfFile:
 
     def settings(
         self, *, time_step: float = 0.05, physics_step: float = 0.005, real_time: bool = False, engine: int = 0,
-        gravity: Triple = (0.0, 0.0, -9.81), dynamics: bool = True, layers: int = 0xFF,
+        gravity: Triple = (0.0, 0.0, -9.81), dynamics: bool = True, layers: int = 0xFF, choice: int = 5,
     ) -> None:  # fmt: skip
-        """Add the settings of a scene."""
+        """Add the settings of a scene. `choice`: in V-REP's list of simulation steps; 5 is `time_step`."""
         steps = self._numbers("Sts", "f", time_step) + self._numbers("St2", "q", round(time_step * 1e6))
         if self.ser >= 23:
             steps += self._numbers("St3", "r", time_step)
+        steps += self._numbers("Spi", "i", choice)
         self.records.append(listed("SIM", steps, self._numbers("Ss2", "B", int(real_time))))
         tag = "En2" if self.program < (4, 2, 0) else "En3"
         records = self._numbers(tag, "i3r1i", engine, *gravity, 1) if tag == "En3" else self._numbers(

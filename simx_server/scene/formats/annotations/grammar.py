@@ -238,7 +238,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "after": str,
     },
     "model": {"base": switch, "properties": bits},
-    "scene": {"engine": one_of(*ENGINES), "layers": bits, "dynamics": switch},
+    "scene": {"engine": one_of(*ENGINES), "layers": bits, "dynamics": switch, "custom_step": switch},
     "mount": {"on": str, "ahead": number},
     "copies": {"count": count, "x": number, "y": number, "z": number, "turn_deg": number},
     "ui": {"file": str},

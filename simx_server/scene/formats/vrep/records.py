@@ -310,6 +310,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "St3": "r",  # time step
         "St2": "q",  # in microseconds
         "Sts": "f",
+        "Spi": "i",  # 5: the time step above; 0 to 4: another one, whatever is above
         "Ss2": "B",  # 1 real time
     },
     "DYN": {

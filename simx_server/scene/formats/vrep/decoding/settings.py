@@ -23,6 +23,11 @@ STEPS = {
 """Records whose first real number is an engine's dynamics step, up to CoppeliaSim 4.4: newer and older one."""
 
 
+USUAL_STEPS = (0.2, 0.1, 0.05, 0.025, 0.01)
+"""Simulation steps in seconds that V-REP's list offered, by number; the next number is that of a custom one."""
+CUSTOM_STEP = len(USUAL_STEPS)
+
+
 def fill_simulation(settings: Settings, chunks: Chunks) -> None:
     """Take over the time step and real time."""
     step = settings.time_step
@@ -36,6 +41,9 @@ def fill_simulation(settings: Settings, chunks: Chunks) -> None:
         settings.time_step = as_typed(step)
     else:
         chunks.note("Sts", f"has the time step {step} s; {settings.time_step} s is taken")
+    (choice,) = chunks.ints("Spi", CUSTOM_STEP)
+    if 0 <= choice < len(USUAL_STEPS):
+        settings.time_step, settings.has_custom_step = USUAL_STEPS[choice], False
     (flags,) = chunks.ints("Ss2", 0)
     settings.is_real_time = bool(flags & 1)
 

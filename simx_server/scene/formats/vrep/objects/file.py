@@ -27,6 +27,8 @@ class Settings:
     """Settings of the scene; a model has the defaults."""
 
     time_step: float = 0.05
+    has_custom_step: bool = True
+    """Whether programs can change the time step, up to CoppeliaSim 4.3."""
     physics_step: float = 0.005
     is_real_time: bool = False
     engine: Engine = Engine.BULLET

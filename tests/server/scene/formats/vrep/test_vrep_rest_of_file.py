@@ -63,6 +63,17 @@ def test_settings_are_read(ser: int) -> None:
     assert (settings.engine, settings.gravity, settings.visible_layers) == (Engine.ODE, (0, 0.1, -9.81), 0x13)
 
 
+@VERSIONS
+@pytest.mark.parametrize(
+    ("choice", "step"), [(0, 0.2), (1, 0.1), (2, 0.05), (3, 0.025), (4, 0.01), (5, 0.003)]
+)
+def test_the_simulation_step_is_the_chosen_one(ser: int, choice: int, step: float) -> None:
+    writer = VrepWriter(ser)
+    writer.settings(time_step=0.003, choice=choice)
+    settings = read(writer).settings
+    assert (settings.time_step, settings.has_custom_step) == (step, choice == 5)
+
+
 @pytest.mark.parametrize("number", [1 / 3, 0.05, 1e300, -9.81, 0.0])
 def test_numbers_that_no_short_one_stands_for_stay(number: float) -> None:
     assert as_typed(number) == number

@@ -1,4 +1,4 @@
-"""Settings of a scene that programs read: the engine's number, the visible layers, whether physics is handled."""
+"""Settings of a scene that programs read: engine, visible layers, whether physics is handled and steps are custom."""
 
 from __future__ import annotations
 
@@ -21,4 +21,5 @@ def add_settings(conversion: Conversion) -> None:
         engine=ENGINES[settings.engine],
         layers=f"0x{layers:04x}" if layers != _NOT_SET else None,
         dynamics=None if settings.dynamics else False,
+        custom_step=None if settings.has_custom_step else False,
     )

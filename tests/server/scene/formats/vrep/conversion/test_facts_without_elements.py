@@ -176,6 +176,12 @@ def test_the_settings_of_the_scene_arrive() -> None:
     assert not world.call("simxGetBooleanParameter", c.sim_boolparam_dynamics_handling_enabled)
 
 
+@pytest.mark.parametrize("is_custom", [False, True])
+def test_whether_programs_set_the_simulation_step_arrives(is_custom: bool) -> None:
+    world, _ = opened(settings=Settings(has_custom_step=is_custom))
+    assert world.sim.scene.annotations.scene.get("custom_step", True) is is_custom
+
+
 def test_another_engine_than_the_files_or_mujoco_is_refused() -> None:
     world, _ = opened(settings=Settings(engine=Engine.ODE))
     engine = c.sim_intparam_dynamic_engine
