@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from simx_server.editing.creating import GREY
 from simx_server.editing.imported_meshes import Color, MeshPart
 from simx_server.errors import CommandError
 from simx_server.files.image_files import Pixels, fitted
-from simx_server.scene.assets.filing import points_and_faces
 from simx_server.scene.formats.obj_materials import ObjMaterial, ObjUse, materials_used, read_materials
 
 from .script_files import file_of_server, read_image, read_mesh
@@ -24,13 +23,16 @@ if TYPE_CHECKING:
 _LARGEST_SIDE = 512
 """Pixels: V-REP makes larger textures of imported files smaller."""
 
+_MIRROR, _SHIFT = np.array([1.0, -1.0], np.float32), np.array([0.0, 1.0], np.float32)
+
 _LARGEST_LIBRARY = 1 << 20
 """Bytes of a library of materials."""
 
 
 def points_of_file(world: World, path: str, scaling: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return points (n, 3) in metres and faces (m, 3) of a mesh file. Raises CommandError, SceneError."""
-    return _points(*_mesh_of(world, path), scaling)
+    read = read_mesh(world, path)
+    return read.points * scaling, read.faces.astype(np.int64)
 
 
 def parts_of_file(
@@ -43,9 +45,10 @@ def parts_of_file(
     Raises:
         CommandError, SceneError: it is not a mesh file.
     """
-    spec, mesh = _mesh_of(world, path)
-    points, faces = _points(spec, mesh, scaling)
-    places = _corner_places(mesh)
+    read = read_mesh(world, path)
+    points, faces = read.points * scaling, read.faces.astype(np.int64)
+    # MuJoCo turns the places of OBJ files upside down, as it does with images.
+    places = None if read.places is None else read.places * _MIRROR + _SHIFT
     use, known = ObjUse("", ("",), np.zeros(len(faces), np.int64)), dict[str, ObjMaterial]()
     if path.lower().endswith(".obj") and (with_colors or with_textures):
         use = materials_used(file_of_server(world, path).read_bytes(), len(faces))
@@ -67,27 +70,6 @@ def parts_of_file(
         highlights = material.highlights if with_colors and name in known else None
         parts.append(MeshPart(own_points, own_faces, color, highlights, own_places, pixels))
     return parts, texture
-
-
-def _mesh_of(world: World, path: str) -> tuple[Any, Any]:
-    """Return the spec of a mesh file and its only mesh."""
-    spec = read_mesh(world, path).scene.spec
-    (mesh,) = spec.meshes
-    return spec, mesh
-
-
-def _points(spec: Any, mesh: Any, scaling: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    points, faces = points_and_faces(spec, mesh)
-    return points.astype(float) * scaling, faces.astype(np.int64)
-
-
-def _corner_places(mesh: Any) -> NDArray[np.float32] | None:
-    """Return (m, 3, 2) u and v of the corners, v upwards; None for a mesh without them."""
-    places = np.array(mesh.usertexcoord, np.float32).reshape(-1, 2)
-    if not len(places):
-        return None
-    places[:, 1] = 1.0 - places[:, 1]  # MuJoCo turns those of OBJ files upside down, as it does with images
-    return places[np.array(mesh.userfacetexcoord, np.int64).reshape(-1, 3)]
 
 
 def _used(

@@ -14,7 +14,7 @@ from simx_client.protocol.kinds import to_text
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.image_files import Pixels, decoded
-from simx_server.scene.formats.model_files import Model, read_model
+from simx_server.scene.formats.model_files import Triangles, read_triangles
 from simx_server.scene.formats.vrep.recognising import is_vrep
 from simx_server.scene.trial.kinds import MESH
 
@@ -44,13 +44,13 @@ def load_model_of_server(world: World, given: str | bytes) -> int:
         return world.trials.finish(add(world, found, name))
 
 
-def read_mesh(world: World, text: str) -> Model:
-    """Return a model with a mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
+def read_mesh(world: World, text: str) -> Triangles:
+    """Return the content of a mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
     found = world.simulation.files.find(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
     return world.trials.finish(
-        read(world, MESH, found, found.name, lambda sources: read_model(found, sources=sources))
+        read(world, MESH, found, found.name, lambda sources: read_triangles(found, found.name, sources))
     )
 
 

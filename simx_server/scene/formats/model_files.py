@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.editing.transplant import gather_geoms
@@ -78,12 +80,20 @@ def strip(spec: mujoco.MjSpec) -> None:
             spec.delete(sensor)
 
 
-def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:
-    """Return a static body with the mesh as its shape, in the file's own coordinates (metres).
+@dataclass(frozen=True)
+class Triangles:
+    """The content of a mesh file."""
 
-    The spec contains the points and the places of a texture: later edits do not need the file.
-    """
-    name = PurePosixPath(file_name).stem
+    points: NDArray[np.float64]
+    """(n, 3) in the file's own coordinates, metres."""
+    faces: NDArray[np.int32]
+    """(m, 3) indices of points."""
+    places: NDArray[np.float32] | None
+    """(m, 3, 2) u and v of a texture at the corners, v downwards; None where the file does not say."""
+
+
+def read_triangles(path: Path, name: str, sources: Sources | None = None) -> Triangles:
+    """Return the content of a mesh file. Raises SceneError."""
     reader = mujoco.MjSpec()
     reader.add_mesh(name="mesh", file=str(path.resolve()), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     reader.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
@@ -92,18 +102,27 @@ def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.Mj
     try:
         read = reader.compile()
     except (ValueError, mujoco.FatalError) as error:
-        raise SceneError(f"cannot read '{file_name}': {' '.join(str(error).split())}") from error
+        raise SceneError(f"cannot read '{name}': {' '.join(str(error).split())}") from error
     points = read.mesh_vert.copy().astype(float)
     for index, point in enumerate(read.mesh_vert):
         mujoco.mju_rotVecQuat(points[index], point.astype(float), read.mesh_quat[0])
     points += read.mesh_pos[0]
+    places = read.mesh_texcoord[read.mesh_facetexcoord].copy() if len(read.mesh_texcoord) else None
+    return Triangles(points, read.mesh_face.copy(), places)
+
+
+def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:
+    """Return a static body with the mesh as its shape, in the file's own coordinates (metres).
+
+    The spec contains the points: later edits do not need the file.
+    """
+    name = PurePosixPath(file_name).stem
+    read = read_triangles(path, file_name, sources)
     spec = mujoco.MjSpec()
     spec.add_mesh(
         name=name,
-        uservert=points.ravel(),
-        userface=read.mesh_face.ravel(),
-        usertexcoord=read.mesh_texcoord.ravel(),
-        userfacetexcoord=read.mesh_facetexcoord.ravel() if len(read.mesh_texcoord) else [],
+        uservert=read.points.ravel(),
+        userface=read.faces.ravel(),
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     body = spec.worldbody.add_body(name=name)
