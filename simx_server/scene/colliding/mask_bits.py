@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +62,13 @@ class Bits(NamedTuple):
 
 
 def assign(shapes: Sequence[Masked]) -> Bits:
-    """Return the bits of shapes that can collide."""
+    """Return the bits of shapes that can collide, which must not be changed."""
+    return _assigned(tuple(shapes))
+
+
+@lru_cache(maxsize=16)
+def _assigned(shapes: tuple[Masked, ...]) -> Bits:
+    """Return the same; each edit of a scene asks again, mostly for the same shapes."""
     places: dict[Masked, list[int]] = {Masked(ALL_MASKS, -1): []}
     """The first class is that of geoms without a mask."""
     for place, shape in enumerate(_without_needless_trees(shapes)):

@@ -120,11 +120,15 @@ def _write_bits(
             for each in shapes
         ]
     )
-    is_changed = False
+    model, is_changed = sim.model, False
+    firsts, counts = model.body_geomadr.tolist(), model.body_geomnum.tolist()
+    # Most shapes have the values already: a look at the numbers is much cheaper than one at names.
+    present = list(zip(model.geom_contype.tolist(), model.geom_conaffinity.tolist(), strict=True))
     for item, values in zip(shapes, bits.geoms, strict=True):
-        first = int(sim.model.body_geomadr[item.body])
-        for geom in range(first, first + int(sim.model.body_geomnum[item.body])):
-            is_changed |= _write_to_geom(sim, geom, values)
+        first = firsts[item.body]
+        for geom in range(first, first + counts[item.body]):
+            if present[geom] not in (values, (0, 0)) or sim.scene.withheld:
+                is_changed |= _write_to_geom(sim, geom, values)
     if is_changed:
         collect_masks(sim.model)
         sim.model_edited()

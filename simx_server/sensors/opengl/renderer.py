@@ -9,14 +9,8 @@ Each view has its own frustum with its own far plane, so OpenGL cuts colour and 
 cleared pixels mean that nothing is seen.
 
 Round geoms get half the corners where the difference is invisible (see `roundness`).
-
-Making a context of MuJoCo holds the interpreter lock, so other threads stand still, and a driver that compiles a
-shader for the first texture of its kind takes a third of a second. So contexts are made with textures of one pixel,
-and the real ones follow by `mjr_uploadTexture`, which lets other threads run. A new model is drawn in the same
-OpenGL context, in which the shader is compiled already.
 """
 
-import copy
 import importlib
 import logging
 from collections.abc import Callable
@@ -39,6 +33,7 @@ from simx_server.scene.geometry.highlights import highlights_of
 
 from .backend import make_gl_context
 from .commands import COUNT, Commands
+from .drawings import OFFSCREEN, drawing_of, have_one_drawing, textures_of
 from .roundness import may_be_coarse, round_geoms
 
 logger = logging.getLogger(__name__)
@@ -54,7 +49,6 @@ _GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _LAST_GROUP = mujoco.mjNGROUP - 1
 _NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
-_OFFSCREEN = int(mujoco.mjtFramebuffer.mjFB_OFFSCREEN)
 _LARGE = 1 << 20
 """Pixels of an offscreen buffer that is freed while no images are requested; each pixel takes at least eight bytes."""
 
@@ -84,7 +78,7 @@ class OpenGLRenderer:
         except BaseException:
             self._gl.free()
             raise
-        if self._fine.drawing.currentBuffer != _OFFSCREEN:
+        if self._fine.drawing.currentBuffer != OFFSCREEN:
             self.close()
             raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
 
@@ -95,18 +89,36 @@ class OpenGLRenderer:
             mujoco.FatalError: OpenGL failed; make a new renderer.
         """
         self._gl.make_current()
-        self._free_drawings()
-        self._take(model)
+        if not have_one_drawing(self._model, model):
+            self._free_drawings()
+            self._draw(model)
+        self._look_at(model)
 
     def _take(self, model: mujoco.MjModel) -> None:
+        self._draw(model)
+        self._look_at(model)
+
+    def _draw(self, model: mujoco.MjModel) -> None:
+        self._fine = Commands(drawing_of(model))
+        self._coarse: Commands | None = None
+        self._textures = textures_of(model)
+
+    def _look_at(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._round = round_geoms(model)
         self._highlights = highlights_of(model)
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16 + COUNT)
         self._scene.flags[:] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
-        self._fine = Commands(_drawing(model))
-        self._coarse: Commands | None = None
+
+    def _upload_textures(self) -> None:
+        """Upload the textures that materials have got since the context was made."""
+        missing = textures_of(self._model) - self._textures
+        for texture in missing:
+            for commands in (self._fine, self._coarse):
+                if commands is not None:
+                    mujoco.mjr_uploadTexture(self._model, commands.drawing, texture)
+        self._textures |= missing
 
     def render(
         self,
@@ -158,6 +170,7 @@ class OpenGLRenderer:
     ) -> None:
         """Fill these rows of an image."""
         self._gl.make_current()
+        self._upload_textures()
         near = near_the_view(self._model, data, view)
         has_others = view.is_users or bool(np.any(self._model.geom_group == SENSORS_GROUP))
         self._option.geomgroup[_LAST_GROUP] = has_others
@@ -195,7 +208,7 @@ class OpenGLRenderer:
             if drawing is not None and drawing.offWidth * drawing.offHeight > _LARGE:
                 mujoco.mjr_resizeOffscreen(1, 1, drawing)
                 # A driver frees the old buffers when it has drawn to the new ones.
-                mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+                mujoco.mjr_setBuffer(OFFSCREEN, drawing)
                 mujoco.mjr_render(mujoco.MjrRect(0, 0, 1, 1), self._scene, drawing)
                 mujoco.mjr_finish()
 
@@ -222,9 +235,9 @@ class OpenGLRenderer:
         chosen = np.flatnonzero(near & self._round)
         if corners >= _FEWEST_CORNERS and may_be_coarse(self._model, data, view, chosen, corners):
             # Made on first use: it holds all meshes and textures a second time.
-            commands = self._coarse = self._coarse or Commands(_drawing(self._model, is_coarse=True))
+            commands = self._coarse = self._coarse or Commands(drawing_of(self._model, is_coarse=True))
         drawing = commands.drawing
-        mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+        mujoco.mjr_setBuffer(OFFSCREEN, drawing)
         if view.width > drawing.offWidth or rows > drawing.offHeight:
             width, height = max(view.width, drawing.offWidth), max(rows, drawing.offHeight)
             mujoco.mjr_resizeOffscreen(width, height, drawing)
@@ -299,31 +312,6 @@ def _visible_things() -> mujoco.MjvOption:
     for decor in (option.sitegroup, option.jointgroup, option.tendongroup, option.actuatorgroup):
         decor[:] = 0
     return option
-
-
-def _drawing(model: mujoco.MjModel, *, is_coarse: bool = False) -> mujoco.MjrContext:
-    """Return a context that draws a model: its meshes, its textures and an offscreen buffer.
-
-    Args:
-        model: the model.
-        is_coarse: round geoms have half the corners.
-    """
-    # A copy: sizes are read from the model, which must not change.
-    plain = copy.copy(model)
-    quality = plain.vis.quality
-    quality.offsamples = quality.shadowsize = 0
-    plain.vis.global_.offwidth = plain.vis.global_.offheight = 1
-    plain.tex_width[:] = plain.tex_height[:] = 1
-    if is_coarse:
-        quality.numslices //= 2
-        quality.numstacks //= 2
-    drawing = mujoco.MjrContext(plain, mujoco.mjtFontScale.mjFONTSCALE_50.value)
-    for texture in np.unique(model.mat_texid[model.mat_texid >= 0]):  # the skybox has none
-        mujoco.mjr_uploadTexture(model, drawing, texture)
-    mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
-    # The buffer holds 1 at the near plane and 0 at the far plane: return it unchanged.
-    drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-    return drawing
 
 
 def _offset_depth() -> None:

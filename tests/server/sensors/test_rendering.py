@@ -437,11 +437,13 @@ def test_a_driver_that_gives_no_display_lists_is_an_error(
     opengl_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model, _ = load(SCENE)
+    mesh = '<asset><mesh name="wedge" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset>'
+    other, _ = load(SCENE.replace("</mujoco>", f"{mesh}</mujoco>"))
     renderer = OpenGLRenderer(model, opengl_name)
     monkeypatch.setattr("OpenGL.raw.GL.VERSION.GL_1_1.glGenLists", lambda _: 0)
     try:
         with pytest.raises(mujoco.FatalError, match="context is lost"):
-            renderer.turn_to(model)
+            renderer.turn_to(other)
     finally:
         renderer.close()
 
