@@ -7,7 +7,7 @@ file the base scene of `base_scene.py` is used. Tasks whose model is missing are
 
 # pyright: reportMissingImports=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportAttributeAccessIssue=false
-# pyright: reportUnknownArgumentType=false
+# pyright: reportUnknownArgumentType=false, reportPrivateUsage=false
 from __future__ import annotations
 
 import argparse
@@ -15,6 +15,7 @@ import json
 import sys
 import time
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ import simx_client.pyrep
 from simx_client.pyrep.worlds import NoSimulation
 
 BASE_SCENE = "task_design.ttt"
+MOST_STEPS = 6000
+"""Simulation steps of all attempts at a demonstration; RLBench repeats some for ever while an object is missed."""
 
 
 def with_base_scene(rlbench: Path) -> None:
@@ -71,6 +74,13 @@ class Trial:
                     task.sample_variation()
                 task.reset()
                 self.outcome["resets"] += 1
+        left = count(MOST_STEPS, -1)
+
+        def count_step() -> None:
+            if next(left) <= 0:
+                raise TimeoutError(f"no demonstration within {MOST_STEPS} steps")
+
+        self._environment._scene.register_step_callback(count_step)
         with self._timed("demonstration"):
             demos = task.get_demos(1, live_demos=True, max_attempts=10)
             self.outcome.update(demonstrated=True, steps=len(demos[0]))
@@ -131,15 +141,15 @@ def main() -> int:
     sys.path.insert(0, str(options.checkout.resolve()))
     rlbench = options.checkout.resolve() / "rlbench"
     with_base_scene(rlbench)
-    loaded = reset = demonstrated = count = 0
+    loaded = reset = demonstrated = tried = 0
     for outcome in outcomes(rlbench, tasks_of(rlbench, options.tasks), options.resets):
         print(json.dumps(outcome), flush=True)
-        count += 1
+        tried += 1
         loaded += outcome["loads"]
         reset += outcome["resets"] == options.resets
         demonstrated += outcome["demonstrated"]
     print(
-        f"of {count} tasks {loaded} load, {reset} are reset {options.resets} times, {demonstrated} are demonstrated"
+        f"of {tried} tasks {loaded} load, {reset} are reset {options.resets} times, {demonstrated} are demonstrated"
     )
     return 0
 
