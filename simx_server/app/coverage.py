@@ -21,13 +21,15 @@ PAGE = """\
 Made by `simx-server --commands --markdown > docs/coverage.md`; a test holds it fresh.
 {count}, {names} names with the aliases.
 
-A mode is one of the `simx_opmode_` constants. A function takes them all unless its row says otherwise: *always
+A mode is one of the `simx_opmode_` constants. A function takes them all unless the list says otherwise: *always
 blocking* takes none and waits, *in the client* takes none and asks the server for nothing, or for other functions.
-The last column points to the list of differences below; [api.md](api.md) says what each function does.
+[api.md](api.md) says what each function does. These differ from the original, by the list below:
 
 | function | differs |
 |---|---|
 {rows}
+
+These do not differ: {equal}.
 
 ## Differences from the original
 
@@ -87,11 +89,12 @@ def as_records(lines: list[Coverage]) -> list[dict[str, object]]:
 
 def as_markdown(lines: list[Coverage]) -> str:
     """Return the page docs/coverage.md: all functions, and every numbered difference with the test that checks it."""
-    rows = [[_function(line), ", ".join(map(str, line.differences))] for line in lines]
+    rows = [[_function(line), ", ".join(map(str, line.differences))] for line in lines if line.differences]
     return PAGE.format(
         count=_count(lines),
         names=sum(1 + len(line.aliases) for line in lines),
         rows="\n".join(f"| {' | '.join(row)} |" for row in rows),
+        equal="; ".join(_function(line) for line in lines if not line.differences),
         differences=as_list(),
     )
 
