@@ -187,7 +187,8 @@ class Meter(Generic[_R]):
         mine = self._members(first, whatever_they_are)
         theirs = self._members(second, whatever_they_are)
         if second == ALL:  # all others: the first entity's objects are left out
-            theirs = [handle for handle in theirs if handle not in mine]
+            own = frozenset(mine)
+            theirs = [handle for handle in theirs if handle not in own]
         return mine, theirs
 
     def _members(self, entity: int, whatever_they_are: bool) -> list[int]:
