@@ -23,6 +23,15 @@ def _view(name: str, field: str) -> Quantity:
     )
 
 
+def _whole(name: str, field: str) -> Quantity:
+    """Return the quantity that is a setting of a view, and a whole number."""
+    return quantity(
+        name,
+        lambda world, handle: getattr(world.vision.settings(handle), field),
+        lambda world, handle, value: world.vision.change(handle, **{field: int(value)}),
+    )
+
+
 def _projection(name: str) -> Quantity:
     """Return the switch between a perspective view, which has an angle, and an orthographic one, which has a size."""
     return quantity(
@@ -61,6 +70,7 @@ VIEWS = (
     _view("visionfloatparam_perspective_angle", "angle"),
     _view("visionfloatparam_ortho_size", "size"),
     _projection("visionintparam_perspective_operation"),
+    _whole("visionintparam_disabled_light_components", "unlit"),
     quantity(
         "visionintparam_render_mode",
         lambda world, handle: world.vision.settings(handle).render_mode,
@@ -74,4 +84,5 @@ VIEWS = (
     _view("camerafloatparam_perspective_angle", "angle"),
     _view("camerafloatparam_ortho_size", "size"),
     _projection("cameraintparam_perspective_operation"),
+    _whole("cameraintparam_disabled_light_components", "unlit"),
 )

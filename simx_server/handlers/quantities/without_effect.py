@@ -23,7 +23,7 @@ _NAMES = {
         collection_self_collision_indicator child_role parent_role manipulation_permissions hierarchycolor
     """,
     "visionintparam": """
-        disabled_light_components rendering_attributes windowed_size_x windowed_size_y windowed_pos_x windowed_pos_y
+        rendering_attributes windowed_size_x windowed_size_y windowed_pos_x windowed_pos_y
         pov_focal_blur pov_blur_sampled
     """,
     "visionfloatparam": "pov_blur_distance pov_aperture",
@@ -34,7 +34,7 @@ _NAMES = {
         texture_x texture_y texture_z texture_a texture_b texture_g shading_angle edge_angle
     """,
     "cameraintparam": """
-        disabled_light_components rendering_attributes pov_focal_blur pov_blur_samples remotecameramode
+        rendering_attributes pov_focal_blur pov_blur_samples remotecameramode
     """,
     "camerafloatparam": "pov_blur_distance pov_aperture",
     # By how much the two sides of a force sensor drift apart; here they are one body.

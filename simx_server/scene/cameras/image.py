@@ -94,6 +94,8 @@ class CameraView:
     """Ids of the only geoms that are seen; None: all."""
     viewpoint: Viewpoint | None = None
     """For a view of the scene that differs from all its cameras."""
+    unlit: int = 0
+    """Bits of the components of all lights that are left out: 1 ambient, 2 diffuse, 4 highlights."""
     is_users: bool = False
     """Whether it is a user's view, which shows shapes that vision sensors do not see."""
 

@@ -42,6 +42,14 @@ def is_omnidirectional(sim: LiveScene, handle: int) -> bool:
     return not is_directional(sim, handle) and (is_point or float(model.light_cutoff[index]) > _WIDEST_SPOT)
 
 
+def leave_out(scene: mujoco.MjvScene, components: int) -> None:
+    """Leave components out of the lights of a drawn scene, see `CameraView.unlit`."""
+    for light in scene.lights[: scene.nlight] if components else ():
+        for bit, color in ((1, light.ambient), (2, light.diffuse), (4, light.specular)):
+            if components & bit:
+                color[:] = 0.0
+
+
 def set_light(
     sim: LiveScene,
     handle: int,

@@ -29,6 +29,7 @@ from simx_server.scene.cameras.image import (
     nothing,
 )
 from simx_server.scene.cameras.visibility import SENSORS_GROUP, VISIBLE_GROUPS, drawn, near_the_view
+from simx_server.scene.geometry import lights
 from simx_server.scene.geometry.highlights import highlights_of
 
 from .backend import make_gl_context
@@ -252,6 +253,7 @@ class OpenGLRenderer:
             self._camera.distance = stand.distance
             self._camera.azimuth, self._camera.elevation = stand.azimuth_deg, stand.elevation_deg
         mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, _CATEGORIES, self._scene)
+        lights.leave_out(self._scene, view.unlit)
         half_width, half_height = view.half_extent()
         at_near = 1.0 if view.orthographic_size is not None else view.near
         for eye in self._scene.camera:

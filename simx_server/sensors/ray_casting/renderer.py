@@ -124,7 +124,9 @@ class RaycastRenderer:
                     shades = shown[geoms]
                 else:
                     points = some.of(lit).at(depths[lit])
-                    shades = self._surfaces.colours(seeing.data, geoms, points, normals[lit], rays.forward)
+                    shades = self._surfaces.colours(
+                        seeing.data, geoms, points, normals[lit], rays.forward, view.unlit
+                    )
                 cover = np.where(solid[lit], np.float32(1), alpha[geoms])
                 colour[where] += (unblocked[where] * cover)[:, np.newaxis] * shades
                 unblocked[where] *= 1.0 - cover

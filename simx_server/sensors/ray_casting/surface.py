@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.geometry.highlights import highlights_of
+from simx_server.scene.geometry.lights import leave_out
 
 Points = NDArray[np.float64]
 """(n, 3) in the world frame: metres or unit vectors."""
@@ -61,9 +62,14 @@ class Surfaces:
         points: Points,
         normals: Points,
         forward: NDArray[np.float64],
+        unlit: int = 0,
     ) -> NDArray[np.float32]:
-        """Return (n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`."""
+        """Return (n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`.
+
+        `unlit`: see `CameraView.unlit`.
+        """
         mujoco.mjv_makeLights(self._model, data, self._scene)
+        leave_out(self._scene, unlit)
         lights = self._scene.lights[: min(self._scene.nlight, _MOST_LIGHTS)]
         specular, shininess, emission = self._finish()
         colours = _light(lights, points, normals, forward)

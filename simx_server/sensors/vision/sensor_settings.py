@@ -192,6 +192,7 @@ class SensorSettings:
                 background=self._background_of(settings),
                 orthographic_size=settings.orthographic_size,
                 codes=self._codes() if settings.shows_handles else None,
+                unlit=settings.unlit,
                 is_users=item.kind == ObjectKind.CAMERA,
                 only=self._only(self._entity_of(settings) if entity is None else entity),
             )

@@ -63,6 +63,8 @@ class VisionSettings:
     """One of `RENDER_MODES`. In mode 2 each pixel is the handle of the visible object, red + 256 green + 65536 blue;
     all others draw colours.
     """
+    unlit: int = 0
+    """Components of lights that are left out, see `CameraView.unlit`."""
     external: bool = False
     """Nothing is rendered: the image is the one that was set last."""
     background: tuple[float, float, float] | None = None

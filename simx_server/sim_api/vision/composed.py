@@ -17,6 +17,9 @@ from simx_server.sim_api.base import ApiPart
 Pixels = TypeVar("Pixels", NDArray[np.uint8], NDArray[np.float32])
 
 _SIX = "front, top, back, bottom, left and right"
+_HIGHLIGHTS = 4
+"""Bit of `CameraView.unlit`."""
+
 _LEAST_ANGLE = math.radians(5.0)
 _RED_CYAN = [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]
 
@@ -53,7 +56,7 @@ class ComposedImageFunctions(ApiPart, effect="changes"):
             found = spherical_map(width, height, side, *angles)
         used: list[int] = np.unique(found.sensor).tolist()
         for each in used:
-            self._world.vision.handle(active[each])
+            self._handle_without_highlights(active[each])
         if passive != -1:
             images = {each: self._image(active[each]) for each in used}
             pixels = _gathered(found, images, np.zeros((height, width, 3), np.uint8))
@@ -88,6 +91,16 @@ class ComposedImageFunctions(ApiPart, effect="changes"):
         mixed = left * np.array(weights[:3]) + right * np.array(weights[3:6])
         self._world.vision.set_image(taker, np.clip(mixed, 0, 255).astype(np.uint8).tobytes(), as_grey=False)
         return 1
+
+    def _handle_without_highlights(self, handle: int) -> None:
+        """Handle a sensor as V-REP's plug-in did, since the highlights of neighbours do not fit together."""
+        settings = self._world.vision.settings(handle)
+        before = settings.unlit
+        settings.unlit |= _HIGHLIGHTS
+        try:
+            self._world.vision.handle(handle)
+        finally:
+            settings.unlit = before
 
     def _handle_of(self, sensor: int) -> int:
         return self._sim.scene.get_kind(self._self(sensor), ObjectKind.VISION_SENSOR).handle

@@ -120,6 +120,14 @@ def test_a_view_is_switched_between_perspective_and_orthographic(world: World) -
         world.call("simxSetObjectFloatParameter", flat, 1005, -1.0)
 
 
+def test_components_of_light_are_left_out_by_a_parameter(world: World) -> None:
+    eye = world.handle("eye")
+    world.call("simxSetObjectIntParameter", eye, 1006, 4)
+    image(world, "eye")
+    assert world.painter.views[-1].unlit == 4
+    assert world.call("simxGetObjectIntParameter", eye, 1006) == 4
+
+
 def test_the_size_of_a_window_is_kept_for_each_sensor(world: World) -> None:
     eye = world.handle("eye")
     world.call("simxSetObjectIntParameter", eye, 1009, 640)

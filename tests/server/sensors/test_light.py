@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -99,6 +100,20 @@ def test_a_surface_has_the_colour_of_v_reps_formula(make_renderer: Any, name: st
         picture = make_renderer(model).render(data, DOWN, rgb=True, depth=False)
         for place in ((15, 15), (12, 20)):  # the same all over a flat surface
             assert picture.rgb[place] == pytest.approx(by_the_formula(look, turn_deg), abs=1.5), turn_deg
+
+
+@pytest.mark.parametrize("left_out", range(8))
+def test_components_of_light_are_left_out(
+    make_renderer: Any, monkeypatch: pytest.MonkeyPatch, left_out: int
+) -> None:
+    look = Look((0.3, 0.5, 0.4), (0.6, 0.6, 0.6), 20, glow=0.25)
+    model, data = load(scene_of(look, 3.0))
+    view = dataclasses.replace(DOWN, unlit=left_out)
+    picture = make_renderer(model).render(data, view, rgb=True, depth=False)
+    ambient, diffuse, highlights = (not left_out & bit for bit in (1, 2, 4))
+    monkeypatch.setitem(globals(), "AMBIENT", AMBIENT * ambient)
+    monkeypatch.setitem(globals(), "LIGHTS", [(at, d * diffuse, s * highlights) for at, d, s in LIGHTS])
+    assert picture.rgb[15, 15] == pytest.approx(by_the_formula(look, 3.0), abs=1.5)
 
 
 @pytest.mark.parametrize(

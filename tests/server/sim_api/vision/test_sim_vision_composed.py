@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from handler_calls import QuickPainter
 from ray_painter import RayPainter
 from real_world import render_with
 from sim_api_calls import ScriptWorld
@@ -149,6 +150,16 @@ def test_depth_is_along_the_sensors_axis_before_version_4_3_and_the_distance_aft
         wanted = 0.65 if is_new else 0.65 * np.abs(direction).max()
         measured = 0.05 + 2.0 * depth[place_of(azimuth, elevation)] / 255
         assert measured == pytest.approx(wanted, abs=0.02), (azimuth, elevation)
+
+
+def test_sensors_of_a_composed_image_see_no_highlights(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path, BOX)
+    painter = QuickPainter()
+    render_with(world, painter)
+    world.lua(START + WHOLE)
+    assert [view.unlit for view in painter.views] == [4] * 6
+    world.lua(START + "sim.handleVisionSensor(eyes[1])")
+    assert painter.views[-1].unlit == 0
 
 
 def test_more_than_a_whole_sphere_is_a_whole_one(around: ScriptWorld) -> None:
