@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from sim_api_calls import ScriptWorld
 
+from simx_server.simulation.part import Part
+
 SQUARE = """
 mtllib square.mtl
 v -1 -1 0
@@ -136,3 +138,23 @@ def test_a_mesh_keeps_its_shading_angle_and_drawing_options(world: ScriptWorld) 
         "sim.getObjectInt32Param(m, sim.shapeintparam_culling), "
         "sim.getObjectInt32Param(m, sim.shapeintparam_edge_visibility)"
     ) == [0.35, 1, 1]
+
+
+class _Noted(Part):
+    """What a recording keeps."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def file_read(self, path: Path, sources: object) -> None:
+        self.names.append(path.name)
+
+
+def test_a_recording_gets_the_files_of_textures_too(world: ScriptWorld) -> None:
+    noted = _Noted()
+    world.sim.attach(noted)
+    imported(world, 16)
+    assert sorted(set(noted.names)) == ["corners.png", "square.mtl", "square.obj"]
+    noted.names.clear()
+    world.lua("sim.createTexture('maps/corners.png', 0)")
+    assert noted.names == ["corners.png"]
