@@ -199,7 +199,7 @@ def test_without_the_library_the_message_has_the_line_that_installs_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(ompl_planner, "is_available", lambda: False)
-    with pytest.raises(CommandError, match=r"install with: .*pip install .*ompl>=2"):
+    with pytest.raises(CommandError, match=r"install with: .* install .*ompl>=2"):
         find("RRT", space(-3, 3, 2), ([-2, 0], [2, 0]))
     with ExitStack() as stack, pytest.raises(StartError, match="--planner ompl needs OMPL"):
         open_world(Settings(planner="ompl"), stack)
