@@ -63,7 +63,7 @@ The kinds, and what a list has in it:
 
 **The key** of a function is what makes two calls *the same command*: they share one inbox entry and one stream.
 
-{index}
+[coverage.md](coverage.md) links to each function.
 
 {functions}
 """
@@ -169,10 +169,7 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
 def render() -> str:
     twins, lines = modern_twins(), {line.name: line for line in coverage(HANDLERS.keys())}
     sections = [entry(command, lines[command.name], twins) for command in TABLE if command.name in lines]
-    index = " ".join(f"[{name}](#{name.lower()})" for name in lines)
-    return PAGE.format(
-        shared="\n".join(shared()), kinds=kind_rows(), index=index, functions="\n\n".join(sections)
-    )
+    return PAGE.format(shared="\n".join(shared()), kinds=kind_rows(), functions="\n\n".join(sections))
 
 
 if __name__ == "__main__":

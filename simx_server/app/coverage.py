@@ -33,7 +33,7 @@ These do not differ: {equal}.
 
 ## Differences from the original
 
-The test that holds each of them stands behind it.
+Each has its test behind it.
 
 {differences}
 """
