@@ -13,7 +13,8 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.joints.scaling import scale_joint
-from simx_server.scene.editing import editing, renaming
+from simx_server.scene.editing import renaming
+from simx_server.scene.editing.marks import scale_mark
 from simx_server.scene.editing.scaling.geoms import scale_shape
 from simx_server.scene.formats.annotations import numbers_of
 from simx_server.scene.objects import ObjectKind, SceneObject
@@ -114,11 +115,5 @@ def _scale_alike(sim: Simulation, item: SceneObject, factor: float) -> None:
     """Scale an object other than a shape; the parts scale what they know of it."""
     if item.kind == ObjectKind.JOINT:
         scale_joint(sim.joints, item.handle, factor)
-    elif item.kind == ObjectKind.DUMMY:
-        _scale_dummy(sim, item.handle, factor)
+    scale_mark(sim, item, factor)
     sim.tell(lambda part: part.object_scaled(item.handle, factor))
-
-
-def _scale_dummy(sim: Simulation, handle: int, factor: float) -> None:
-    if sim.scene.get(handle).element == "site":
-        editing.set_dummy_size(sim, handle, editing.dummy_size(sim, handle) * factor)

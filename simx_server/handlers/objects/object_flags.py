@@ -81,5 +81,5 @@ def flags(world: World, handle: int) -> int:
 
 
 def set_flags(world: World, handle: int, bits: int) -> None:
-    """Store bits `sim.objectproperty_*`; nothing here depends on them. Raises UnknownHandle."""
+    """Store bits `sim.objectproperty_*`; bounding boxes of models depend on one of them. Raises UnknownHandle."""
     world.custom_data.write(handle, _FLAGS, str(bits).encode())

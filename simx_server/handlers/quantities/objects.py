@@ -40,7 +40,7 @@ def _spin(world: World, handle: int) -> float:
 
 def _box(index: int, *, whole_model: bool) -> Getter:
     def get(world: World, handle: int) -> float:
-        least, greatest = bounding_box.of_object(world.simulation, handle, whole_model=whole_model)
+        least, greatest = bounding_box.of_object(world, handle, whole_model=whole_model)
         return (*least, *greatest)[index]
 
     return get

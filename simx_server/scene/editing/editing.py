@@ -40,6 +40,7 @@ from simx_server.scene.poses.placing import (
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse, rotate
 from simx_server.scene.tree import INTERNAL, Addition
 
+from .marks import mark_size, set_mark_size
 from .recompile import edit
 from .transplant import delete, delete_all, find_body, move_leaf
 from .welding import (
@@ -211,16 +212,12 @@ def _dummy_size(size: float) -> float:
 
 def dummy_size(sim: LiveScene, handle: int) -> float:
     """Return the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind."""
-    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
-    return 2 * float(sim.model.site_size[_mark(item)][0])
+    return mark_size(sim.model, sim.scene.get_kind(handle, ObjectKind.DUMMY))
 
 
 def set_dummy_size(sim: LiveScene, handle: int, size: float) -> None:
     """Set the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind."""
-    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
-    sim.model.site_size[_mark(item)] = _dummy_size(size) / 2
-    sim.model_edited()
-    sim.changed()
+    set_mark_size(sim, sim.scene.get_kind(handle, ObjectKind.DUMMY), _dummy_size(size))
 
 
 def dummy_color(sim: LiveScene, handle: int, component: int) -> list[float]:
@@ -241,7 +238,7 @@ def dummy_color(sim: LiveScene, handle: int, component: int) -> list[float]:
 def _mark(item: SceneObject) -> int:
     """Return the id of the site that shows a dummy."""
     if item.element != "site":
-        raise CommandError(f"'{item.name}' is a body without shapes, which has no mark with size and colour")
+        raise CommandError(f"'{item.name}' is a body without shapes, which has no mark with a colour")
     return item.id
 
 

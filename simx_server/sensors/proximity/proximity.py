@@ -248,6 +248,14 @@ class ProximitySensors(Part):
         """
         return self._look(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)).reach
 
+    def box(self, handle: int) -> NDArray[np.float64]:
+        """Return (2, 3) least and greatest x, y, z in metres of the detection volume, in the sensor's frame.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
+        return self._look(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)).volume.box
+
     def entity(self, handle: int) -> int:
         """Return the object or collection that a sensor detects, -1 for everything.
 

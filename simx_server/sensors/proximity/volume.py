@@ -30,6 +30,8 @@ _TOLERANCE = 1e-9
 """Maximum of a function (m^2, or m for planes) at a point that was computed to lie on the surface."""
 _SLACK = 1e-4
 """Metres, and a cosine: margin of the bounds, which keeps them beyond the tolerance also near an apex."""
+_RAY = 0.001
+"""Metres: half width of the box around a ray."""
 _HALF_TURN = math.radians(181.8)
 """Angle from which V-REP draws a cone as a whole sphere (1.01 half turns)."""
 
@@ -72,6 +74,8 @@ class Volume:
     """(3,) centre of a ball that contains the volume."""
     reach: float
     """Radius of that ball."""
+    box: Array
+    """(2, 3) least and greatest x, y, z of a box around the volume and the sensor's origin, as V-REP gives it."""
     spread: float
     """Maximum angle in radians between z and any direction from the origin to a point of the volume."""
 
@@ -148,6 +152,8 @@ def cone(
             build.cone(offset, half * inside_gap, outside=True)
             # The cut is not convex: from within it, a plane is nearest beside the line of its normal.
             build.sweeps.append(_cone_lines(offset, half * inside_gap, radius, far, centred=offset >= 0))
+    build.wide(far * math.sin(half) if not whole else far)
+    build.tall(offset - far if whole else offset, offset + far)
     if half < math.pi / 3:
         middle = far / 2 / math.cos(half)  # the ball through the apex and the far rim
         return build.volume(offset + middle, max(middle, far - middle), _spread(offset, half))
@@ -168,6 +174,8 @@ def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float
         ring = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
         return ring * radius + (0.0, 0.0, offset), ring * far + (0.0, 0.0, offset + reach)
 
+    build.wide(max(radius, far))
+    build.tall(offset, offset + reach)
     length = math.hypot(1.0, slope)
     build.hull.append((0.0, 0.0, -slope / length, 1.0 / length, at_origin / length))
     build.sweeps.append(Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=True))
@@ -189,6 +197,8 @@ def pyramid(
             normal = np.array([0.0, 0.0, -slope])
             normal[axis] = side
             build.plane(normal, size[axis] / 2 - slope * offset)
+    build.wide(max(size[0], far[0]) / 2, max(size[1], far[1]) / 2)
+    build.tall(offset, offset + reach)
     widest = math.hypot(max(size[0], far[0]), max(size[1], far[1])) / 2
     spread = max(math.atan2(math.hypot(*size) / 2, offset), math.atan2(math.hypot(*far) / 2, offset + reach))
     return build.volume(offset + reach / 2, math.hypot(reach / 2, widest), _spread(offset, spread))
@@ -228,6 +238,8 @@ def disc(
             for side in (1.0, -1.0):
                 normal = (side * cosine, 0.0, -sine)
                 build.faces.append((*normal, normal[2] * offset))
+    build.wide(far if whole else far * math.sin(half), height / 2)
+    build.tall(offset - far if whole else offset, offset + far)
     spread = math.pi if whole else math.pi / 2
     return build.volume(offset, math.hypot(far, height / 2), _spread(offset, spread))
 
@@ -236,6 +248,8 @@ def ray(reach: float, offset: float = 0.0) -> Volume:
     """Return a segment of the z axis: as a volume it is only used to find what may touch it."""
     build = _Builder()
     build.hull.append((0.0, 0.0, 0.0, 1.0, 0.0))
+    build.wide(_RAY)
+    build.tall(offset, offset + reach)
     return build.volume(offset + reach / 2, reach / 2, _spread(offset, 0.0))
 
 
@@ -251,6 +265,16 @@ class _Builder:
         self.sweeps: list[Sweep] = []
         self.spheres: list[tuple[float, float]] = []
         self.hull: list[tuple[float, float, float, float, float]] = []
+        self.box = np.zeros((2, 3))
+
+    def wide(self, x: float, y: float | None = None) -> None:
+        """Set the box's half widths; y is x by default."""
+        y = x if y is None else y
+        self.box[:, :2] = (-x, -y), (x, y)
+
+    def tall(self, low: float, high: float) -> None:
+        """Set the box's least and greatest z, between which it contains the sensor's origin too."""
+        self.box[:, 2] = min(low, 0.0), max(high, 0.0)
 
     def add(self, squares: tuple[float, ...], linear: tuple[float, ...], constant: float) -> None:
         self.functions.append((squares, linear, constant))
@@ -289,7 +313,7 @@ class _Builder:
         centre = np.array([0.0, 0.0, middle])
         return Volume(
             squares, linear, constant, faces, tuple(self.sweeps), tuple(self.spheres), hull, centre, reach,
-            spread,
+            self.box, spread,
         )  # fmt: skip
 
 

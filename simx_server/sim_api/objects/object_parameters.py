@@ -112,7 +112,7 @@ class ObjectParameterFunctions(ApiPart, effect="changes"):
         return object_flags.flags(self._world, self._self(handle))
 
     def setObjectProperty(self, handle: int, bits: int) -> int:
-        """Set bits sim.objectproperty_*. Partly: the bits are stored, but have no effect."""
+        """Set bits sim.objectproperty_*. Partly: only 0x100, not in the box of its model, has an effect."""
         object_flags.set_flags(self._world, self._self(handle), bits)
         return 1
 

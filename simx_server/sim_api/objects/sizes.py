@@ -67,11 +67,13 @@ class SizeFunctions(ApiPart, effect="changes"):
     @reads
     def getModelBB(self, handle: int) -> list[float]:
         """Return the size of the bounding box of an object and all below it."""
-        least, greatest = bounding_box.of_object(self._sim, self._self(handle), whole_model=True)
+        least, greatest = bounding_box.of_object(
+            self._world, self._self(handle), whole_model=True, with_volumes=False
+        )
         return [high - low for low, high in zip(least, greatest, strict=True)]
 
     def _box(self, handle: int) -> tuple[list[float], list[float]]:
         own = self._self(handle)
         self._sim.scene.get_kind(own, ObjectKind.SHAPE)
-        least, greatest = bounding_box.of_object(self._sim, own)
+        least, greatest = bounding_box.of_object(self._world, own)
         return list(least), list(greatest)

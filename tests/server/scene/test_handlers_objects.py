@@ -209,8 +209,7 @@ def test_bounding_box_is_that_of_the_shapes_in_the_objects_frame(world: World) -
     assert box("wheel") == pytest.approx([-0.1, -0.1, -0.3, 0.1, 0.1, 0.3])
     assert box("drawer") == pytest.approx([-0.1, -0.2, -0.3, 0.1, 0.2, 0.3])
     assert box("table", 21) == pytest.approx([-0.4, -0.3, -0.1, 0.4, 0.3, 0.3])
-    with pytest.raises(CommandError, match="no extent"):
-        box("eye")
+    assert box("axle") == pytest.approx([-0.01, -0.01, -0.075, 0.01, 0.01, 0.075])
 
 
 def test_parameters_of_an_object_know_their_kind_and_number(world: World) -> None:

@@ -49,6 +49,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "flags": bits,
         "size_factor": positive,
         "size_values": three_numbers,
+        "mark": positive,
         "extension": str,
     },
     "joint": {
@@ -79,6 +80,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "master": str,
         "multiplication": number,
         "ik_weight": not_negative,
+        "length": positive,
+        "diameter": positive,
     },
     "vision": {
         "near": positive,
@@ -87,6 +90,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "explicit": switch,
         "external": switch,
         "size": positive,
+        "body": three_numbers,
         "render": one_of(*MODE_OF),
         "detect_above": share,
         "detect_below": share,

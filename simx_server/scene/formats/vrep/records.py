@@ -167,6 +167,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "path points": {
         "At2": "i",  # attributes
+        "Si2": "if",  # width of the line, size of the points
         "Cl0": "list color",
         "Jm2": "2f",  # position, nominal velocity
         "Av3": "fi",  # metres per radian, method of lengths
@@ -200,6 +201,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Mxt": "f",  # longest duration
     },
     "GRH": {
+        "Ghg": "r",  # size
         "Gbv": "2i",  # capacity, points
         "Gps": "B",  # 0x10 explicit
         "Ghd": "list stream",

@@ -114,7 +114,7 @@ _VIEWERS = (
     bit_of(_FLAGS, "cannotDelete", 0x2000),
     bit_of(_FLAGS, "cannotDeleteInSim", 0x4000),
 )
-"""Bits that are stored, as by sim.setObjectProperty; nothing here depends on them."""
+"""Bits that are stored, as by sim.setObjectProperty; only bounding boxes of models depend on one of them."""
 
 
 def _is_base(world: World, handle: int) -> bool:

@@ -63,9 +63,9 @@ def _rotation_axis(world: World, handle: int) -> list[float]:
 
 
 def _box(world: World, handle: int, *, whole_model: bool) -> tuple[list[float], list[float]]:
-    """Return centre and sizes of a box in the object's frame; an object without an extent is a point."""
+    """Return centre and sizes of a box in the object's frame; an object without a box is a point."""
     try:
-        least, greatest = bounding_box.of_object(world.simulation, handle, whole_model=whole_model)
+        least, greatest = bounding_box.of_object(world, handle, whole_model=whole_model, with_volumes=False)
     except CommandError:
         return [0.0] * 3, [0.0] * 3
     pairs = list(zip(least, greatest, strict=True))

@@ -11,7 +11,7 @@ from simx_server.scene.formats.vrep.objects import Joint, JointType
 from simx_server.scene.tree import INTERNAL
 
 from .context import Conversion
-from .numbers import finite, positive
+from .numbers import finite, positive, unusual
 from .structure import position_of
 
 _MODES = {0: "passive", 1: "motion", 2: "ik", 3: "dependent", 4: "dependent", 5: "force"}
@@ -44,6 +44,8 @@ def add_joint(conversion: Conversion, joint: Joint, body: Any, is_moved: bool) -
     weight = finite(joint.ik_weight)
     if weight is not None and weight >= 0 and weight != 1.0:
         conversion.annotate("joint", name, ik_weight=weight)
+    conversion.annotate("joint", name, length=unusual(joint.length, Joint.length))
+    conversion.annotate("joint", name, diameter=unusual(joint.diameter, Joint.diameter))
     if joint.type == JointType.SPHERICAL:
         conversion.annotate(
             "joint", name, mode=_mode(joint), turn=",".join(map(repr, joint.turn)), fixed=not is_moved or None

@@ -100,7 +100,7 @@ def _numbers_of(point: PathPoint) -> tuple[float, ...]:
 
 
 def _rules_of(path: Path) -> Rules:
-    bits = path.flags
+    bits = path.attributes
     return Rules(
         is_closed=path.is_closed,
         method=Method(path.length_method) if path.length_method in set(Method) else Method.DISTANCE_OR_ANGLE,

@@ -20,11 +20,15 @@ from typing import Any
 from simx_client.protocol import constants as c
 from simx_server.scene.formats.annotations import WORLD
 from simx_server.scene.formats.vrep.objects import (
+    Camera,
     Dummy,
     ForceSensor,
+    Graph,
     Joint,
     JointType,
+    Light,
     OtherObject,
+    Path,
     Shape,
     VrepFile,
     VrepObject,
@@ -35,6 +39,7 @@ from simx_server.scene.tree import INTERNAL
 
 from .context import Conversion
 from .geometry.abilities import annotate_abilities_of_dummy
+from .numbers import unusual
 
 LOOP = 0
 """Link type of two dummies that physics holds together."""
@@ -227,6 +232,11 @@ class Structure:
         conversion.annotate("object", name, alias=item.alias if item.alias not in (None, name) else None)
         if isinstance(item, Dummy):
             annotate_abilities_of_dummy(conversion, item)
+        if item.flags & 0xFFFF != _SELECTABLE:
+            conversion.annotate("object", name, flags=f"0x{item.flags & 0xFFFF:04x}")
+        mark = _mark_of(item)
+        if mark is not None and (self._children.get(item.handle) or not isinstance(item, Dummy)):
+            conversion.annotate("object", name, mark=mark)
         if isinstance(item, OtherObject) and item.kind in ANNOTATED_KINDS:
             conversion.annotate("object", name, type=item.kind)
         if item.size_factor != 1.0 and item.size_factor > 0:
@@ -239,6 +249,15 @@ class Structure:
 
 
 _FORCE_MODE = 5
+_SELECTABLE = 0x20
+"""Flags of an object without others."""
+
+
+def _mark_of(item: VrepObject) -> float | None:
+    """Return the size of an object's mark in metres; None for V-REP's usual size, or no mark."""
+    if not isinstance(item, (Dummy, Camera, Light, Graph, Path)):
+        return None
+    return unusual(item.size, type(item).size)
 
 
 def children_of(file: VrepFile) -> dict[int, list[VrepObject]]:

@@ -31,8 +31,9 @@ def fill_path(path: Path, own: Chunks, reading: Reading) -> None:
     points = own.child("Ntp")
     if points is None:
         return
-    (path.flags,) = points.ints("At2", 0)
-    path.is_closed = bool(path.flags & CLOSED)
+    (path.attributes,) = points.ints("At2", 0)
+    (path.size,) = points.reals("Si2", path.size)
+    path.is_closed = bool(path.attributes & CLOSED)
     path.color = material_of(points.child("Cl0"))
     path.position, path.target_velocity = points.reals("Jm2", 0.0, 0.0)
     (path.angle_to_length,) = points.reals("Av3", path.angle_to_length)
@@ -69,6 +70,7 @@ def _fill_section(path: Path, own: Chunks) -> None:
 
 def fill_graph(graph: Graph, own: Chunks, reading: Reading) -> None:
     """Fill a graph."""
+    (graph.size,) = own.reals("Ghg", graph.size)
     graph.capacity, _ = own.ints("Gbv", graph.capacity, 0)
     for tag in ("Ghd", "Dst"):
         for each in own.each(tag):

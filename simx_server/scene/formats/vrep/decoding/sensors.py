@@ -32,7 +32,11 @@ def fill_vision_sensor(sensor: VisionSensor, own: Chunks, reading: Reading) -> N
         sensor.resolution = width, height
     else:
         own.note("Res", f"has the resolution {width} x {height}; {sensor.resolution} is taken")
-    (sensor.size,) = own.reals("Si2" if own.has("Si2") else "Siz", sensor.size)[:1]
+    if own.has("Si2"):
+        (size,) = own.reals("Si2")
+        sensor.body = size, size, 2 * size
+    else:
+        sensor.body = vector(own.reals("Siz", *sensor.body))
     sensor.default_color = color(own.reals("Db2", 0.0, 0.0, 0.0))
     (sensor.render_mode,) = own.ints("Rmd", 0)
     (sensor.entity,) = own.ints("Dox", -1)
@@ -125,6 +129,7 @@ def fill_camera(camera: Camera, own: Chunks, reading: Reading) -> None:
 def fill_light(light: Light, own: Chunks, reading: Reading) -> None:
     """Fill a light."""
     light.type, light.exponent = own.ints("Cp2", light.type, light.exponent)
+    (light.size,) = own.reals("Cp2", light.size)
     (light.cutoff,) = own.reals("Cp3", light.cutoff)
     light.attenuation = vector(own.reals("Caf", *light.attenuation))
     (flags,) = own.ints("Cas", 1)

@@ -48,8 +48,8 @@ class VrepObject:
     model_properties: int = 0xF000
     """`sim_modelproperty_*` bits."""
     is_model_base: bool = False
-    flags: int = 0
-    """Selection flags of the user interface; 0x1000: invisible to depth images."""
+    flags: int = 0x20
+    """`sim_objectproperty_*` bits: 0x20 selectable, 0x100 not in the box of its model, 0x1000 invisible to depth images."""
     order: int | None = None
     """Place among the siblings, since CoppeliaSim 4.3."""
     size_factor: float = 1.0

@@ -57,7 +57,7 @@ class Joint(VrepObject):
     offset: float = 0.0
     """position = offset + factor * master's position, in mode 4."""
     ik_weight: float = 1.0
-    length: float = 0.1
+    length: float = 0.15
     diameter: float = 0.02
     engines: EngineValues = field(default_factory=EngineValues)
 

@@ -32,7 +32,9 @@ class Path(VrepObject):
 
     points: list[PathPoint] = field(default_factory=list[PathPoint])
     is_closed: bool = False
-    flags: int = 0
+    size: float = 0.01
+    """Of the marks of its points."""
+    attributes: int = 0
     """`sim_pathproperty_*` bits: 1 line shown, 4 closed, 8 orientation from the course, 0x40 flat, 0x800 x kept up."""
     color: Material = field(default_factory=Material)
     """Of the line."""
@@ -82,6 +84,7 @@ class GraphCurve:
 class Graph(VrepObject):
     """A graph."""
 
+    size: float = 0.1
     capacity: int = 1000
     is_explicit: bool = False
     """Values are recorded only when a script handles the graph."""

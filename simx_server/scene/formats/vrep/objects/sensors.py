@@ -37,7 +37,8 @@ class VisionSensor(View):
     """A vision sensor."""
 
     resolution: tuple[int, int] = (256, 256)
-    size: float = 0.01
+    body: tuple[float, float, float] = (0.01, 0.01, 0.03)
+    """Width, height and depth of the body that is drawn."""
     default_color: Color = (0.0, 0.0, 0.0)
     render_mode: int = 0
     entity: int = -1
@@ -87,6 +88,7 @@ class Camera(View):
 class Light(VrepObject):
     """A light, which shines along z."""
 
+    size: float = 0.1
     type: int = 3
     """1 omnidirectional, 2 spot, 3 directional."""
     exponent: int = 20

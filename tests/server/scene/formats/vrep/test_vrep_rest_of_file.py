@@ -252,7 +252,7 @@ def test_a_path_has_points_and_section(ser: int) -> None:
     first, second = path.points
     assert (first.pose[0], second.pose) == ((0, 0, 0), ((1, 2, 3), (0, 1, 0, 0)))
     assert (first.bezier, first.bezier_points) == ((0.5, 0.5), 15)
-    assert (path.is_closed, path.flags, path.is_shaped) == (True, 7, True)
+    assert (path.is_closed, path.attributes, path.is_shaped) == (True, 7, True)
     assert np.allclose(path.section, [(0.2, 0), (-0.2, 0)])
 
 

@@ -25,7 +25,13 @@ def add_force_sensor(conversion: Conversion, sensor: ForceSensor, body: mujoco.M
         at: its frame in that body.
     """
     name = conversion.name(sensor)
-    body.add_site(name=name, pos=at[0], quat=at[1], group=SENSOR_GROUP, size=[0.005] * 3)
+    body.add_site(
+        name=name,
+        pos=at[0],
+        quat=at[1],
+        group=SENSOR_GROUP,
+        size=[within(sensor.size, 1e-4, 1.0, 0.01) / 2] * 3,
+    )
     for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
         conversion.spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
     limits = sensor.max_force is not None or sensor.max_torque is not None

@@ -9,7 +9,7 @@ import mujoco
 from simx_server.scene.cameras.image import MAX_SIDE
 from simx_server.scene.formats.texts.render_modes import RENDER_MODES
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.conversion.numbers import colour, within
+from simx_server.scene.formats.vrep.conversion.numbers import colour, is_same, within
 from simx_server.scene.formats.vrep.objects import VisionSensor
 from simx_server.scene.poses.poses import Pose
 
@@ -54,6 +54,7 @@ def add_vision(conversion: Conversion, sensor: VisionSensor, body: mujoco.MjsBod
         far=far,
         angle_deg=round(math.degrees(perspective_angle(sensor)), 5),
         size=view_size(sensor) if sensor.is_perspective else None,
+        body=_body(sensor),
         explicit=True if sensor.is_explicit else None,
         external=True if sensor.is_external else None,
         render=RENDER_MODES.get(sensor.render_mode) if sensor.render_mode != _COLOURS else None,
@@ -65,6 +66,13 @@ def add_vision(conversion: Conversion, sensor: VisionSensor, body: mujoco.MjsBod
         filters=None if is_plain(sensor) or shows_depth(sensor) else chain_text(conversion, sensor),
         single_pixel=True if (width, height) == (1, 1) else None,
     )
+
+
+def _body(sensor: VisionSensor) -> str | None:
+    """Return the sizes of the body that is drawn; None for those of a new sensor."""
+    sides = [within(side, 0.0, 1e3, 0.01) for side in sensor.body]
+    is_usual = all(map(is_same, sides, VisionSensor.body))
+    return None if is_usual else ",".join(f"{side:.7g}" for side in sides)
 
 
 def _background(conversion: Conversion, sensor: VisionSensor) -> str | None:
