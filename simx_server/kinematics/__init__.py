@@ -30,9 +30,9 @@ most 50 iterations): 1.9 ms and 85 % within 0.5 mm and 0.1 degrees, against 1.2 
 QP solvers, which it needs, take 150 MB, twice as much as MuJoCo itself. The rest is a Jacobian that MuJoCo computes
 and one 6 x 6 system.
 
-`chain` finds the joints, `scratch` is the state for all trials (never the live one), `solver` the iteration,
-`groups` the scene's groups, `environment` the state that `simIK` uses, `search` finds configurations from random
-starts.
+`chain` finds the joints, `scratch` is the state for all trials (never the live one), `rows` the error of a tip and
+its Jacobian, `solver` the iteration, `groups` the scene's groups, `environment` the state that `simIK` uses, `search`
+finds configurations from random starts, which `sampling` chooses and counts.
 """
 
 from .chain import Constraint, Element

@@ -18,8 +18,8 @@ from .scratch import Array
 LONGEST = 60.0
 """Maximum duration in seconds of a search or a plan, even if a script requests more."""
 
-_SECONDS_PER_SAMPLE, _SECONDS_PER_CHECK = 15e-6, 1e-3
-"""Work of a random start that is too far away, and of a look whether a configuration is accepted."""
+_LOOKS_PER_SAMPLE, _SECONDS_PER_CHECK = 0.2, 1e-3
+"""Work of a random start that is too far away, and of a check whether a configuration is accepted."""
 
 _PATIENCE = 10.0
 """Work that takes this many times as long as foreseen ends a search by the clock."""
@@ -77,7 +77,7 @@ class Effort:
 
     def spend(self, *, looks: int = 0, samples: int = 0, checks: int = 0) -> None:
         """Count work that is done."""
-        self._left -= looks * self._per_look + samples * _SECONDS_PER_SAMPLE + checks * _SECONDS_PER_CHECK
+        self._left -= (looks + samples * _LOOKS_PER_SAMPLE) * self._per_look + checks * _SECONDS_PER_CHECK
 
 
 def sampling_range(joints: Joints) -> tuple[Array, Array]:

@@ -90,7 +90,7 @@ def test_a_search_for_a_pose_out_of_reach_ends_after_its_time_in_work(
     looks = Looks(monkeypatch)
     for _ in range(10):
         assert find(world, f"{threshold}, 10") is None
-    # 10 ms are at most 100 looks of 0.08 ms and more, or 670 random starts.
+    # 10 ms are about 120 looks, or 600 random starts.
     assert 10 * 50 < looks.count < 10 * 700
 
 
