@@ -40,7 +40,8 @@ def world(tmp_path: Path) -> Iterator[ScriptWorld]:
     load_model(world.parts, tmp_path / "arm.ttm")
     world.lua(
         """
-        sim.addObjectToCollection(sim.createCollection('arm', 0), sim.getObjectHandle('redundantRobot'), sim.handle_tree)
+        local arm = sim.createCollection('arm', 0)
+        sim.addObjectToCollection(arm, sim.getObjectHandle('redundantRobot'), sim.handle_tree)
         for i = 1, 7 do
             sim.setJointMode(sim.getObjectHandle('redundantRob_joint' .. i), sim.jointmode_force, 0)
         end

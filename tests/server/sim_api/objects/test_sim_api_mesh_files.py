@@ -141,7 +141,7 @@ def test_a_mesh_keeps_its_shading_angle_and_drawing_options(world: ScriptWorld) 
 
 
 class _Noted(Part):
-    """What a recording keeps."""
+    """The files that a recording keeps."""
 
     def __init__(self) -> None:
         self.names: list[str] = []
