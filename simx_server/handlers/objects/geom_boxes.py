@@ -13,6 +13,9 @@ from simx_server.scene.poses.poses import IDENTITY, Pose, compose, matrix
 
 Array = NDArray[np.float64]
 
+_DIGITS = 12
+"""Decimals of a metre: the rounding of turned meshes must not give a flat shape a height."""
+
 
 def box_of_geoms(model: mujoco.MjModel, item: SceneObject, geoms: Sequence[int]) -> Array | None:
     """Return (2, 3) least and greatest x, y, z of an object's geoms in its frame, metres; None without any."""
@@ -23,7 +26,7 @@ def box_of_geoms(model: mujoco.MjModel, item: SceneObject, geoms: Sequence[int])
         centre, turn = _in_frame(model, item, geom)
         low, high = _reach(model, geom, np.array(matrix(turn)))
         box[0], box[1] = np.minimum(box[0], low + centre), np.maximum(box[1], high + centre)
-    return box
+    return box.round(_DIGITS) + 0.0
 
 
 def _in_frame(model: mujoco.MjModel, item: SceneObject, geom: int) -> Pose:
