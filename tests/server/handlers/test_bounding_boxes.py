@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from handler_calls import World
@@ -211,9 +212,11 @@ def test_box_of_a_model_is_that_which_vrep_wrote_into_its_file(path) -> None:
     assert size == pytest.approx(list(file.bounds), abs=1e-4)
 
 
-def test_a_flat_mesh_has_no_height() -> None:
+def test_a_flat_mesh_has_no_height(tmp_path: Path) -> None:
     """Programs take a shape without any height for a plane."""
-    world = ScriptWorld("<mujoco/>")
+    world = ScriptWorld(
+        tmp_path, '<mujoco><worldbody><body name="robot"><geom size="0.1"/></body></worldbody></mujoco>'
+    )
     corners = "{-0.2, -0.1, 0, 0.2, -0.1, 0, 0.2, 0.1, 0, -0.2, 0.1, 0}"
     box = world.lua(
         f"local h = sim.createMeshShape(0, 0, {corners}, {{0, 1, 2, 0, 2, 3}}) "
