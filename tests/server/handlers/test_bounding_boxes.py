@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pytest
 from handler_calls import World
-from sim_api_calls import ScriptWorld
 from vrep_samples import decoded, each_sample, needs_samples
 
 from simx_server.editing.scaling_objects import scale_object
@@ -210,17 +208,3 @@ def test_box_of_a_model_is_that_which_vrep_wrote_into_its_file(path) -> None:
     least, greatest = of_object(world.parts, base, whole_model=True)
     size = [high - low for low, high in zip(least, greatest, strict=True)]
     assert size == pytest.approx(list(file.bounds), abs=1e-4)
-
-
-def test_a_flat_mesh_has_no_height(tmp_path: Path) -> None:
-    """Programs take a shape without any height for a plane."""
-    world = ScriptWorld(
-        tmp_path, '<mujoco><worldbody><body name="robot"><geom size="0.1"/></body></worldbody></mujoco>'
-    )
-    corners = "{-0.2, -0.1, 0, 0.2, -0.1, 0, 0.2, 0.1, 0, -0.2, 0.1, 0}"
-    box = world.lua(
-        f"local h = sim.createMeshShape(0, 0, {corners}, {{0, 1, 2, 0, 2, 3}}) "
-        "local _, low = sim.getObjectFloatParameter(h, 17) local _, high = sim.getObjectFloatParameter(h, 20) "
-        "return low, high"
-    )
-    assert box == [0.0, 0.0]

@@ -214,3 +214,22 @@ def test_boxes_around_objects(world: ScriptWorld) -> None:
     world.fails(
         "sim.getShapeBB(sim.getObject('/hinge'))", "'hinge' is a joint, but this command needs a shape"
     )
+
+
+FLAT = """
+<mujoco>
+  <compiler balanceinertia="true"/>
+  <worldbody><body name="robot"><geom size="0.1"/></body></worldbody>
+</mujoco>
+"""
+
+
+def test_a_flat_mesh_has_no_height(tmp_path: Path) -> None:
+    """Programs take a shape without any height for a plane."""
+    points = "{-0.2, -0.1, 0, 0.2, -0.1, 0, 0.2, 0.1, 0, -0.2, 0.1, 0}"
+    world = ScriptWorld(tmp_path, FLAT)
+    assert world.lua(
+        f"local h = sim.createMeshShape(0, 0, {points}, {{0, 1, 2, 0, 2, 3}}) "
+        "local _, low = sim.getObjectFloatParameter(h, 17) "
+        "local _, high = sim.getObjectFloatParameter(h, 20) return low, high"
+    ) == [0.0, 0.0]
