@@ -7,7 +7,8 @@ Standard library only: ``simx-server --doctor`` works without any other package.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import cached_property
 
 
 class CommandError(Exception):
@@ -64,17 +65,33 @@ _SHOWN = 200
 
 
 class UnknownName(CommandError):
-    """A name or path that matches no object. `silent`: the caller suppressed the error text (`name@silentError`)."""
+    """A name or path that matches no object. The message is made when it is read: many programs only try names."""
 
-    def __init__(self, text: str, nearest: Sequence[str], *, silent: bool = False) -> None:
+    def __init__(self, text: str, nearest: Callable[[], Sequence[str]], *, silent: bool = False) -> None:
+        """Keep what the message is made of.
+
+        Args:
+            text: the name or path.
+            nearest: returns names or paths that may be meant; any thread may call it, at any time.
+            silent: whether the caller suppressed the message (`name@silentError`).
+        """
+        super().__init__(text)
+        self._text, self._nearest = text, nearest
+        self.silent = silent
+
+    def __str__(self) -> str:
+        return self._message
+
+    @cached_property
+    def _message(self) -> str:
+        nearest, text = self._nearest(), self._text
         advice = (
-            f"; did you mean {' or '.join(map(repr, nearest))}?"
+            f"did you mean {' or '.join(map(repr, nearest))}?"
             if nearest
-            else "; no name of this scene is close"
+            else "no name of this scene is close"
         )
         shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-        super().__init__(f"no object named '{shown}'{advice}")
-        self.silent = silent
+        return f"no object named '{shown}'; {advice}"
 
 
 class WrongKind(CommandError):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.nearest import nearest
 from simx_server.errors import UnknownName
+
+from .finding.alike import names_like
 
 if TYPE_CHECKING:
     from .objects import Scene
@@ -62,7 +63,7 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
     Raises UnknownName, whose text lists the nearest names, or paths if a path was given.
     """
     if len(text) > _LONGEST:
-        raise UnknownName(text, [])
+        raise UnknownName(text, list)
     plain, _, suffix = text.partition("@")
     silent = suffix.lower() == "silenterror"
     is_path = plain.startswith(("/", ".", ":"))
@@ -74,8 +75,7 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
         if found is None:
             found = _link_of(scene, name)
     if found is None:
-        near = nearest_paths(scene, plain) if is_path else nearest_names(scene, plain)
-        raise UnknownName(text, near, silent=silent)
+        raise UnknownName(text, _advice(scene, plain, is_path=is_path), silent=silent)
     return found
 
 
@@ -90,16 +90,14 @@ def _link_of(scene: Scene, name: str) -> int | None:
     return None
 
 
-def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
-    """Return up to `count` names of the scene that resemble the text, ignoring case, best first."""
+def _advice(scene: Scene, text: str, *, is_path: bool) -> Callable[[], list[str]]:
+    """Return a function that returns names, or paths, of the present scene that resemble a wrong one, best first."""
+    names = scene.by_names()  # a later scene has other ones
     wanted = text.strip("/.:").rsplit("/", 1)[-1]
-    return nearest(wanted, [item.name for item in scene.objects.values()], count)
-
-
-def nearest_paths(scene: Scene, text: str) -> list[str]:
-    """Return paths of the scene that resemble one, best first."""
-    names = {item.name: handle for handle, item in scene.objects.items()}
-    return paths_of(scene, [names[name] for name in nearest_names(scene, text)])
+    if not is_path:
+        return lambda: names_like(wanted, names)
+    paths = paths_of(scene, [names[name] for name in names_like(wanted, names)])
+    return lambda: paths
 
 
 def path_of(scene: Scene, handle: int) -> str:
