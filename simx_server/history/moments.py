@@ -117,6 +117,7 @@ def _is_current(structure: Structure, sim: Simulation) -> bool:
     saved, scene = structure.snapshot, sim.scene
     return (
         saved.model is sim.model
+        and saved.scene is scene
         and structure.version == sim.model_version
         and structure.gravity == sim.model.opt.gravity.tobytes()
         and saved.overrides == scene.parent_overrides

@@ -15,6 +15,12 @@ from .finding.alike import names_like
 if TYPE_CHECKING:
     from .objects import Scene
 
+INTERNAL = "~"
+"""Start of the names of elements that the loader or an edit has given one."""
+
+GRAFT_END = "/"
+"""End of the prefix of elements that were added to a scene; the names of their objects do not have it."""
+
 _INDEX = re.compile(r"^(?P<alias>.*)(?:\[(?P<index>\d+)\]|\{(?P<among_all>\d+)\})$")
 _COPY = re.compile(r"#\d*$")
 

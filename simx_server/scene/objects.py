@@ -7,7 +7,7 @@ order (depth first) from 1; they survive stop, reset and edits, and a new object
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -19,12 +19,16 @@ import numpy as np
 from simx_server.errors import UnknownHandle, WrongKind
 
 from .assets.asset_files import AssetFiles
+from .editing.in_place.slots import Slots
 from .editing.twins import Names
 from .formats.annotations import Annotation, Annotations
 from .names import resolve
 
 if TYPE_CHECKING:
     from .formats.vrep.report import Report
+
+Change = Callable[[mujoco.MjSpec], None]
+"""An operation on a spec."""
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""
@@ -114,10 +118,16 @@ class Scene:
         annotations: Annotations | None = None,
     ) -> None:
         self.objects: dict[int, SceneObject] = dict(objects)
-        self.spec = spec
+        self._spec = spec
+        self._owed: tuple[Change, ...] = ()
+        """Changes that the model has and the spec has not, in their order."""
         self.path = path
         self.next_handle = next_handle
         self.annotations = annotations if annotations is not None else Annotations()
+        self.slots = Slots()
+        """Elements of the model that can become objects."""
+        self.unseen_sites: frozenset[str] = frozenset()
+        """Names of sites of the model that are not objects: free slots, and those of removed objects."""
         self.files = AssetFiles()
         """The spec's files in memory; the scenes that edits make share them."""
         self.import_report: Report | None = None
@@ -150,6 +160,38 @@ class Scene:
         """Increases whenever the answers of `overridden`, or the objects, may have changed."""
         self._by_element: dict[tuple[str, int], int] | None = None
         self._by_name: dict[str, int] | None = None
+
+    @property
+    def spec(self) -> mujoco.MjSpec:
+        """Return what the next edit's model is made of; it must not be changed.
+
+        The model may have more: slots, and what is left of objects that were removed without a compile.
+        """
+        if self._owed:
+            spec = self._spec.copy()
+            for change in self._owed:
+                change(spec)
+            self._spec, self._owed = spec, ()
+        return self._spec
+
+    def twin(self, change: Change) -> Scene:
+        """Return a scene of the same model, in which an edit without a compile can be made.
+
+        The original is kept, as that of a model before an edit is: the stop may restore it.
+
+        Args:
+            change: does to the spec what the edit does to the model; it is made when the spec is needed.
+        """
+        twin = object.__new__(Scene)
+        twin.__dict__.update(self.__dict__)
+        for name in ("objects", "parent_overrides", "model_properties", "withheld", "welded_bodies"):
+            setattr(twin, name, getattr(self, name).copy())
+        for name in ("weightless_bodies", "made_static", "owners"):
+            setattr(twin, name, getattr(self, name).copy())
+        twin._owed = (*self._owed, change)
+        twin._of_kind, twin._overridden = {}, {}
+        twin.reindex()
+        return twin
 
     @property
     def name(self) -> str:

@@ -16,13 +16,10 @@ import mujoco
 import numpy as np
 
 from .formats.annotations import WORLD, Annotation, Annotations, SceneError, check_objects
+from .names import GRAFT_END as GRAFT_END
+from .names import INTERNAL as INTERNAL
 from .names import alias_of
 from .objects import ANNOTATED_KINDS, ObjectKind, Scene, SceneObject
-
-INTERNAL = "~"
-
-GRAFT_END = "/"
-"""End of the prefix of elements that were added to a scene; the names of their objects do not have it."""
 
 
 @dataclass(frozen=True)
@@ -85,15 +82,18 @@ class Builder:
         annotations: Annotations,
         hidden: Collection[str] = (),
         given_names: Mapping[tuple[str, str], str] | None = None,
+        unseen_sites: Collection[str] = (),
     ) -> None:
         """Prepare the objects of a model.
 
         Args:
             hidden: names of bodies that are not objects any more.
+            unseen_sites: names of sites that are not objects.
             given_names: object names by (element, element name); other new objects have their element's name.
         """
         self.model = model
         self.hidden = hidden
+        self.unseen_sites = unseen_sites
         self.given_names = given_names or {}
         self.annotations = annotations
         self.objects: dict[int, SceneObject] = {}
@@ -213,7 +213,7 @@ class Builder:
         model = self.model
         for site in self.leaves_of("site", body):
             name = model.site(site).name
-            if site == skip or not self._public(name):
+            if site == skip or not self._public(name) or name in self.unseen_sites:
                 continue
             rays = tuple(
                 i

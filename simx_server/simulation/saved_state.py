@@ -65,8 +65,8 @@ class Snapshot:
         )
 
     def restore(self, sim: Simulation) -> bool:
-        """Restore the saved state; return whether scene, model and data are other objects than before."""
-        replaced = sim.model is not self.model
+        """Restore the saved state; return whether scene or model are other objects than before."""
+        replaced = sim.model is not self.model or sim.scene is not self.scene
         self.scene.next_handle = sim.scene.next_handle  # handles of the run's new objects are not used again
         sim.scene, sim.model, sim.data = self.scene, self.model, self.data
         arrays = sim.editable_arrays()

@@ -555,6 +555,14 @@ class Simulation:
         self.refresh()
         self.tell(lambda part: part.model_changed(twins))
 
+    def replace_scene(self, scene: Scene, twins: Twins) -> None:
+        """Continue with a scene that an edit has made in the present model (see `scene/editing/in_place`)."""
+        self.scene = scene
+        self.model_edited()
+        self.changed()
+        self.refresh()
+        self.tell(lambda part: part.model_changed(twins))
+
     def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:
         """Return the initial state of a scene.
 

@@ -87,8 +87,7 @@ def set_masks(sim: LiveScene, masks: Mapping[int, int]) -> None:
     governed = governed_shapes(sim)
     wanted = _excluded_pairs(sim, masks, {item.handle for item in governed})
     wanted |= _write_bits(sim, governed, masks)
-    present = {_pair(e) for e in sim.scene.spec.excludes if EXCLUSION in e.name}
-    if wanted == present:
+    if wanted == _present_pairs(sim.model):
         return
 
     def surgery(spec: mujoco.MjSpec) -> None:
@@ -179,6 +178,16 @@ def _excluded_pairs(
             if not common & (_LOCAL if in_one_tree else _GLOBAL):
                 first, second = (o.element_name if o.element == "body" else "world" for o in (a, b))
                 found.add(_sorted(first, second))
+    return found
+
+
+def _present_pairs(model: mujoco.MjModel) -> set[tuple[str, str]]:
+    """Return the pairs of bodies that are kept apart by masks."""
+    found: set[tuple[str, str]] = set()
+    for index, signature in enumerate(model.exclude_signature.tolist()):
+        if EXCLUSION in model.exclude(index).name:
+            first, second = (model.body(body).name for body in divmod(signature, 1 << 16))
+            found.add(_sorted(first, second))
     return found
 
 

@@ -38,10 +38,11 @@ from simx_server.scene.poses.placing import (
     place,
 )
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse, rotate
-from simx_server.scene.tree import INTERNAL, Addition
+from simx_server.scene.tree import INTERNAL
 
+from .in_place import sites
 from .marks import mark_size, set_mark_size
-from .recompile import edit
+from .recompile import edit, refuse_in_physics
 from .transplant import delete, delete_all, find_body, move_leaf
 from .welding import (
     body_name,
@@ -85,7 +86,7 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
 
     Raises UnknownHandle, CommandError (a loop; a part of the world itself).
     """
-    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
+    refuse_in_physics(sim)
     scene = sim.scene
     item = scene.get(handle)
     if parent != -1:
@@ -116,11 +117,18 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
         )
     sim.scene.override_parent(handle, parent)
-    properties.apply(sim)
+    if _concerns_models(sim, handle):
+        properties.apply(sim)
     sim.changed()
     if not keep_in_place:
         sim.refresh()
         place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local), with_joints=True)
+
+
+def _concerns_models(sim: LiveScene, handle: int) -> bool:
+    """Return whether properties of the models above concern an object or one below it: its geoms or its motion."""
+    objects = sim.scene.objects
+    return any(objects[each].element not in _PREFIX for each in (handle, *sim.scene.descendants(handle)))
 
 
 def remove_object(sim: LiveScene, handle: int) -> None:
@@ -130,6 +138,9 @@ def remove_object(sim: LiveScene, handle: int) -> None:
     """
     item = sim.scene.get(handle)
     children = sim.scene.children(handle)
+    if sites.is_light(sim, item):
+        sites.remove_sites(sim, [item], dict.fromkeys(children, item.parent))
+        return
     body = sim.model.body(item.body).name
     is_held = holding_joint(sim, item) is not None
     hollow = item.element == "body" and (bool(children) or is_link(sim, item.id) or is_held)
@@ -162,6 +173,9 @@ def remove_tree(sim: LiveScene, *handles: int) -> None:
     """Remove objects and all below them. Raises UnknownHandle."""
     removed = [each for handle in handles for each in (handle, *sim.scene.descendants(handle))]
     items = [sim.scene.get(h) for h in removed]
+    if all(sites.is_light(sim, item) for item in items):
+        sites.remove_sites(sim, items, {})
+        return
 
     def surgery(spec: mujoco.MjSpec) -> None:
         moving = [i for i in items if i.element in ("body", "joint") or is_linking_sensor(sim, i)]
@@ -186,23 +200,15 @@ def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None
     `color`: 12 numbers 0 to 255: ambient and diffuse RGB, 3 reserved, specular RGB, emissive RGB.
     """
     size = _dummy_size(size)
-    names = {item.name for item in sim.scene.objects.values()} | {site.name for site in sim.scene.spec.sites}
+    names = sim.scene.by_names()
     name, count = "Dummy", 0
     while name in names:
         name, count = f"Dummy{count}", count + 1
 
     numbers = [min(max(number, 0), 255) for number in color or DUMMY_COLOR]
     rgba = [number / 255 for number in numbers[:3]] + [1.0]
-
-    def surgery(spec: mujoco.MjSpec) -> None:
-        spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4, rgba=rgba)
-
-    note: dict[str, Annotation] = {"dummy": {"color": " ".join(map(str, numbers)), **NO_ABILITY}}
-    edit(sim, surgery, set(), added=Addition("", {("site", name): name}, {name: note}))
-    found = sim.scene.by_name(name)
-    if found is None:
-        raise CommandError(f"the dummy '{name}' was not added")
-    return found
+    note: Annotation = {"color": " ".join(map(str, numbers)), **NO_ABILITY}
+    return sites.add_dummy(sim, name, size / 2, rgba, {"dummy": note})
 
 
 def _dummy_size(size: float) -> float:
@@ -254,6 +260,9 @@ def _move_leaf(sim: LiveScene, item: SceneObject, parent: int) -> None:
     if target == item.body:
         return
     local = compose(inverse(body_pose(sim, target)), element_pose(sim, item))
+    if sites.is_light(sim, item):
+        sites.move_site(sim, item, parent, target, local)
+        return
 
     def surgery(spec: mujoco.MjSpec) -> None:
         size = sim.model.site_size[item.id] if item.element == "site" else None

@@ -49,17 +49,17 @@ def edit(
         added: the spec that the surgery adds.
         reweighed: names of bodies whose mass and inertia the surgery sets.
     """
-    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
+    refuse_in_physics(sim)
     sim.refresh()
     old = sim.scene
     if added is not None:
         sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
-    spec = old.spec.copy()
+    spec, slots = old.spec.copy(), old.slots.renewed()
     try:
         surgery(spec)
         file_assets(spec)
         # The warnings were logged when the scene was loaded.
-        model = compile_spec(spec, logging.DEBUG, old.files)
+        model = compile_spec(spec, logging.DEBUG, old.files, slots)
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise _refusal(error) from error
     data = mujoco.MjData(model)
@@ -94,7 +94,10 @@ def edit(
             },
         )
         names = added.names
-    scene, touched = succeed(old, sim.model, spec, model, twins, annotations, hidden_bodies, names)
+    scene, touched = succeed(
+        old, sim.model, spec, model, twins, annotations, hidden_bodies, names, frozenset(slots.sites)
+    )
+    scene.slots = slots
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
     scene.files, scene.names = old.files, twins.new
     scene.made_static = set(old.made_static)
@@ -111,6 +114,11 @@ def edit(
     scene.reindex()
     _check_tree(scene, touched | parents.keys())
     sim.replace_model(scene, model, data, twins)
+
+
+def refuse_in_physics(sim: LiveScene) -> None:
+    """Raise CommandError within a physics step, whose callbacks cannot edit the scene."""
+    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
 
 
 def _refusal(error: Exception) -> CommandError:

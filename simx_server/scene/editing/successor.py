@@ -36,17 +36,19 @@ def succeed(
     annotations: Annotations,
     hidden: frozenset[str],
     given_names: Mapping[tuple[str, str], str] | None = None,
+    unseen_sites: frozenset[str] = frozenset(),
 ) -> tuple[Scene, set[int]]:
     """Return the scene of the edited model, with handles, names and parents kept; and the handles with a new place.
 
     Args:
         hidden: names of bodies that are not objects any more.
         given_names: object names by (element, element name); other new objects have their element's name.
+        unseen_sites: names of sites that are not objects.
     """
-    successor = _Successor(old_scene, old_model, model, twins, annotations, hidden, given_names)
+    successor = _Successor(old_scene, old_model, model, twins, annotations, hidden, given_names, unseen_sites)
     successor.build()
     scene = Scene(successor.all, spec, old_scene.path, successor.next_handle, annotations)
-    scene.hidden_bodies = hidden
+    scene.hidden_bodies, scene.unseen_sites = hidden, unseen_sites
     scene.owners = successor.owners
     scene.parent_overrides = successor.overrides()
     for handle in successor.objects.keys() & scene.parent_overrides.keys():
@@ -64,8 +66,9 @@ class _Successor(Builder):
         annotations: Annotations,
         hidden: frozenset[str],
         given_names: Mapping[tuple[str, str], str] | None,
+        unseen_sites: frozenset[str],
     ) -> None:
-        super().__init__(model, annotations, hidden, given_names)
+        super().__init__(model, annotations, hidden, given_names, unseen_sites)
         self._hidden_now = hidden
         self.old = old_scene
         self.old_model = old_model

@@ -24,6 +24,7 @@ import mujoco
 from simx_server.scene.assets.asset_files import AssetFiles, make_room
 from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.dependencies import add_dependencies
+from simx_server.scene.editing.in_place.slots import Slots
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
 from simx_server.scene.tree import INTERNAL, build_scene
@@ -169,7 +170,10 @@ def _weigh_nothing(scene: Scene, model: mujoco.MjModel) -> None:
 
 
 def compile_spec(
-    spec: mujoco.MjSpec, level: int = logging.WARNING, files: AssetFiles | None = None
+    spec: mujoco.MjSpec,
+    level: int = logging.WARNING,
+    files: AssetFiles | None = None,
+    slots: Slots | None = None,
 ) -> mujoco.MjModel:
     """Compile a copy of a spec and log MuJoCo's warnings, such as deprecated attributes. Raises as `spec.compile`.
 
@@ -178,10 +182,14 @@ def compile_spec(
     Args:
         level: of the warnings in the log.
         files: keeps the spec's files in memory for the next compile.
+        slots: the model gets these too.
     """
     make_room()
+    spec = spec.copy()
+    if slots is not None:
+        slots.add_to(spec)
     with physics_warnings.collected() as told:
-        model = (files or AssetFiles()).compile(spec.copy())
+        model = (files or AssetFiles()).compile(spec)
     store_loops_fully(model)
     for warning in told:
         logger.log(level, "mujoco: %s", warning)

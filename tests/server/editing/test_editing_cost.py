@@ -139,7 +139,8 @@ def described(scene: Scene) -> dict[Any, Any]:
 
 def described_by_its_model(world: World) -> dict[Any, Any]:
     sim = world.sim
-    builder = Builder(sim.model, sim.scene.annotations, sim.scene.hidden_bodies)
+    scene = sim.scene
+    builder = Builder(sim.model, scene.annotations, scene.hidden_bodies, None, scene.unseen_sites)
     builder.build()
     assert np.array_equal(
         [structural(builder.objects, builder.owner[body]) for body in range(sim.model.nbody)],
