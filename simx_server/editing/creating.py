@@ -142,6 +142,7 @@ def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, 
     def fill(spec: mujoco.MjSpec, geom: Any) -> None:
         _use_mesh(spec, geom, points - centre, faces)
         settle(geom)
+        _weigh_flat(geom, points.max(axis=0) - points.min(axis=0), body.mass)
 
     return _add_shape(world, stem, fill, body, tuple(centre))
 
@@ -190,6 +191,17 @@ def _add_shape(
         fill(spec, geom)
 
     return add(world, stem, "body", build)
+
+
+def _weigh_flat(geom: Any, sides: np.ndarray, mass: float) -> None:
+    """Give the body of a flat mesh the inertia of a plate: by its own, rounded, MuJoCo may refuse it."""
+    if sides.min() > THICKNESS:
+        return
+    squares = np.maximum(sides, THICKNESS) ** 2
+    made = geom.parent
+    made.explicitinertial, made.mass = True, mass
+    made.ipos[:], made.iquat[:] = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+    made.inertia[:] = mass / 12 * (squares.sum() - squares)
 
 
 def _use_mesh(spec: mujoco.MjSpec, geom: Any, points: np.ndarray, faces: np.ndarray) -> None:

@@ -216,12 +216,7 @@ def test_boxes_around_objects(world: ScriptWorld) -> None:
     )
 
 
-FLAT = """
-<mujoco>
-  <compiler balanceinertia="true"/>
-  <worldbody><body name="robot"><geom size="0.1"/></body></worldbody>
-</mujoco>
-"""
+FLAT = '<mujoco><worldbody><body name="robot"><geom size="0.1"/></body></worldbody></mujoco>'
 
 
 def test_a_flat_mesh_has_no_height(tmp_path: Path) -> None:
