@@ -64,7 +64,7 @@ def settle(world: World) -> None:
 
 
 def shown(world: World) -> list[Any]:
-    """What programs see of the objects: names, tree, kinds and poses."""
+    """Names, tree, kinds and poses of all objects."""
     sim = world.sim
     poses = {
         handle: np.round(np.concatenate(frames.get_pose(sim, handle)), 12) for handle in sim.scene.objects
