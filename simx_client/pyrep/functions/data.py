@@ -8,6 +8,9 @@ from .. import c_values as c
 from ..plain import Call
 from .registry import c_function
 
+_JACOBIAN = 0
+"""The other matrix of a group has no columns for joints."""
+
 
 @c_function()
 def simInvertMatrix(call: Call, matrix: c.C) -> int:
@@ -82,6 +85,21 @@ def simGetUserParameter(call: Call, handle: int, name: Any, length: c.C) -> c.C:
     value = _bytes(found[0])
     length[0] = len(value)
     return c.string(value)
+
+
+@c_function(c.NULL)
+def simGetIkGroupMatrix(call: Call, group: int, options: int, size: c.C) -> c.C:
+    """Return a matrix of an inverse kinematics group, row by row, and its numbers of columns and rows.
+
+    Columns of the Jacobian are the joints, those nearest to the tip first.
+    """
+    matrix, (columns, rows) = call("sim.getIkGroupMatrix", [int(group), int(options)])
+    if options == _JACOBIAN:  # ours has the joints nearest to the base first
+        matrix = [
+            matrix[row * columns + column] for row in range(rows) for column in reversed(range(columns))
+        ]
+    c.fill(size, [columns, rows])
+    return c.array("float", matrix)
 
 
 def _bytes(value: str | bytes) -> bytes:

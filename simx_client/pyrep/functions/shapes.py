@@ -127,11 +127,3 @@ def simGetOctreeVoxels(call: Call, octree: int, count: c.C, _reserved: Any) -> c
         return c.NULL
     count[0] = len(found[0]) // 3
     return c.array("float", found[0])
-
-
-@c_function(c.NULL)
-def simGetIkGroupMatrix(call: Call, group: int, options: int, size: c.C) -> c.C:
-    """Return a matrix of an inverse kinematics group column by column, and its numbers of rows and columns."""
-    matrix, shape = call("sim.getIkGroupMatrix", [int(group), int(options)])
-    c.fill(size, shape)
-    return c.array("float", matrix)

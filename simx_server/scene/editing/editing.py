@@ -104,6 +104,7 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
     if parent == item.parent:
         return
     sim.refresh()
+    item = _leave_sensor(sim, item)
     world = object_pose(sim, item)
     local = compose(inverse(_reference(sim, item.parent)), world)
     if item.element in ("body", "joint") or is_linking_sensor(sim, item):
@@ -278,6 +279,16 @@ def _move_leaf(sim: LiveScene, item: SceneObject, parent: int) -> None:
             spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
 
     edit(sim, surgery, {(_PREFIX[item.element], item.element_name)}, parents={item.handle: parent})
+
+
+def _leave_sensor(sim: LiveScene, item: SceneObject) -> SceneObject:
+    """Let a force sensor, which lies in the body that it holds, stay behind when that body gets another parent."""
+    sensor = sim.scene.objects.get(item.parent)
+    if item.element != "body" or sensor is None or sensor.body != item.body:
+        return item
+    if sensor.kind == ObjectKind.FORCE_SENSOR:
+        _move_leaf(sim, sensor, sensor.parent)
+    return sim.scene.get(item.handle)
 
 
 def _take_along(sim: LiveScene, sensor: int) -> None:
