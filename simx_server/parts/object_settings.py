@@ -13,7 +13,7 @@ from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.colliding.mask_bits import ALL_MASKS
 from simx_server.scene.colliding.respondable import governed_shapes, set_masks
 from simx_server.scene.editing import renaming
-from simx_server.scene.formats.annotations import numbers_of
+from simx_server.scene.formats.annotations import Annotations, numbers_of
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import body_pose, free_joint
 from simx_server.scene.poses.poses import conjugate, rotate
@@ -55,6 +55,8 @@ class ObjectSettings(Part):
         """Handles of objects that were placed since the last physics."""
         self.has_work = False
         """Whether objects were ever placed."""
+        self._launched: tuple[Annotations | None, int, frozenset[int]] = None, -1, frozenset()
+        """Annotations, version of the tree, and the objects with a first velocity by them."""
 
     def scene_changed(self) -> None:
         self._known = {}
@@ -178,7 +180,12 @@ class ObjectSettings(Part):
 
     def _launch_free(self, handles: Collection[int]) -> None:
         model, data = self._sim.model, self._sim.data
+        in_file = self._launched_by_file()
+        if not self._known and not in_file:
+            return
         for handle in handles:
+            if handle not in self._known and handle not in in_file:
+                continue
             velocity = self._of(handle).first_velocity
             item = self._sim.scene.objects.get(handle)
             if velocity == _STILL or item is None or (joint := free_joint(model, item.body)) < 0:
@@ -191,6 +198,15 @@ class ObjectSettings(Part):
             data.qvel[dof + 3 : dof + 6] = rotate(turn, velocity[3:])
             self._set(handle, first_velocity=_STILL)
             self._sim.changed()
+
+    def _launched_by_file(self) -> Collection[int]:
+        """Return the objects that the scene's annotations give a first velocity."""
+        scene = self._sim.scene
+        annotations, version, found = self._launched
+        if annotations is not scene.annotations or version != scene.properties_version:
+            found = frozenset(self._annotated("shape", "first_velocity"))
+            self._launched = scene.annotations, scene.properties_version, found
+        return found
 
     def mask(self, handle: int) -> int:
         """Return the respondable mask, 16 bits. Raises UnknownHandle, WrongKind."""
@@ -230,7 +246,7 @@ class ObjectSettings(Part):
     def _begin_run(self) -> None:
         self._before_the_run = dict(self._known)
         self._kept_before_the_run = dict(self._kept)
-        self.launch({*self._known, *self._annotated("shape", "first_velocity")})
+        self.launch({*self._known, *self._launched_by_file()})
 
     def _end_run(self) -> None:
         self._placed.clear()

@@ -7,7 +7,7 @@ order (depth first) from 1; they survive stop, reset and edits, and a new object
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -154,6 +154,11 @@ class Scene:
         """Names of all elements of the model, if an edit has made them."""
         self._children: defaultdict[int, list[int]] | None = None
         self._leaves_first: dict[int, int] = {}
+        self._descendants: dict[int, tuple[int, ...]] = {}
+        self.carried_apart: dict[int, tuple[mujoco.MjModel, tuple[int, ...]]] = {}
+        """Kept by `poses.placing`: the objects below one that a model does not carry along with it."""
+        self.dofs_below: dict[int, tuple[mujoco.MjModel, slice]] = {}
+        """Kept by `poses.placing`: the degrees of freedom of a body, and of the bodies below it, in a model."""
         self._of_kind: dict[int, list[int]] = {}
         self._overridden: dict[int, int] = {}
         self.properties_version = 0
@@ -200,10 +205,8 @@ class Scene:
 
     def reindex(self) -> None:
         """Discard the look-up tables after objects or parents changed. Each is rebuilt at its next use."""
-        self._children = None
-        self._leaves_first = {}
         self._of_kind.clear()
-        self._forget_overridden()
+        self._forget_tree()
         self._by_element = None
         self._by_name = None
 
@@ -229,9 +232,7 @@ class Scene:
         for handle, parent in parents.items():
             self.parent_overrides[handle] = parent
             self.objects[handle].parent = parent
-        self._children = None
-        self._leaves_first = {}
-        self._forget_overridden()
+        self._forget_tree()
 
     def get(self, handle: int) -> SceneObject:
         """Return the object with this handle. Raises UnknownHandle."""
@@ -305,20 +306,28 @@ class Scene:
         """Return whether the object is the base of a model. Raises UnknownHandle."""
         return not self.model_property(handle) & NOT_A_MODEL
 
+    def _forget_tree(self) -> None:
+        self._children = None
+        self._leaves_first = {}
+        self._descendants.clear()
+        self.carried_apart.clear()
+        self.dofs_below.clear()
+        self._forget_overridden()
+
     def _forget_overridden(self) -> None:
         self._overridden.clear()
         self.properties_version += 1
 
     def overridden(self, handle: int) -> int:
         """Return the `sim_modelproperty_*` bits that an object gets from its models. Cached until they change."""
-        known = self._overridden.get(handle)
-        if known is not None:
-            return known
-        bits, above = 0, handle
-        while above in self.objects:
-            bits |= self.own_model_bits(above)
-            above = self.objects[above].parent
-        self._overridden[handle] = bits
+        known, way = self._overridden, list[int]()
+        while handle not in known and handle in self.objects:
+            way.append(handle)
+            handle = self.objects[handle].parent
+        bits = known.get(handle, 0)
+        for each in reversed(way):
+            bits |= self.own_model_bits(each)
+            known[each] = bits
         return bits
 
     def children(self, handle: int) -> list[int]:
@@ -336,21 +345,30 @@ class Scene:
         """Return handle to position, children before their parents. Cached until the tree changes."""
         places = self._leaves_first
         if not places:
-            self._append_leaves_first(-1, places)
+            # Siblings the other way round, and children after their parents, is the whole order the other way round.
+            children, waiting, backwards = self._lists_of_children(), [-1], list[int]()
+            while waiting:
+                handle = waiting.pop()
+                backwards.append(handle)
+                waiting += children.get(handle, ())
+            places.update((handle, place) for place, handle in enumerate(reversed(backwards[1:])))
         return places
-
-    def _append_leaves_first(self, handle: int, places: dict[int, int]) -> None:
-        for child in self._lists_of_children().get(handle, ()):
-            self._append_leaves_first(child, places)
-            places[child] = len(places)
 
     def descendants(self, handle: int) -> list[int]:
         """Return handles of the whole tree below, depth first, without the object itself."""
-        found: list[int] = []
-        for child in self._lists_of_children().get(handle, ()):
-            found.append(child)
-            found.extend(self.descendants(child))
-        return found
+        found = self._descendants.get(handle)
+        if found is None:
+            found = self._descendants[handle] = tuple(self._walk(handle))
+        return list(found)
+
+    def _walk(self, handle: int) -> Iterator[int]:
+        """Yield what is below an object, without recursion: a tree may be deep."""
+        children = self._lists_of_children()
+        waiting = list(reversed(children.get(handle, ())))
+        while waiting:
+            each = waiting.pop()
+            yield each
+            waiting += reversed(children.get(each, ()))
 
     def of_kind(self, kind: ObjectKind | int) -> list[int]:
         """Return handles of all objects of a kind, in scene order."""

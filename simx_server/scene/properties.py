@@ -52,7 +52,7 @@ def set_model_property(sim: LiveScene, handle: int, bits: int) -> None:
 
     Raises UnknownHandle, CommandError for bits without a meaning here.
     """
-    item = sim.scene.get(handle)
+    item, before = sim.scene.get(handle), sim.scene.own_model_bits(handle)
     if bits & NOT_A_MODEL:
         sim.scene.set_model_property(handle, NOT_A_MODEL)
     else:
@@ -62,18 +62,25 @@ def set_model_property(sim: LiveScene, handle: int, bits: int) -> None:
                 f"valid are the bits 0x{_KNOWN:x}, and 0x{NOT_A_MODEL:x} for no model"
             )
         sim.scene.set_model_property(handle, bits)
-    apply(sim)
+    apply(sim, before ^ sim.scene.own_model_bits(handle))
     sim.changed()
 
 
-def apply(sim: LiveScene) -> None:
-    """Apply the properties of all models. Call this after they, or the tree, have changed."""
+def apply(sim: LiveScene, changed: int = _KNOWN) -> None:
+    """Apply the properties of all models. Call this after they, or the tree, have changed.
+
+    `changed`: bits that differ from before; only their effects are applied again.
+    """
+    if not changed & (_ON_GEOMS | c.sim_modelproperty_not_dynamic):
+        return
     bits = 0
     for handle in {*sim.scene.model_properties, *_annotated_models(sim.scene)}:
         bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
-    if bits & _ON_GEOMS or sim.scene.withheld or _are_any_hidden(sim.scene):
+    if changed & _ON_GEOMS and (bits & _ON_GEOMS or sim.scene.withheld or _are_any_hidden(sim.scene)):
         _restrict_geoms(sim)
-    if bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert:
+    if changed & c.sim_modelproperty_not_dynamic and (
+        bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert
+    ):
         _restrict_motion(sim)
 
 

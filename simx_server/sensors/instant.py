@@ -6,9 +6,9 @@ nothing, and all readers get numbers of the same moment, whatever was moved sinc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable
+from collections.abc import Callable, Collection
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -27,11 +27,6 @@ from .sights import Sights
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
-
-_T = TypeVar("_T")
-
-_MOST_KEPT = 10_000
-"""Values of `Surroundings.kept`."""
 
 _MOST_SETS = 1000
 """Sets of objects whose geoms are kept: a program asks for few different ones, again and again."""
@@ -64,9 +59,10 @@ class Surroundings:
         self.detectable_points = DetectablePoints(scene)
         self.nearest_triangles: dict[tuple[int, int], tuple[int, int]] = {}
         """The nearest triangles of pairs of geoms when they were last measured: they are near still."""
+        self.form_boxes: dict[int, NDArray[np.float64] | None] = {}
+        """Boxes around the geoms of objects in the objects' frames, by handle, made on first use."""
         self._owned: dict[tuple[int, ...], NDArray[np.bool_]] = {}
         self._points: dict[tuple[int, ...], Points] = {}
-        self._kept: dict[Hashable, tuple[int, Any]] = {}
         self._not_of: dict[int, NDArray[np.bool_]] = {}
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
@@ -81,21 +77,6 @@ class Surroundings:
             known = self._owned[key] = np.isin(self.owners, key)
             known.flags.writeable = False
         return known
-
-    def kept(self, key: Hashable, version: int, make: Callable[[], _T]) -> _T:
-        """Return a value that follows from the arrays of the model; made again after they were written.
-
-        Args:
-            key: names the value.
-            version: `Simulation.model_version`.
-            make: makes the value.
-        """
-        known = self._kept.get(key)
-        if known is None or known[0] != version:
-            while len(self._kept) >= _MOST_KEPT:
-                del self._kept[next(iter(self._kept))]
-            known = self._kept[key] = version, make()
-        return known[1]
 
     def points_of(self, handles: Collection[int]) -> Points:
         """Return the dummies among some objects."""

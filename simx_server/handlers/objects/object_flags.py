@@ -65,9 +65,11 @@ def set_special_flags(world: World, handle: int, bits: int) -> None:
         renaming.annotate(sim, handle, note_of(item), said)
         return
     said["renderable"] = bool(bits & c.sim_objectspecialproperty_renderable)
+    was_unseen = properties.is_unseen(item)
     renaming.annotate(sim, handle, note_of(item), said)
-    properties.apply(sim)
-    sim.changed()
+    if properties.is_unseen(item) != was_unseen:
+        properties.apply(sim)
+        sim.changed()
 
 
 def flags(world: World, handle: int) -> int:

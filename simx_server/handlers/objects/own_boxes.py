@@ -42,7 +42,7 @@ def own_box(world: World, instant: Instant, item: SceneObject, *, with_volumes: 
     model = instant.model
     match item.kind:
         case ObjectKind.SHAPE | ObjectKind.OCTREE | ObjectKind.POINT_CLOUD:
-            return _of_form(world, instant, item)
+            return _of_form(instant, item)
         case ObjectKind.DUMMY if item.element == "site":
             return _about_origin(*half_sides_of_site(model, item.id))
         case ObjectKind.JOINT:
@@ -69,11 +69,12 @@ def own_box(world: World, instant: Instant, item: SceneObject, *, with_volumes: 
             return None
 
 
-def _of_form(world: World, instant: Instant, item: SceneObject) -> Array | None:
-    def make() -> Array | None:
-        return box_of_geoms(instant.model, item, instant.geoms_of((item.handle,)).tolist())
-
-    return instant.surroundings.kept(("box", item.handle), world.simulation.model_version, make)
+def _of_form(instant: Instant, item: SceneObject) -> Array | None:
+    known = instant.surroundings.form_boxes  # an edit of a form makes another model
+    if item.handle not in known:
+        geoms: list[int] = instant.geoms_of((item.handle,)).tolist()
+        known[item.handle] = box_of_geoms(instant.model, item, geoms)
+    return known[item.handle]
 
 
 def _of_joint(world: World, item: SceneObject) -> Array:

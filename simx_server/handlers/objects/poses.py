@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.scene.poses import frames
+from simx_server.scene.poses import frames, placing
 from simx_server.scene.poses.poses import Pose
 from simx_server.service.calls.registry import handler
 
@@ -65,7 +65,8 @@ def set_object_pose(world: World, handle: int, relative_to: int, pose: Pose) -> 
 
 def reset_dynamic_object(world: World, handle: int) -> None:
     """Reset the object and all below it as at the start of physics: at rest, or with the first velocity."""
-    set_object_pose(world, handle, frames.WORLD, frames.get_pose(world.simulation, handle))
+    placing.rest(world.simulation, world.simulation.scene.get(handle))
+    _launch(world, handle)
 
 
 def _launch(world: World, handle: int) -> None:

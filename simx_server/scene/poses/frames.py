@@ -10,7 +10,7 @@ ones.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
@@ -19,7 +19,7 @@ from simx_server.scene.objects import SceneObject
 from . import poses
 from .joint_chain import joint_frames
 from .placing import moving_pose, object_pose, place
-from .poses import IDENTITY, Pose, Quaternion, compose, inverse, normalised
+from .poses import Pose, Quaternion, compose, inverse, normalised
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -70,14 +70,13 @@ def get_quaternion(sim: LiveScene, handle: int, relative_to: int = WORLD) -> lis
 def set_position(sim: LiveScene, handle: int, relative_to: int, position: Sequence[float]) -> None:
     """Move an object and all below it; the velocity of dynamic bodies becomes zero."""
     x, y, z = _checked(position, 3, "a position")
-    item, reference, local = _current(sim, handle, relative_to)
-    place(sim, item, compose(reference, ((x, y, z), local[1])))
+    _change(sim, handle, relative_to, lambda local: ((x, y, z), local[1]))
 
 
 def set_orientation(sim: LiveScene, handle: int, relative_to: int, euler: Sequence[float]) -> None:
     """Turn an object about its own origin, with all below it."""
-    item, reference, local = _current(sim, handle, relative_to)
-    place(sim, item, compose(reference, (local[0], quat_from_euler(_checked(euler, 3, "an orientation")))))
+    quat = quat_from_euler(_checked(euler, 3, "an orientation"))
+    _change(sim, handle, relative_to, lambda local: (local[0], quat))
 
 
 def set_quaternion(sim: LiveScene, handle: int, relative_to: int, quaternion: Sequence[float]) -> None:
@@ -89,15 +88,13 @@ def set_quaternion(sim: LiveScene, handle: int, relative_to: int, quaternion: Se
         quat = normalised(values)
     except ValueError as error:
         raise CommandError(f"{error} is no rotation; give [x, y, z, w]") from None
-    item, reference, local = _current(sim, handle, relative_to)
-    place(sim, item, compose(reference, (local[0], quat)))
+    _change(sim, handle, relative_to, lambda local: (local[0], quat))
 
 
 def set_pose(sim: LiveScene, handle: int, relative_to: int, pose: Pose) -> None:
     """Move and turn an object at once, with all below it."""
     _checked([*pose[0], *pose[1]], 7, "a pose")
-    item, reference, _ = _current(sim, handle, relative_to)
-    place(sim, item, compose(reference, pose))
+    _change(sim, handle, relative_to, lambda _local: pose)
 
 
 def euler_from_quat(quat_wxyz: Quaternion) -> list[float]:
@@ -181,12 +178,16 @@ def _reference(sim: LiveScene, item: SceneObject, relative_to: int, base: bool) 
     return object_pose(sim, reference) if base else moving_pose(sim, reference)
 
 
-def _current(sim: LiveScene, handle: int, relative_to: int) -> tuple[SceneObject, Pose, Pose]:
-    """Return (object, world pose of the reference, pose in that reference)."""
+def _change(sim: LiveScene, handle: int, relative_to: int, changed: Callable[[Pose], Pose]) -> None:
+    """Place an object; `changed` maps its pose in the frame of the reference to the new one."""
     item, base = _split(sim, handle)
     sim.refresh()
-    reference = _reference(sim, item, relative_to, base) or IDENTITY
-    return item, reference, compose(inverse(reference), object_pose(sim, item))
+    reference, present = _reference(sim, item, relative_to, base), object_pose(sim, item)
+    if reference is None:
+        place(sim, item, changed(present), present=present)
+    else:
+        local = compose(inverse(reference), present)
+        place(sim, item, compose(reference, changed(local)), present=present)
 
 
 def _checked(values: Sequence[float], count: int, what: str) -> list[float]:

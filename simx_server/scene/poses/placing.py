@@ -64,16 +64,23 @@ def element_pose(sim: LiveScene, item: SceneObject) -> Pose:
     return (pose[0], multiply(pose[1], _TURN_BACK_Y)) if item.element == "camera" else pose
 
 
-def place(sim: LiveScene, item: SceneObject, pose: Pose, *, with_joints: bool = False) -> None:
+def place(
+    sim: LiveScene, item: SceneObject, pose: Pose, *, with_joints: bool = False, present: Pose | None = None
+) -> None:
     """Give an object a world pose, with everything below it; moving bodies below lose their velocity.
 
     A link leaves its joint where it is, as in V-REP, unless `with_joints`; the body and later joints that a joint
     carries move along. Objects below in the tree that the body does not carry (a free body under a gripper, a body
-    under a dummy) are moved by the same amount. Raises CommandError for a joint on a tendon.
+    under a dummy) are moved by the same amount. `present`: the object's pose now, if it is known. Raises CommandError
+    for a joint on a tendon.
     """
     sim.refresh()
-    before = object_pose(sim, item)
-    carry_followers(sim, item, lambda: _place_element(sim, item, before, pose, with_joints))
+    before = object_pose(sim, item) if present is None else present
+    if _followers(sim, item):
+        carry_followers(sim, item, lambda: _place_element(sim, item, before, pose, with_joints))
+    else:
+        _place_element(sim, item, before, pose, with_joints)
+        sim.changed()
 
 
 def carry_followers(sim: LiveScene, item: SceneObject, move: Callable[[], None]) -> None:
@@ -90,6 +97,16 @@ def carry_followers(sim: LiveScene, item: SceneObject, move: Callable[[], None])
     for follower, follower_pose in followers:
         sim.refresh()
         place_without_followers(sim, follower, compose(delta, follower_pose))
+
+
+def rest(sim: LiveScene, item: SceneObject) -> None:
+    """Take the velocity of what `place` moves, as that does."""
+    had_any = False
+    for each in (item, *map(sim.scene.get, _followers(sim, item))):
+        if each.element in ("body", "joint") or is_linking_sensor(sim, each):
+            had_any = _stop_motion(sim, each.body) or had_any
+    if had_any:
+        sim.changed()
 
 
 def place_without_followers(sim: LiveScene, item: SceneObject, pose: Pose) -> None:
@@ -141,8 +158,15 @@ def free_joint(model: mujoco.MjModel, body: int) -> int:
     return joint if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else -1
 
 
-def _followers(sim: LiveScene, item: SceneObject) -> list[int]:
+def _followers(sim: LiveScene, item: SceneObject) -> tuple[int, ...]:
     """Return the uppermost objects below that the model does not carry along."""
+    known = sim.scene.carried_apart.get(item.handle)
+    if known is None or known[0] is not sim.model:
+        known = sim.scene.carried_apart[item.handle] = sim.model, tuple(_carried_apart(sim, item))
+    return known[1]
+
+
+def _carried_apart(sim: LiveScene, item: SceneObject) -> list[int]:
     carries = item.element in ("body", "joint") or is_linking_sensor(sim, item)
     found: list[int] = []
     pending = sim.scene.children(item.handle)
@@ -162,10 +186,12 @@ def _place_element(sim: LiveScene, item: SceneObject, before: Pose, pose: Pose, 
         raise CommandError(
             f"'{item.name}' is driven through a tendon and lies where the tendon's sites are; move those"
         )
-    model, delta = sim.model, compose(pose, inverse(before))
+    model = sim.model
     if item.element == "joint":
+        delta = compose(pose, inverse(before))
         _place_link(sim, item.body, item.id - int(model.body_jntadr[item.body]), delta)
     elif item.element == "body" or is_linking_sensor(sim, item):
+        delta = compose(pose, inverse(before))
         if model.body_jntnum[item.body] and free_joint(model, item.body) < 0:
             _place_link(sim, item.body, 0 if with_joints else int(model.body_jntnum[item.body]), delta)
         else:
@@ -198,14 +224,24 @@ def _place_link(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
     shift_beyond(sim, body, staying, delta)
 
 
-def _stop_motion(sim: LiveScene, body: int) -> None:
-    """Set the velocity to zero for all degrees of freedom of a body and the bodies below it."""
-    model = sim.model
+def _stop_motion(sim: LiveScene, body: int) -> bool:
+    """Set the velocity to zero for all degrees of freedom of a body and the bodies below it; return if it was not."""
+    known = sim.scene.dofs_below.get(body)
+    if known is None or known[0] is not sim.model:
+        known = sim.scene.dofs_below[body] = sim.model, _dofs_below(sim.model, body)
+    velocities = sim.data.qvel[known[1]]
+    if not velocities.any():
+        return False
+    velocities[:] = 0.0
+    return True
+
+
+def _dofs_below(model: mujoco.MjModel, body: int) -> slice:
+    """Return the degrees of freedom of a body and the bodies below it."""
     end = body + 1  # MuJoCo numbers the bodies below a body, and their degrees of freedom, directly behind it
     while end < model.nbody and model.body_parentid[end] >= body:
         end += 1
-    first, behind = np.searchsorted(model.dof_bodyid, (body, end))
-    sim.data.qvel[first:behind] = 0.0
+    return slice(*(int(each) for each in np.searchsorted(model.dof_bodyid, (body, end))))
 
 
 def _local_pose(sim: LiveScene, item: SceneObject) -> Pose:

@@ -144,7 +144,9 @@ class ObjectFunctions(ApiPart, effect="changes"):
         found = scene.children(top) if options & _CHILDREN_ONLY else scene.descendants(top)
         if top != -1 and not options & _WITHOUT_BASE:
             found = [top, *found]
-        return [each for each in found if kind in (c.sim_handle_all, scene.objects[each].kind)]
+        if kind == c.sim_handle_all:
+            return found
+        return [each for each in found if scene.objects[each].kind == kind]
 
     @reads
     def visitTree(self, root: int, visitor: Function | str, options: dict[str, Any] | None = None) -> None:

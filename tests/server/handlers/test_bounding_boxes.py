@@ -79,8 +79,8 @@ def cylinder(offset: float, reach: float) -> Volume:
          [-0.1, -0.1, -0.04, 0.1, 0.1, 0.16]),
         (ProximitySensor(handle=1, name="it", method="cylinder", volume=cylinder(0.3, 0.2), size=0.04),
          [-0.1, -0.1, -0.02, 0.1, 0.1, 0.5]),
-        (ProximitySensor(
-            handle=1, name="it", method="cone", volume=Volume(type="cone", range=0.8, radius=0.2, angle=1)),
+        (ProximitySensor(handle=1, name="it", method="cone",
+                         volume=Volume(type="cone", range=0.8, radius=0.2, angle=1)),
          [-math.sin(0.5), -math.sin(0.5), -0.005, math.sin(0.5), math.sin(0.5), 1]),
         (ProximitySensor(handle=1, name="it", method="cone", volume=Volume(type="cone", range=1, angle=2 * math.pi)),
          [-1] * 3 + [1] * 3),
@@ -88,12 +88,12 @@ def cylinder(offset: float, reach: float) -> Volume:
          [-math.sin(0.5), -0.05, -0.005, math.sin(0.5), 0.05, 1]),
         (ProximitySensor(handle=1, name="it", method="ray", volume=Volume(type="ray", range=2), size=0.0001),
          [-0.001, -0.001, -0.00005, 0.001, 0.001, 2]),
-        (ProximitySensor(
-            handle=1, name="it", method="pyramid",
-            volume=Volume(type="pyramid", range=1, x_size=0.2, y_size=0.1, x_size_far=0.1, y_size_far=0.4)),
+        (ProximitySensor(handle=1, name="it", method="pyramid",
+                         volume=Volume(type="pyramid", range=1, x_size=0.2, y_size=0.1, x_size_far=0.1,
+                                       y_size_far=0.4)),
          [-0.1, -0.2, -0.005, 0.1, 0.2, 1]),
-        (VisionSensor(
-            handle=1, name="it", resolution=(64, 32), angle=math.pi / 2, near=0.1, far=2, body=(0.1, 0.2, 0.3)),
+        (VisionSensor(handle=1, name="it", resolution=(64, 32), angle=math.pi / 2, near=0.1, far=2,
+                      body=(0.1, 0.2, 0.3)),
          [-2, -1, -0.3, 2, 1, 2]),
         (VisionSensor(handle=1, name="it", resolution=(32, 64), is_perspective=False, orthographic_size=0.4, far=2),
          [-0.1, -0.2, -0.03, 0.1, 0.2, 2]),

@@ -49,9 +49,7 @@ class VrepObject:
     """`sim_modelproperty_*` bits."""
     is_model_base: bool = False
     flags: int = 0x20
-    """`sim_objectproperty_*` bits: 0x20 selectable, 0x100 not in the box of its model, 0x1000 invisible to depth
-    images.
-    """
+    """`sim_objectproperty_*` bits: 0x20 selectable, 0x100 not in its model's box, 0x1000 invisible to depth images."""
     order: int | None = None
     """Place among the siblings, since CoppeliaSim 4.3."""
     size_factor: float = 1.0
