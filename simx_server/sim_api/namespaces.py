@@ -117,6 +117,8 @@ class Namespaces:
         try:
             result = function(*signature.bind(values))
         except CommandError as problem:
+            if self._stops_at(problem):
+                raise  # here: a frame that holds its exception waits for the garbage collector
             return self._going_on(full_name, signature, problem)
         if isinstance(result, GeneratorType):
             return self._waiting(full_name, signature, result)
@@ -127,22 +129,22 @@ class Namespaces:
         try:
             result = yield from taken
         except CommandError as problem:
+            if self._stops_at(problem):
+                raise  # here: a frame that holds its exception waits for the garbage collector
             return self._going_on(full_name, signature, problem)
         return _as_tuple(result)
 
-    def _going_on(self, full_name: str, signature: Signature, problem: CommandError) -> tuple[Any, ...]:
-        """Return what a call gave in V-REP that has failed here, and tell of it once.
+    def _stops_at(self, problem: CommandError) -> bool:
+        """Return whether a failure is an error in V-REP too, and errors stop the script."""
+        return self._script.raises_errors and not isinstance(problem, Unsupported)
 
-        Raises:
-            CommandError: the call is an error in V-REP too, and errors stop the script.
-        """
+    def _going_on(self, full_name: str, signature: Signature, problem: CommandError) -> tuple[Any, ...]:
+        """Return what a call gave in V-REP that has failed here, and tell of it once."""
         if isinstance(problem, Unsupported):
             answer: Any = problem.answer
             if answer is None and signature.gives_number:
                 answer = DONE if _SETTER.match(full_name) else FAILED
             self._say_once(f"{full_name}: {problem}")
-        elif self._script.raises_errors:
-            raise problem
         else:
             answer = FAILED if signature.gives_number else None
             self._say_once(f"{full_name}: {problem}", about=f"{full_name} in script {self._script.handle}")

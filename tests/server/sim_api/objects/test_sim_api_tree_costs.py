@@ -10,6 +10,7 @@ import pytest
 from handler_calls import World
 
 from simx_client.protocol import constants as c
+from simx_server.errors import UnknownName
 from simx_server.scripting.script import Script, ScriptKind
 from simx_server.sim_api.namespaces import Namespaces
 
@@ -154,3 +155,27 @@ def test_properties_of_models_reach_what_is_far_below() -> None:
     assert scene.overridden(link) == scene.overridden(tip) == c.sim_modelproperty_not_measurable
     program.call("setModelProperty", base, 0)
     assert scene.overridden(link) == 0
+
+
+def test_a_call_that_fails_leaves_nothing_for_the_garbage_collector() -> None:
+    namespaces = Namespaces(
+        Program(SMALL).world.parts,
+        Script(3_000_000, ScriptKind.CUSTOMIZATION, -1, "program", full_results=True),
+    )
+
+    def ask() -> None:
+        try:
+            namespaces.invoke("sim.getObjectHandle", [UNKNOWN])
+        except UnknownName:
+            return
+        raise AssertionError("no error")
+
+    ask()
+    gc.collect()
+    gc.disable()
+    try:
+        for _ in range(100):
+            ask()
+        assert gc.collect() < 100
+    finally:
+        gc.enable()
