@@ -309,9 +309,7 @@ class Scene:
     def _forget_tree(self) -> None:
         self._children = None
         self._leaves_first = {}
-        self._descendants.clear()
-        self.carried_apart.clear()
-        self.dofs_below.clear()
+        self._descendants, self.carried_apart, self.dofs_below = {}, {}, {}  # a twin shares the present ones
         self._forget_overridden()
 
     def _forget_overridden(self) -> None:

@@ -136,6 +136,18 @@ def test_what_was_found_out_about_a_tree_ends_with_it() -> None:
     assert program.call("getObjectsInTree", tip, c.sim_object_shape_type, 1)[0] == [link]
 
 
+def test_a_twin_of_a_scene_finds_things_out_about_its_own_tree() -> None:
+    scene = Program(SMALL).world.sim.scene
+    base, link = (scene.by_name(name) for name in ("base", "link_5"))
+    assert base is not None
+    assert link is not None
+    twin = scene.twin(lambda spec: None)
+    twin.override_parent(link, -1)
+    assert link not in twin.descendants(base)
+    assert link in scene.descendants(base)
+    assert link not in twin.descendants(base)
+
+
 def test_a_tree_may_be_deep() -> None:
     sites = "".join(f'<site name="s{i}"/>' for i in range(1500))
     world = World(f"<mujoco><worldbody>{sites}</worldbody></mujoco>")
