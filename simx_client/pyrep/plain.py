@@ -35,9 +35,9 @@ ROWS: Mapping[str, str] = MappingProxyType(
         "simGetSimulationTimeStep": ": f",
         "simLoadScene": "s : 1",
         "simCloseScene": ": 1",
-        "simSaveScene": "s : 1",
+        "simSaveScene": "s : i",
         "simLoadModel": "s : i",
-        "simSaveModel": "i s : 1",
+        "simSaveModel": "i s : i",
         "simAddStatusbarMessage": "s : 1",
         # --- parameters
         "simGetArrayParameter": "i > : 1",

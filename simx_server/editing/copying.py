@@ -56,7 +56,7 @@ def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> 
     if not chosen:
         return []
     sim.refresh()
-    pruned = _Pruned(sim, chosen)
+    pruned = Pruned(sim, chosen)
     added = graft(sim, pruned.graft(kept))
     items = {handle: scene.objects[handle] for handle in sorted(chosen)}
     copies = {
@@ -91,7 +91,7 @@ def _chosen(scene: Scene, handles: list[int], kept: Kept) -> tuple[list[int], se
     return shown, chosen
 
 
-class _Pruned:
+class Pruned:
     """A spec that contains only the chosen objects, those without a carrier at the top."""
 
     def __init__(self, sim: Simulation, chosen: set[int]) -> None:

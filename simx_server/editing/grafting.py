@@ -18,6 +18,7 @@ from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.model_files import strip
 from simx_server.scene.names import copy_names
+from simx_server.scene.poses.start import Start
 from simx_server.scene.registered import renamed, renamed_registered
 from simx_server.scene.tree import GRAFT_END, Addition
 
@@ -51,6 +52,8 @@ class Graft:
     welded: Collection[str] = ()
     weightless: Collection[str] = ()
     """Names of its bodies that belong to the scene's sets of this name."""
+    start: Start = field(default_factory=Start)
+    """Positions of its joints, where they are not those of its bodies."""
 
 
 def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
@@ -86,6 +89,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
                 kind: {names[name]: renamed_registered(note, names) for name, note in notes.items()}
                 for kind, notes in addition.registered.items()
             },
+            start=addition.start.renamed(prefix),
         ),
     )
     if addition.copies:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.scene import properties
 from simx_server.scene.formats.annotations import BROUGHT
+from simx_server.scene.formats.exporting.asset_files import give_full_paths
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 from simx_server.scene.formats.model_files import Model
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
@@ -56,8 +57,9 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
     spec = model.scene.spec.copy()
     if (report := model.scene.import_report) is not None:
         sim.tell(lambda part: part.file_imported(report))
-    else:
+    elif not model.is_saved:
         settle_loose_meshes(spec)
+    give_full_paths(spec)
     handles = graft(
         sim,
         Graft(
@@ -66,6 +68,7 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
             annotations=notes,
             welded=model.scene.welded_bodies,
             weightless=model.scene.weightless_bodies,
+            start=model.scene.start,
             registered={
                 kind: model.scene.annotations.registered[kind]
                 for kind in BROUGHT

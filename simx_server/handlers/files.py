@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_server.files import workspace
@@ -26,6 +27,21 @@ _LEAST_STORED = 4096
 @handler("storeFile")
 def store_file(world: World, name: str, data: bytes) -> None:
     """Store a file that simxTransferFile sends."""
+    store(world, name, data, is_of_client=True)
+
+
+def store(world: World, name: str, data: bytes, *, is_of_client: bool) -> Path:
+    """Store a file in the workspace and return its path.
+
+    Args:
+        world: the world.
+        name: within the workspace.
+        data: its content.
+        is_of_client: whether the content may be a client's code.
+
+    Raises:
+        CommandError: the name is not allowed, or there would be too much.
+    """
     sim = world.simulation
     workspace.check_stored_name(name)
     path = workspace.path_within(sim.files.workspace, name)
@@ -36,12 +52,15 @@ def store_file(world: World, name: str, data: bytes) -> None:
     client_files = sim.files.client_files
     client_files.check_name(path)
     folders = sim.files.made_folders | workspace.missing_folders(path)
-    count = client_files.count_with(path, sim.limits.files - len(folders)) + len(folders)
+    noted = client_files.count_with(path, sim.limits.files - len(folders))
+    count = max(noted, len({*sim.files.stored, path})) + len(folders)
     sim.limits.check("files", count, "erase some with simxEraseFile")
-    client_files.note(path, data)
+    if is_of_client:
+        client_files.note(path, data)
     sim.files.made_folders.update(folders)
     workspace.store(sim.files.workspace, name, data)
     sim.files.stored[path] = size
+    return path
 
 
 @handler("simxEraseFile")

@@ -18,7 +18,7 @@ from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene as read_scene
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import count_links
-from simx_server.scene.formats.vrep.recognising import is_vrep_file
+from simx_server.scene.formats.whole_files import is_whole_file
 from simx_server.scene.trial.kinds import MODEL, SCENE
 from simx_server.service.calls.background import Steps
 
@@ -77,7 +77,7 @@ def read(world: World, kind: str, found: Path, name: str, work: Callable[[Source
         _tell(world, found)
         return (yield from world.trials.load(lambda: work(tried)))
     _tell(world, found)
-    if is_vrep_file(found):  # it names no files, and may take seconds
+    if is_whole_file(found):  # it names no files, and may take seconds
         return (yield from world.trials.load(lambda: work(sources)))
     if sources.within is not None:
         check_references(found, _open_folders(sim))

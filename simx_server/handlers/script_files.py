@@ -15,7 +15,7 @@ from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.image_files import Pixels, decoded
 from simx_server.scene.formats.model_files import Triangles, read_triangles
-from simx_server.scene.formats.vrep.recognising import is_vrep
+from simx_server.scene.formats.whole_files import is_whole
 from simx_server.scene.trial.kinds import MESH
 
 from .loading import add, checked, find, load, read
@@ -31,7 +31,7 @@ def load_model_of_server(world: World, given: str | bytes) -> int:
     """Load a model for a script, as simxLoadModel does.
 
     Args:
-        given: a file of the server's side, or the content of a V-REP file.
+        given: a file of the server's side, or the content of a V-REP file or of one that was saved.
 
     Returns:
         The handle of the model's base.
@@ -84,7 +84,7 @@ def load_scene_of_server(world: World, given: str | bytes) -> None:
     """Load a scene for a script, as simxLoadScene does, as soon as no script runs.
 
     Args:
-        given: a file of the server's side, or the content of a V-REP file; empty for V-REP's default scene.
+        given: a file of the server's side, or the content of such a file; empty for V-REP's default scene.
 
     Raises:
         CommandError: the simulation is not stopped, the file does not exist, or it lies elsewhere.
@@ -109,8 +109,8 @@ def _load_content(world: World, content: bytes) -> None:
 
 
 def _content(given: str | bytes) -> bytes | None:
-    """Return the content of a V-REP file that a script gives in place of a file name; None for a name."""
-    return given if isinstance(given, bytes) and is_vrep(given, "") else None
+    """Return the content of a file that a script gives in place of a file name; None for a name."""
+    return given if isinstance(given, bytes) and is_whole(given, "") else None
 
 
 @contextmanager

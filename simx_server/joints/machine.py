@@ -17,6 +17,7 @@ from simx_server.scene.poses.poses import Quaternion
 
 from .dependency import Followers, write_equality
 from .measured import Measured, Positions
+from .saving import save_joints
 from .servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from .state import (
     SETTING_NAMES,
@@ -35,6 +36,7 @@ from .weights import Weights
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
+    from simx_server.scene.saved import Saved
 
 
 @dataclass(frozen=True)
@@ -181,6 +183,12 @@ class Machine:
         self._rebuild()
         self._measured.keep(self._bindings.values())
         self.bind_all()
+
+    def saving(self, saved: Saved) -> None:
+        """Annotate the joints of a scene or model that is being saved with their settings."""
+        save_joints(
+            saved, {handle: (self._bindings[handle], state) for handle, state in self._states.items()}
+        )
 
     def remember(self) -> Settings:
         """Return a copy of all settings, for `recall`."""

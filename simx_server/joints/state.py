@@ -18,6 +18,7 @@ import numpy as np
 
 from simx_server.motion_profiles import Profile
 from simx_server.scene.dependencies import EQUALITY
+from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.objects import SceneObject
 from simx_server.scene.poses.poses import Quaternion
 from simx_server.scene.tree import drives_tendon
@@ -56,6 +57,7 @@ MODE_WORDS = {
     "force": JointMode.FORCE,
     "passive": JointMode.PASSIVE,
     "ik": JointMode.IK,
+    "ik_dependent": JointMode.IK_DEPENDENT,
     "dependent": JointMode.DEPENDENT,
     "motion": JointMode.MOTION,
 }
@@ -267,9 +269,9 @@ def initial_state(
         position: its present position.
         joints: handles by MuJoCo's names.
     """
-    note = item.annotations.get("joint")
-    annotated = note is not None
-    note = note or {}
+    found = item.annotations.get("joint")
+    annotated = found is not None
+    note: Annotation = found or {}
     native = binding.native
     control = note.get("control", "spring" if native == Native.POSITION and not annotated else None)
     max_force = float(note.get("max_force", binding.force_limit))
@@ -287,7 +289,7 @@ def initial_state(
         mode=MODE_WORDS[str(note.get("mode", "force"))],
         motor=bool(note.get("motor", native in (Native.POSITION, Native.VELOCITY))),
         control_loop=loop,
-        spring=control == "spring",
+        spring=control == "spring" or bool(note.get("spring", False)),
         lock=bool(note.get("lock", False)),
         p=float(note.get("P", 0.1)),
         i=float(note.get("I", 0.0)),
@@ -307,6 +309,7 @@ def initial_state(
         rewind=bool(note.get("rewind", False)),
         rigid=native != Native.VELOCITY or bool(note.get("rigid", annotated)),
         fixed=bool(note.get("fixed", False)),
+        alignment=_alignment(note),
         ik_weight=float(note.get("ik_weight", 1.0)),
         master=joints.get(str(note["master"]), -1) if "master" in note else -1,
         factor=float(note.get("multiplication", 1.0)),
@@ -315,6 +318,13 @@ def initial_state(
         offset=offset,
         held=position,
     )
+
+
+def _alignment(note: Annotation) -> Quaternion | None:
+    if "alignment" not in note:
+        return None
+    w, x, y, z = numbers_of(note["alignment"])
+    return w, x, y, z
 
 
 def _find_actuator(item: SceneObject, model: mujoco.MjModel) -> int:

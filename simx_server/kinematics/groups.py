@@ -23,11 +23,13 @@ from ..errors import CommandError
 from ..scene.registered import Registry
 from .chain import Ball, Constraint, Element, Joints, NothingMovesError, is_in_ik_mode, make_arms
 from .sampling import turned_back
+from .saving import note_of
 from .scratch import Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -43,6 +45,7 @@ CONSTRAINTS = {
     "z": Constraint.Z,
     "alpha_beta": Constraint.ALPHA_BETA,
     "gamma": Constraint.GAMMA,
+    "none": Constraint(0),
 }
 """Words of an annotation."""
 
@@ -52,6 +55,10 @@ METHODS = {
     "transpose": Method.JACOBIAN_TRANSPOSE,
 }
 """Words of an annotation."""
+
+_METHOD_WORDS = {method: word for word, method in METHODS.items()}
+
+_ON = ("yes", "on", "true")
 
 _DEFAULT = Calculation()
 _PRECISION = "{},{!r}".format(*Element(0, 0).precision)
@@ -154,6 +161,14 @@ class IkGroups(Part):
             group = present[handle]
             group.elements, group.how, group.explicit = list(before.elements), before.how, before.explicit
             group.enabled, group.result, group.checked = before.enabled, before.result, before.checked
+
+    def saving(self, saved: Saved) -> None:
+        notes = {group.name: note_of(saved, group, _METHOD_WORDS) for group in self.all().values()}
+        saved.registered["ik"] = {name: note for name, note in notes.items() if note is not None}
+        for tip, target in self._left.items():
+            names = saved.name(tip), saved.name(target)
+            if all(names) and "linked" not in saved.objects[tip].get("dummy", {}):
+                saved.put(tip, "dummy", linked=names[1], link="ik")
 
     def find(self, name: str) -> int:
         """Return the handle of a group.
@@ -380,10 +395,14 @@ class IkGroups(Part):
             enabled=bool(note.get("enabled", True)),
             restore=frozenset(filter(None, str(note.get("restore", "")).split(","))),
             after=str(note.get("after", "")),
+            ignores_steps=bool(note.get("ignores_steps", False)),
+            margins=_read_pair(str(note.get("margins", "0,0"))),
         )
 
     def _read_elements(self, note: Annotation) -> list[Element]:
         named = self._collections.named
+        if "tip" not in note:
+            return []
         tips = str(note["tip"]).split(";")
 
         def values(key: str, default: str) -> list[str]:
@@ -398,21 +417,27 @@ class IkGroups(Part):
                 _read_constraints(constraints),
                 _read_pair(precision),
                 _read_pair(weights),
+                -1 if axes == WORLD else named(axes),
+                active in _ON,
             )
-            for tip, target, base, constraints, precision, weights in zip(
+            for tip, target, base, constraints, precision, weights, axes, active in zip(
                 tips,
                 values("target", ""),
                 values("base", WORLD),
                 values("constraints", "pose"),
                 values("precision", _PRECISION),
                 values("weights", "1,1"),
+                values("axes", WORLD),
+                values("active", "yes"),
                 strict=True,
             )
         ]
 
     def _is_alive(self, group: Group) -> bool:
-        """Return whether its tip, target and base still exist; the group is removed with them."""
-        return all(self._exist(element) for element in group.elements)
+        """Return whether its tips, targets and bases still exist; the group is removed with them."""
+        objects = self._sim.scene.objects
+        named = ((each.tip, each.target, each.base, each.axes) for each in group.elements)
+        return all(handle == -1 or handle in objects for handles in named for handle in handles)
 
     def _exist(self, element: Element) -> bool:
         objects = self._sim.scene.objects

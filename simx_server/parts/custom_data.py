@@ -2,8 +2,8 @@
 
 They outlive the end of a run, as in V-REP; names that start with ``@tmp`` do not. The data of an object disappear with
 the object, those of the scene with the scene; copies of an object start with the same data. A scene's file may bring
-data along: `simx:data:NAME`, of the scene itself `simx:data:world`, and references `simx:references:NAME`. Nothing is
-written to disk.
+data along: `simx:data:NAME`, of the scene itself `simx:data:world`, and references `simx:references:NAME`. Saved scenes
+and models have theirs there.
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.scene.formats.annotations import UNTAGGED
-from simx_server.scene.formats.texts.values import decode_bytes
+from simx_server.scene.formats.annotations import UNTAGGED, Annotation
+from simx_server.scene.formats.texts.values import decode_bytes, encode_bytes
+from simx_server.scene.saved import listed
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
@@ -158,6 +160,26 @@ class CustomData(Part):
                 if (kept.references if name.startswith(REFERENCES) else kept.data or name.startswith(HIDDEN))
             }
 
+    def saving(self, saved: Saved) -> None:
+        for handle in saved.names:
+            data = self._of(handle)
+            saved.drop(handle, "data")
+            saved.drop(handle, "references")
+            saved.put(handle, "data", **_blocks(data))
+            for name, packed in data.items():
+                if name.startswith(REFERENCES) and packed:
+                    names = listed(saved.name(each) or "" for each in _handles(packed))
+                    saved.put(handle, "references", **{name.removeprefix(REFERENCES) or UNTAGGED: names})
+            text = data.get(EXTENSION, b"").decode("utf-8", "surrogateescape")
+            saved.put(handle, "object", extension=text or None)
+        if not saved.is_model:
+            saved.data = _blocks(self._of(SCENE))
+            places = {handle: place for place, handle in enumerate(saved.names, 1)}
+            for name, packed in self._of(SCENE).items():
+                if name.startswith(REFERENCES):
+                    handles = [places.get(each, -1) for each in _handles(packed)]
+                    saved.data[name] = encode_bytes(struct.pack(f"<{len(handles)}i", *handles))
+
     def _of(self, handle: int) -> dict[str, bytes]:
         if handle not in (SCENE, APPLICATION):
             self._sim.scene.get(handle)
@@ -178,6 +200,10 @@ class CustomData(Part):
         if item is not None:
             notes = item.annotations
         found = {name: decode_bytes(str(text)) for name, text in notes.get("data", {}).items()}
+        for name in [
+            name for name in found if name.startswith(REFERENCES)
+        ]:  # of the scene: objects have names
+            found[name] = found[name][: len(found[name]) // 4 * 4]
         for tag, words in notes.get("references", {}).items():
             named = [self._sim.scene.by_name(word) if word else None for word in str(words).split(",")]
             handles = [-1 if each is None else each for each in named]
@@ -199,9 +225,24 @@ class CustomData(Part):
                 del kept[name]
 
 
+def _blocks(data: Mapping[str, bytes]) -> Annotation:
+    """Return the data that are saved as they are: not temporary ones, nor those with handles."""
+    return {
+        name: encode_bytes(content)
+        for name, content in data.items()
+        if not name.startswith(REFERENCES)
+        and name != EXTENSION
+        and not _split(name)[1].startswith(_TEMPORARY)
+    }
+
+
+def _handles(packed: bytes) -> tuple[int, ...]:
+    return struct.unpack(f"<{len(packed) // 4}i", packed)
+
+
 def _renumbered(packed: bytes, copies: Mapping[int, int]) -> bytes:
     """Return packed handles with those of copies in place of originals."""
-    handles = struct.unpack(f"<{len(packed) // 4}i", packed)
+    handles = _handles(packed)
     return struct.pack(f"<{len(handles)}i", *(copies.get(each, each) for each in handles))
 
 

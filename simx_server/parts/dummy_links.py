@@ -18,6 +18,7 @@ from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.objects import SceneObject
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 
@@ -47,6 +48,14 @@ class DummyLinks(Part):
         others, types = memory
         self._others, self._types = dict(others), dict(types)
 
+    def saving(self, saved: Saved) -> None:
+        for handle in self._sim.scene.of_kind(ObjectKind.DUMMY):
+            if handle in saved.names:
+                other = saved.name(self.linked(handle))
+                kind = self.type(handle)
+                words = {PHYSICS: None, IK: "ik"}
+                saved.put(handle, "dummy", linked=other, link=words.get(kind, str(kind)))
+
     def linked(self, handle: int) -> int:
         """Return the handle of the linked dummy, -1 for none. Raises UnknownHandle, WrongKind."""
         item = self._sim.scene.get_kind(handle, ObjectKind.DUMMY)
@@ -61,8 +70,9 @@ class DummyLinks(Part):
     def type(self, handle: int) -> int:
         """Return the type of a dummy's link, PHYSICS without a link. Raises UnknownHandle, WrongKind."""
         item = self._sim.scene.get_kind(handle, ObjectKind.DUMMY)
-        by_file = IK if item.annotations.get("dummy", {}).get("link") == "ik" else PHYSICS
-        return self._types.get(handle, by_file)
+        word = str(item.annotations.get("dummy", {}).get("link", "physics"))
+        by_file = {"physics": PHYSICS, "ik": IK}.get(word)
+        return self._types.get(handle, int(word) if by_file is None else by_file)
 
     def link(self, handle: int, other: int) -> None:
         """Link a dummy to another one, or with -1 to none; both lose their present links.

@@ -18,10 +18,12 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import body_pose, free_joint
 from simx_server.scene.poses.poses import conjugate, rotate
 from simx_server.scene.properties import FIRST_LAYER, SHOWN_LAYERS
+from simx_server.scene.saved import numbers_text
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.copies.kept import Kept
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 _LAYERS = 0xFFFF
@@ -81,6 +83,19 @@ class ObjectSettings(Part):
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
         self.apply_masks()
 
+    def saving(self, saved: Saved) -> None:
+        for handle, known in self._known.items():
+            if handle in saved.names:
+                saved.put(handle, "object", layers=known.layers)
+                if self._sim.scene.objects[handle].kind == ObjectKind.SHAPE:
+                    velocity = numbers_text(known.first_velocity) if known.first_velocity != _STILL else None
+                    key = "mask" if "mask" in saved.objects[handle].get("shape", {}) else "pair_mask"
+                    mask = known.mask if known.mask != ALL_MASKS or key == "mask" else None
+                    saved.put(handle, "shape", first_velocity=velocity, **{key: mask})
+        for (handle, number), value in self._kept.items():
+            if handle in saved.names:
+                saved.put(handle, "kept", **{str(number): repr(float(value))})
+
     @property
     def visible_layers(self) -> int:
         """Return `sim_intparam_visible_layers`: the layers that the views of users show."""
@@ -96,7 +111,12 @@ class ObjectSettings(Part):
 
     def kept(self, handle: int, number: int, default: float) -> float:
         """Return the value of an object's parameter that has no effect here."""
-        return self._kept.get((handle, number), default)
+        known = self._kept.get((handle, number))
+        if known is None:
+            item = self._sim.scene.objects.get(handle)
+            note = item.annotations.get("kept", {}) if item is not None else {}
+            known = float(note.get(str(number), default))
+        return known
 
     def keep(self, handle: int, number: int, value: float) -> None:
         """Store the value of an object's parameter that has no effect here."""
@@ -233,8 +253,11 @@ class ObjectSettings(Part):
             set_masks(self._sim, masks)
 
     def _masks(self) -> dict[int, int]:
-        objects, annotated = self._sim.scene.objects, self._annotated("shape", "mask")
-        masks = {handle: self._of(handle).mask for handle in {*self._known, *annotated} if handle in objects}
+        annotated = {*self._annotated("shape", "mask"), *self._annotated("shape", "pair_mask")}
+        objects = self._sim.scene.objects
+        masks = {
+            handle: self._of(handle).mask for handle in self._known.keys() | annotated if handle in objects
+        }
         return {handle: mask for handle, mask in masks.items() if mask != ALL_MASKS}
 
     def _annotated(self, kind: str, key: str) -> list[int]:
@@ -266,7 +289,7 @@ class ObjectSettings(Part):
         return _Settings(
             layers=int(note["layers"]) if "layers" in note else None,
             first_velocity=numbers_of(shape["first_velocity"]) if "first_velocity" in shape else _STILL,
-            mask=int(shape.get("mask", ALL_MASKS)),
+            mask=int(shape.get("mask", shape.get("pair_mask", ALL_MASKS))),
         )
 
     def _set(self, handle: int, **values: Any) -> None:

@@ -19,11 +19,15 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.editing.recompile import edit
+from simx_server.scene.formats.annotations.checks import place_of
 from simx_server.scene.geometry.highlights import add_highlight, highlight_of
 from simx_server.scene.objects import ObjectKind
+from simx_server.scene.saved import numbers_text
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 AMBIENT_DIFFUSE, DIFFUSE, SPECULAR, EMISSION, TRANSPARENCY, AUXILIARY = range(6)
@@ -73,9 +77,47 @@ class ShapeColors(Part):
         self._looks: dict[str, _Look] = {}
         """Colours that scripts have set, by the name of the geom."""
         self._before_the_run: dict[str, _Look] = {}
+        self._read: set[int] = set()
+        """Handles of shapes whose annotations were read."""
 
     def scene_changed(self) -> None:
-        self._looks = {}
+        self._looks, self._read = {}, set()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._read_annotations()
+
+    def saving(self, saved: Saved) -> None:
+        found: dict[int, list[str]] = {}
+        for name, look in self._looks.items():
+            geom = mujoco.mj_name2id(self._sim.model, mujoco.mjtObj.mjOBJ_GEOM, name)
+            owner = self._sim.scene.owner_of_geom(geom, self._sim.model) if geom >= 0 else -1
+            if owner in saved.names:
+                values = (*look.diffuse, *look.specular, *look.emission, *look.auxiliary)
+                found.setdefault(owner, []).append(f"{geom - self._first(owner)}:{numbers_text(values)}")
+        for handle in self._sim.scene.of_kind(ObjectKind.SHAPE):
+            if handle in saved.names:
+                saved.put(handle, "shape", looks=";".join(sorted(found.get(handle, ()))) or None)
+
+    def _read_annotations(self) -> None:
+        """Take the colours that files give to objects which were not read yet."""
+        scene, model = self._sim.scene, self._sim.model
+        for name, notes in scene.annotations.objects.items():
+            text = notes.get("shape", {}).get("looks")
+            handle = scene.by_name(name) if text is not None else None
+            if handle is None or handle in self._read:
+                continue
+            self._read.add(handle)
+            for place, values in map(place_of, str(text).split(";")):
+                geom = self._first(handle) + place
+                if geom < model.ngeom and scene.owner_of_geom(geom, model) == handle:
+                    r, g, b, sr, sg, sb, er, eg, eb, ar, ag, ab = values
+                    look = _Look((r, g, b), (sr, sg, sb), (er, eg, eb), (ar, ag, ab))
+                    self._looks.setdefault(model.geom(geom).name, look)
+
+    def _first(self, handle: int) -> int:
+        """Return the first geom of a shape."""
+        item = self._sim.scene.objects[handle]
+        return item.id if item.element == "geom" else int(self._sim.model.body_geomadr[item.body])
 
     def run_started(self) -> None:
         self._before_the_run = dict(self._looks)

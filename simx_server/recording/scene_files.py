@@ -10,7 +10,7 @@ from simx_server.scene.formats.includes import included_files
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
 from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
-from simx_server.scene.formats.vrep.recognising import is_vrep
+from simx_server.scene.formats.whole_files import is_whole
 
 _XML = (".xml", ".mjcf", ".urdf", ".xacro")
 
@@ -20,14 +20,14 @@ def files_of(path: Path, sources: Sources) -> list[Path]:
 
     The search covers the folder of the scene, the folders of included files, all folders that one of them gives as a
     directory, and the shipped parts and packages of `sources`: more files than MuJoCo would use are harmless. For an
-    archive or a mesh, return the file alone; for a V-REP file, the shipped parts too. Files that `sources` does not
-    allow are left out: loading them is refused as well.
+    archive or a mesh, return the file alone; for a V-REP file or a saved one, the shipped parts too. Files that
+    `sources` does not allow are left out: loading them is refused as well.
     """
     first = path.resolve()
     found = [first]
     data = _read(first)
     surroundings = [sources.shipped / part for part in PARTS]
-    if is_vrep(data, first.name):  # it may be a model, to stand on the default floor
+    if is_whole(data, first.name):  # it may be a model, to stand on the default floor
         found += surroundings
     elif first.suffix.lower() in _XML:
         found += included_files(first, sources)

@@ -17,12 +17,14 @@ from simx_server.errors import CommandError, UnknownHandle
 from simx_server.simulation.part import Part
 
 from .formats.annotations import ENTITY_PREFIX, Annotation
-from .formats.texts.values import read_steps
+from .formats.texts.values import read_steps, write_steps
 from .objects import Scene
 from .registered import Registry
+from .saved import listed
 
 if TYPE_CHECKING:
     from .live import LiveScene
+    from .saved import Saved
 
 FIRST_HANDLE = 2_000_000
 """First handle of collections, as in V-REP."""
@@ -37,6 +39,7 @@ GONE = 0
 """Handle that replaces one of a named object that does not exist (any more); no object has it."""
 
 _STEP_ELEMENTS = {"object": "objects"}
+_STEP_WORDS = {element: word for word, element in _STEP_ELEMENTS.items()}
 """Kinds of steps whose element has another name."""
 
 _ELEMENTS = ("objects", "tree", "below", "chain", "without")
@@ -145,6 +148,21 @@ class Collections(Part):
     def find(self, name: str) -> int | None:
         """Return the handle of a collection, or None."""
         return next((handle for handle, known in self._all().items() if known == name), None)
+
+    def saving(self, saved: Saved) -> None:
+        present = {handle: self._get(handle) for handle in self._all()}
+        notes = {each.name: _note(saved, each) for each in present.values()}
+        saved.registered["collection"] = {name: note for name, note in notes.items() if note is not None}
+
+    def saved_name(self, saved: Saved, entity: int) -> str | None:
+        """Return what an annotation of a saved object names an entity; None when it is not saved."""
+        if entity == ALL:
+            return "all"
+        if (name := saved.name(entity)) is not None:
+            return name
+        found = self._find(entity)
+        known = found is not None and _note(saved, found) is not None
+        return f"{ENTITY_PREFIX}{found.name}" if found is not None and known else None
 
     def registered_names(self) -> Mapping[str, list[str]]:
         return {"collection": self.names()}
@@ -265,6 +283,33 @@ def _after(found: set[int], steps: tuple[Step, ...], scene: Scene) -> set[int]:
         some = Collection("", kind == "all", elements).members(scene)
         found = found.difference(some) if taken_out else found.union(some)
     return found
+
+
+def _note(saved: Saved, collection: Collection | EditedCollection) -> Annotation | None:
+    """Return the annotation of a collection with its saved objects; None where a model has no part of it."""
+    named = [
+        (taken_out, _STEP_WORDS.get(kind, kind), saved.name(handle) or "")
+        for kind, handle, taken_out in _steps(collection)
+        if kind == "all" or handle in saved.names
+    ]
+    if saved.is_model and not any(name and not taken_out for taken_out, _, name in named):
+        return None
+    listed(name for _, _, name in named)
+    steps: Annotation = {"steps": write_steps(named)} if named else {}
+    return {"all": False, "overrides": collection.overrides} | steps
+
+
+def _steps(collection: Collection | EditedCollection) -> tuple[Step, ...]:
+    """Return all that a collection consists of, as steps."""
+    if isinstance(collection, EditedCollection):
+        return (*(() if collection.origin is None else _steps(collection.origin)), *collection.steps)
+    first: list[Step] = [("all", 0, False)] if collection.everything else []
+    for kind in _ELEMENTS:
+        is_exception = kind == "without"
+        first += [
+            ("objects" if is_exception else kind, each, is_exception) for each in collection.elements[kind]
+        ]
+    return (*first, *collection.steps)
 
 
 def _read(scene: Scene, name: str, note: Annotation) -> Collection:

@@ -31,7 +31,8 @@ def add_dependencies(spec: mujoco.MjSpec, annotations: Annotations) -> None:
     kinds = {joint.name: joint.type for joint in leaves_of(spec, "joints")} if notes else {}
     for name, note in notes.items():
         _check(name, note, kinds, notes)
-        if note.get("mode") == "dependent" and kinds.get(name) in _SINGLE:
+        is_there = spec.equality(EQUALITY + name) is not None  # in a saved scene
+        if note.get("mode") == "dependent" and kinds.get(name) in _SINGLE and not is_there:
             equality = spec.add_equality(
                 name=EQUALITY + name,
                 type=mujoco.mjtEq.mjEQ_JOINT,
@@ -46,7 +47,10 @@ def add_dependencies(spec: mujoco.MjSpec, annotations: Annotations) -> None:
 def _check(name: str, note: Annotation, kinds: dict[str, object], notes: dict[str, Annotation]) -> None:
     element = f"text 'simx:joint:{name}'"
     master = note.get("master")
+    mode = note.get("mode")
     if master is None:
+        if mode not in (None, "dependent"):  # a joint keeps what it had in an earlier mode
+            return
         if "multiplication" in note:
             raise SceneError(f"{element} has multiplication= without master=, the joint to follow")
         if "offset" in note and name in kinds:
@@ -54,7 +58,7 @@ def _check(name: str, note: Annotation, kinds: dict[str, object], notes: dict[st
                 f"{element} has offset=, valid for a tendon, or with master= for a dependent joint"
             )
         return
-    if note.get("mode") != "dependent" or kinds.get(name) not in _SINGLE:
+    if mode is None or kinds.get(name) not in _SINGLE:
         raise SceneError(f"{element} has master=, valid for a hinge or slide joint with mode=dependent")
     if kinds.get(str(master)) not in _SINGLE:
         raise SceneError(f"{element} has master={master}, which is no hinge or slide joint of the scene")

@@ -23,6 +23,7 @@ from .editing.in_place.slots import Slots
 from .editing.twins import Names
 from .formats.annotations import Annotation, Annotations
 from .names import resolve
+from .poses.start import Start
 
 if TYPE_CHECKING:
     from .formats.vrep.report import Report
@@ -130,6 +131,8 @@ class Scene:
         """Names of sites of the model that are not objects: free slots, and those of removed objects."""
         self.files = AssetFiles()
         """The spec's files in memory; the scenes that edits make share them."""
+        self.start = Start()
+        """Positions with which it starts, where they are not those of its bodies in the file."""
         self.import_report: Report | None = None
         """Notes of the import of a V-REP file."""
         self.parent_overrides: dict[int, int] = {}

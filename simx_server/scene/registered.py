@@ -41,7 +41,7 @@ _REGISTERED_REFERENCES = LISTS | {
 }
 """The same keys of registered entries."""
 
-_OF_TIPS = ("tip", "target", "base")
+_OF_TIPS = ("tip", "target", "base", "axes")
 """Keys of an IK group that name an object for each tip, with semicolons between them."""
 
 

@@ -20,6 +20,7 @@ from .names import GRAFT_END as GRAFT_END
 from .names import INTERNAL as INTERNAL
 from .names import alias_of
 from .objects import ANNOTATED_KINDS, ObjectKind, Scene, SceneObject
+from .poses.start import Start
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,8 @@ class Addition:
         default_factory=dict[str, Mapping[str, Annotation]]
     )
     """Registered entries by kind and name."""
+    start: Start = field(default_factory=Start)
+    """Positions of added elements, where they are not those of their bodies in the spec."""
 
 
 def build_scene(

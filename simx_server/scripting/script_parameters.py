@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
     from .script import Script
@@ -41,6 +42,11 @@ class ScriptParameters(Part):
 
     def recall(self, memory: Any) -> None:
         self._set = dict(memory)
+
+    def saving(self, saved: Saved) -> None:
+        for (owner, name), text in self._set.items():
+            if owner in saved.names:
+                saved.put(owner, "parameters", **{name: text})
 
     def get(self, owner: int, name: str) -> str | None:
         """Return a parameter; None when it does not exist.

@@ -21,6 +21,7 @@ from .interpreter import SENSING, Function, ScriptError
 from .lives import Lives, OpenSpaces
 from .named_ports import named_ports
 from .phases import Phases
+from .saving import save_script
 from .script import LUA, PYTHON, LooseScript, Order, Script, ScriptKind, Traversal
 from .targets import find_target, split_target
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
+    from simx_server.scene.saved import Saved
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.sensors.vision.vision_sensors import VisionSensors
@@ -140,6 +142,10 @@ class Scripts(Part):
 
     def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self.of_objects.copied(copies)
+
+    def saving(self, saved: Saved) -> None:
+        for script in self._scripts:
+            save_script(saved, script, self._sim)
 
     def run_starting(self) -> None:
         self._phases.call_customizations("sysCall_beforeSimulation")

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import random
-import shlex
 import time
 
 from simx_client.protocol import constants as c
-from simx_client.protocol.files import is_vrep_name
+from simx_server.editing.saving.packing import pack_model, pack_scene
 from simx_server.errors import Unsupported
-from simx_server.handlers import script_files
+from simx_server.handlers import saving, script_files
 from simx_server.handlers.quantities.simulator import BOOLEANS
 from simx_server.handlers.simulation import simulation_state
 
 from .base import ApiPart
-from .effects import reads, takes
+from .effects import reads, takes, writes_files
 
 _MILLISECONDS = 1 << 31
 """The clock in milliseconds restarts at this number, so that it stays a 32-bit integer."""
@@ -86,20 +85,25 @@ class SimulationFunctions(ApiPart, effect="changes"):
         self._sim.soon(self._sim.close)
         return 1
 
-    def saveScene(self, _file: str = "") -> int:
-        """Return -1, V-REP's result when a file cannot be written. Not here: people write scenes as files."""
-        raise Unsupported(f"scenes are not saved here: {self._how_to_edit('scene')}")
+    @writes_files
+    def saveScene(self, file: str = "") -> int | bytes:
+        """Save the scene as it is now, also while it runs; return 1, or without a file the content of one.
 
-    def saveModel(self, _base: int, _file: str | None = None) -> int:
-        """Return -1, V-REP's result when a file cannot be written. Not here: people write models as files."""
-        raise Unsupported(f"models are not saved here: {self._how_to_edit('model')}")
+        The file lies in the workspace; of a path that leads elsewhere only the last part counts. It is a ZIP archive
+        of MJCF, meshes, textures and scripts, whatever its ending: sim.loadScene reads it, CoppeliaSim cannot.
+        """
+        if not file:
+            return pack_scene(self._world).data
+        saving.save_scene(self._world, file)
+        return 1
 
-    def _how_to_edit(self, what: str) -> str:
-        path = self._sim.scene.path
-        if path is not None and is_vrep_name(path.name):
-            command = f"simx-server {shlex.quote(path.name)} --convert FOLDER"
-            return f"write the scene as MJCF with `{command}`, and what is to stay into that file"
-        return f"write what is to stay into the {what}'s MJCF file"
+    @writes_files
+    def saveModel(self, base: int, file: str | None = None) -> int | bytes:
+        """Save a model, as sim.saveScene does the scene; return 1, or without a file the content of one."""
+        if not file:
+            return pack_model(self._world, self._self(base)).data
+        saving.save_model(self._world, self._self(base), file)
+        return 1
 
     def announceSceneContentChange(self) -> int:
         """Return 0. Partly: nothing can be undone, so this has no effect."""

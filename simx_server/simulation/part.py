@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.sources import Sources
     from simx_server.scene.formats.vrep.report import Report
+    from simx_server.scene.saved import Saved
 
 
 class Part:
@@ -53,6 +54,9 @@ class Part:
             handle: one object; those below it are reported separately.
             factor: along each axis, above 0.
         """
+
+    def saving(self, saved: Saved) -> None:
+        """Add what this part knows of the saved objects to their annotations, from which it reads it when loaded."""
 
     def registered_names(self) -> Mapping[str, Collection[str]]:
         """Return the names of what exists in this part beside objects, by its kind of annotation.

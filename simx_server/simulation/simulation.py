@@ -573,6 +573,7 @@ class Simulation:
         self.sleepers.keep_possible(model)
         try:
             data = mujoco.MjData(model)
+            scene.start.put_into(model, data)
             set_turns(scene, model, data)
             with physics_warnings.OnceAKind():
                 self.foresight.forward(model, data)

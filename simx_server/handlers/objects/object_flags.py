@@ -79,7 +79,7 @@ def flags(world: World, handle: int) -> int:
     """
     kept = world.custom_data.read(handle, _FLAGS)
     note = world.simulation.scene.get(handle).annotations.get("object", {})
-    return int(kept) if kept else int(note.get("flags", c.sim_objectproperty_selectable))
+    return int(kept) if kept and kept.isdigit() else int(note.get("flags", c.sim_objectproperty_selectable))
 
 
 def set_flags(world: World, handle: int, bits: int) -> None:

@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing import renaming
-from simx_server.scene.formats.texts.values import decode_bytes
+from simx_server.scene.formats.annotations import numbers_of
+from simx_server.scene.formats.texts.values import decode_bytes, encode_bytes
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import inverse, matrix
+from simx_server.scene.saved import numbers_text
 from simx_server.simulation.part import Part
 
 from .near import Array
@@ -31,7 +33,8 @@ from .voxels import Voxels
 if TYPE_CHECKING:
     from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.editing.twins import Twins
-    from simx_server.scene.formats.annotations import Annotation
+    from simx_server.scene.formats.annotations import Annotation, Value
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -122,6 +125,11 @@ class PointClouds(Part):
             if handle in copies:
                 self._clouds[copies[handle]] = cloud.copy()
         self._changed |= {copies[handle] for handle in self._changed if handle in copies}
+
+    def saving(self, saved: Saved) -> None:
+        for handle, cloud in self._clouds.items():
+            if handle in saved.names:
+                saved.put(handle, "cloud", **_note_of(cloud))
 
     def define(self, handle: int, settings: Settings) -> None:
         """Set the settings of a new one. Raises UnknownHandle, WrongKind."""
@@ -275,6 +283,7 @@ def _cloud_of(note: Annotation, kind: ObjectKind) -> Cloud:
         int(note.get("most", Settings.most)),
         int(note.get("options", 0)),
         float(note.get("point_size", Settings.point_size)),
+        _color(note),
     )
     places = np.frombuffer(_bytes(note, "points", 12), "<f4").reshape(-1, 3).astype(np.float64)
     colors = np.frombuffer(_bytes(note, "colors", 3), np.uint8).reshape(-1, 3)
@@ -291,10 +300,33 @@ def _cloud_of(note: Annotation, kind: ObjectKind) -> Cloud:
     return Cloud(settings, voxels)
 
 
+def _note_of(cloud: Cloud) -> dict[str, Value | None]:
+    """Return the annotation that describes a point cloud or an octree."""
+    settings, content = cloud.settings, cloud.content
+    voxels = isinstance(content, Voxels)
+    return {
+        "voxel": settings.voxel,
+        "most": settings.most,
+        "options": settings.options,
+        "point_size": settings.point_size,
+        "color": numbers_text(settings.color) if settings.color != Settings.color else None,
+        "points": encode_bytes(content.places.astype("<f4").tobytes()) if len(content) else None,
+        "colors": encode_bytes(content.colors.tobytes()) if len(content) else None,
+        "tags": encode_bytes(content.tags.astype("<u4").tobytes()) if voxels and len(content) else None,
+    }
+
+
 def _bytes(note: Annotation, key: str, size: int) -> bytes:
     """Return the bytes of a key, a whole number of items of this size."""
     data = decode_bytes(str(note.get(key, "")))
     return data[: len(data) // size * size]
+
+
+def _color(note: Annotation) -> tuple[float, float, float]:
+    if "color" not in note:
+        return Settings.color
+    red, green, blue = numbers_of(note["color"])
+    return red, green, blue
 
 
 def rows_of(color: Sequence[int], count: int) -> Colors:

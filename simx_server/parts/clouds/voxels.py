@@ -64,8 +64,7 @@ class Voxels:
     def coarser(self, size: float) -> Voxels:
         """Return an octree with cells of another size that contain the middles of these."""
         made = Voxels(size)
-        tags = np.array([tag for _, tag in self._cells.values()], np.uint32)
-        made.fill(made.cells_of(self.places), self.colors, tags)
+        made.fill(made.cells_of(self.places), self.colors, self.tags)
         return made
 
     def cells_of(self, places: Array) -> Cells:
@@ -121,6 +120,11 @@ class Voxels:
         """Return the colours of all filled cells (n, 3)."""
         codes = np.array([color for color, _ in self._cells.values()], np.int64)
         return (codes[:, np.newaxis] >> np.array([16, 8, 0]) & 0xFF).astype(np.uint8).reshape(-1, 3)
+
+    @property
+    def tags(self) -> NDArray[np.uint32]:
+        """Return the tags of all filled cells (n,)."""
+        return np.array([tag for _, tag in self._cells.values()], np.uint32)
 
     def tag(self, cell: Cells) -> int:
         """Return the tag of a filled cell (3,)."""

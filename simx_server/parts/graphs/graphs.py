@@ -5,14 +5,27 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.formats.texts.graph_streams import StreamNote, read_curves, read_streams
+from simx_server.scene.formats.texts.graph_streams import (
+    DISTANCE,
+    USER,
+    CurveNote,
+    StreamNote,
+    plain_name,
+    read_curves,
+    read_streams,
+    write_curves,
+    write_streams,
+)
 from simx_server.simulation.part import Part
 
 from .sources import Sources
 from .streams import Curve, Graph, Stream
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from simx_server.scene.editing.twins import Twins
+    from simx_server.scene.saved import Saved
     from simx_server.sensors.distance.meters import Meters
     from simx_server.sensors.proximity.proximity import ProximitySensors
     from simx_server.simulation.simulation import Simulation
@@ -39,6 +52,29 @@ class Graphs(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self._find()
+
+    def saving(self, saved: Saved) -> None:
+        for handle in self.handles():
+            if handle in saved.names:
+                note = saved.objects[handle].get("graph", {})
+                graph = self._graphs[handle]
+                measured = {each.name: each for each in read_streams(str(note.get("streams", "")))}
+                streams = [self._note(each, measured, saved) for each in graph.streams.values() if each.lasts]
+                names = {
+                    number: plain_name(each.name) for number, each in graph.streams.items() if each.lasts
+                }
+                curves = [
+                    CurveNote(plain_name(each.name), tuple(names[stream] for stream in each.streams))
+                    for each in graph.curves.values()
+                    if each.lasts and each.fixed is None and names.keys() >= set(each.streams)
+                ]
+                saved.put(
+                    handle,
+                    "graph",
+                    explicit=graph.is_explicit,
+                    streams=write_streams(streams) or None,
+                    curves=write_curves(curves) or None,
+                )
 
     def get(self, handle: int) -> Graph:
         """Return the graph of an object; empty at first. Raises UnknownHandle."""
@@ -94,6 +130,18 @@ class Graphs(Part):
             graph.add(Curve(curve.name, streams, (0.0,) * len(streams), "", (1.0, 1.0, 0.0), 2, lasts=True))
         return graph
 
+    @staticmethod
+    def _note(stream: Stream, measured: Mapping[str, StreamNote], saved: Saved) -> StreamNote:
+        """Return the annotation of a stream; one that measures what is not saved has no source then."""
+        name = plain_name(stream.name)
+        known = measured.get(stream.name, StreamNote(name))
+        has_source = known.measures != USER and known.object in (
+            saved.registered.get("distance", {}) if known.measures == DISTANCE else saved.names.values()
+        )
+        source = (known.measures, known.object) if has_source else (USER, "")
+        return StreamNote(name, *source, stream.color)
+
     def _stream(self, note: StreamNote) -> Stream:
         source = self._sources.find(note.measures, note.object)
-        return Stream(note.name, color=note.color, source=source, lasts=True)
+        is_vacant = note.measures == USER
+        return Stream(note.name, color=note.color, source=source, lasts=True, is_vacant=is_vacant)

@@ -38,6 +38,8 @@ class Stream:
     """Measures the value that is recorded unless another one was set; None measured: nothing is recorded."""
     lasts: bool = False
     """Whether the stream stays, without its samples, when the next run starts."""
+    is_vacant: bool = False
+    """The file has it, and nothing measures it: a script that adds a stream of this name takes it over."""
     pending: float | None = None
     """Value that was set but not recorded yet."""
     samples: deque[Sample] = field(default_factory=lambda: deque(maxlen=MOST_SAMPLES))
@@ -113,6 +115,12 @@ class Graph:
 
     def add(self, item: Stream | Curve) -> int:
         """Add a stream or curve and return its id. Raises CommandError when there are too many."""
+        vacant = [
+            number for number, each in self.streams.items() if each.is_vacant and each.name == item.name
+        ]
+        if vacant and isinstance(item, Stream):
+            self.streams[vacant[0]] = item
+            return vacant[0]
         if len(self.streams) + len(self.curves) >= MOST_STREAMS:
             raise CommandError(f"a graph has at most {MOST_STREAMS} streams and curves")
         number, self.next_id = self.next_id, self.next_id + 1

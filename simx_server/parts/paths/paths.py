@@ -19,11 +19,13 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses.frames import get_pose
 from simx_server.scene.poses.placing import place_all
 from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
+from simx_server.scene.saved import numbers_text
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.copies.kept import Kept
-    from simx_server.scene.formats.annotations import Annotation
+    from simx_server.scene.formats.annotations import Annotation, Value
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 ORIENTATIONS = ("points", "curve", "curve_x_up")
@@ -71,7 +73,7 @@ class Paths(Part):
 
     def scene_changed(self) -> None:
         self._tracks, self._followers = {}, {}
-        self.is_enabled = True
+        self.is_enabled = bool(self._sim.scene.annotations.scene.get("paths", True))
         self.version += 1
 
     def run_started(self) -> None:
@@ -94,6 +96,15 @@ class Paths(Part):
         self._followers |= {
             copies[handle]: each for handle, each in self._followers.items() if handle in copies
         }
+
+    def saving(self, saved: Saved) -> None:
+        for handle, track in self._tracks.items():
+            if handle in saved.names:
+                saved.put(handle, "path", **_note_of(track))
+        for handle, follower in self._followers.items():
+            if handle in saved.names:
+                saved.put(handle, "follow", offset=None if follower is None else follower.offset)
+        saved.settings["paths"] = self.is_enabled
 
     def handles(self) -> list[int]:
         """Return the handles of all paths."""
@@ -252,6 +263,32 @@ def _track_of(note: Annotation) -> Track:
         acceleration=acceleration,
         is_explicit=bool(note.get("explicit", False)),
     )
+
+
+def _note_of(track: Track) -> dict[str, Value | None]:
+    """Return the annotation that describes a path."""
+    rules, points = track.curve.rules, track.curve.control
+    orientation = ORIENTATIONS[(1 + rules.keeps_x_up) if rules.follows_curve else 0]
+    return {
+        "points": ";".join(map(numbers_text, map(_numbers, points))) if points else None,
+        "closed": rules.is_closed,
+        "length": rules.method.name.lower(),
+        "angle_to_length": rules.angle_to_length,
+        "virtual_to_length": rules.virtual_to_length,
+        "orientation": orientation,
+        "flat": rules.is_flat,
+        "position": track.position,
+        "velocity": track.target_velocity,
+        "acceleration": track.acceleration,
+        "explicit": track.is_explicit,
+    }
+
+
+def _numbers(point: ControlPoint) -> list[float]:
+    """Return the numbers of a point, as `_control_point` takes them."""
+    place, turn = point.pose
+    bezier = [point.before, point.after, point.count, point.virtual, point.velocity, point.flags]
+    return [*place, *turn, *bezier, *point.channels]
 
 
 def _control_point(numbers: Sequence[float]) -> ControlPoint:

@@ -73,6 +73,8 @@ def edit(
         *(added.hidden if added is not None else ()),
     }
     differs = carry_over(sim.model, sim.data, model, data, twins, moved, own_weight, copies)
+    if added is not None:
+        added.start.put_into(model, data)
     differs |= take_weight(model, weights)
     if differs:
         # Compute the solver's values from masses and places: the carried ones differ from the compiled ones.

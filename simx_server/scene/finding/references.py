@@ -21,7 +21,7 @@ from simx_server.files.library import shipped_scenes
 from simx_server.files.regular_files import no_regular_file, read_of_client
 from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.urdf.reading import is_urdf
-from simx_server.scene.formats.vrep.recognising import is_vrep
+from simx_server.scene.formats.whole_files import is_whole
 
 _PACKAGE = "package://"
 """Prefix of file names in URDF; MuJoCo uses the rest."""
@@ -61,7 +61,7 @@ def check_references(file: Path, folders: Collection[Path], contents: Contents |
     read = partial(_read, contents=contents)
     seen: set[Path] = set()
     content = read(file)
-    if is_vrep(content, file.name):
+    if is_whole(content, file.name):
         return  # it contains everything, and names no files
     if file.suffix.lower() == ".zip":
         _check_size(content, file.name)

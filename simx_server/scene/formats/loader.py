@@ -26,6 +26,7 @@ from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.editing.in_place.slots import Slots
 from simx_server.scene.objects import Scene
+from simx_server.scene.poses.start import StartKey
 from simx_server.scene.spec_elements import bodies_of
 from simx_server.scene.tree import INTERNAL, build_scene
 from simx_server.simulation import physics_warnings
@@ -123,6 +124,7 @@ def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel
 
 def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:
     annotations = read_annotations(spec)
+    key = StartKey.take_from(spec)
     try:
         prepare(spec)
         add_dependencies(spec, annotations)
@@ -145,6 +147,8 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
             raise SceneError(f"option {name} is {count}; at most {MOST_ITERATIONS} are valid")
     scene = build_scene(spec, model, annotations, path)
     scene.files = files
+    if key is not None:
+        scene.start = key.of(model)
     scene.welded_bodies |= mounted
     _weigh_nothing(scene, model)
     scene.welded_bodies |= {

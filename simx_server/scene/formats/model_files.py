@@ -33,6 +33,8 @@ class Model:
 
     scene: Scene
     base: int
+    is_saved: bool = False
+    """The server has saved the file."""
 
 
 def read_model(path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
@@ -63,7 +65,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
         raise SceneError(f"'{name}' has no objects, so it is no model")
     marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
     bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
-    return Model(scene, (marked or bodies or top)[0])
+    return Model(scene, (marked or bodies or top)[0], read.is_saved)
 
 
 def strip(spec: mujoco.MjSpec) -> None:

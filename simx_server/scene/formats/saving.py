@@ -12,7 +12,7 @@ from .annotations import SceneError
 from .loader import compile_spec
 from .sources import Sources
 from .specs import read_scene
-from .vrep.recognising import is_vrep_file
+from .whole_files import is_whole_file
 
 
 def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
@@ -21,7 +21,7 @@ def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
     Raises SceneError: the scene cannot be read or written.
     """
     file = file.resolve()
-    if is_vrep_file(file):
+    if is_whole_file(file):
         raise SceneError(
             f"'{file.name}' contains meshes, textures and scripts, which do not fit into one MJCF file; write a "
             "folder with --convert FOLDER"

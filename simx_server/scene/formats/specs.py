@@ -1,4 +1,4 @@
-"""Read a scene or model file as a spec: MJCF, URDF, V-REP's own files; each by its content rather than its name."""
+"""Read a scene or model file as a spec: MJCF, URDF, V-REP's own files, saved ones; each by content, not by name."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import mujoco
 from simx_client.protocol.files import MESH_SUFFIXES, OPENED_SUFFIXES
 
 from .annotations import SceneError
+from .archives.archive import is_archive
+from .archives.opening import open_archive
 from .includes import shipped_includes
 from .sources import Sources
 from .surroundings import surround
@@ -30,25 +32,28 @@ class SpecOfFile:
 
     spec: mujoco.MjSpec
     is_urdf: bool = False
-    is_vrep_model: bool = False
+    is_model: bool = False
+    """A model of V-REP, or a saved one: it has no surroundings."""
+    is_saved: bool = False
+    """The server has saved the file (`archives`)."""
     report: Report | None = None
     """Notes of the import of a V-REP file."""
 
 
 def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> SpecOfFile:
-    """Return a file as `read_spec`; a robot of a URDF and a model of V-REP stand in V-REP's default scene.
+    """Return a file as `read_spec`; a robot of a URDF and a model stand in V-REP's default scene.
 
     Raises SceneError.
     """
     sources = sources or Sources.of()
     read = read_spec(file, sources, name)
-    if read.is_urdf or read.is_vrep_model:
+    if read.is_urdf or read.is_model:
         surround(read.spec, sources, with_settings=read.is_urdf)
     return read
 
 
 def read_spec(file: Path, sources: Sources | None = None, name: str | None = None) -> SpecOfFile:
-    """Return an MJCF, URDF or V-REP file, or one of the first two in a zip, as it is.
+    """Return an MJCF, URDF, V-REP or saved file, or one of the first two in a zip, as it is.
 
     Args:
         sources: search folders for the files that it names, beyond its own folder.
@@ -74,6 +79,8 @@ def one_line(error: Exception) -> str:
 
 def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
     data = sources.read(file)
+    if is_archive(data):
+        return _read_archive(data, file, sources)
     if is_vrep(data, file.name):
         return _read_vrep(data, file, sources, name)
     if file.suffix == ".zip":
@@ -124,7 +131,18 @@ def _read_vrep(data: bytes, file: Path, sources: Sources, name: str) -> SpecOfFi
     from .vrep.opening import open_vrep  # slow, and often not needed
 
     spec, report, is_model = open_vrep(data, name)
-    if sources.contents is not None:  # images of the default scene
+    _add_other_assets(spec, file, sources)
+    return SpecOfFile(spec, is_model=is_model, report=report)
+
+
+def _read_archive(data: bytes, file: Path, sources: Sources) -> SpecOfFile:
+    spec, is_model = open_archive(data)
+    _add_other_assets(spec, file, sources)
+    return SpecOfFile(spec, is_model=is_model, is_saved=True)
+
+
+def _add_other_assets(spec: mujoco.MjSpec, file: Path, sources: Sources) -> None:
+    """Let a spec have the images of the default scene, where files are read from memory."""
+    if sources.contents is not None:
         others = {path: each for path, each in sources.contents.assets.items() if path != str(file)}
         spec.assets = {**others, **dict(spec.assets)}
-    return SpecOfFile(spec, is_vrep_model=is_model, report=report)

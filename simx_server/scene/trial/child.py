@@ -47,7 +47,7 @@ except ImportError:  # Windows, where only the server's clock limits a trial
 _SPARE = 32 << 20
 """Bytes beyond the limit of memory for building the result."""
 
-for _name in ("ascii", "latin-1", "utf-8", "utf-16", "utf-32", "idna", "cp1252"):
+for _name in ("ascii", "latin-1", "utf-8", "utf-16", "utf-32", "idna", "cp1252", "cp437"):
     codecs.lookup(_name)  # these are files, which the child cannot open any more when it needs them
 
 _M_ARENA_MAX = -8

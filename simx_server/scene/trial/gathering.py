@@ -19,7 +19,7 @@ from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
 from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
-from simx_server.scene.formats.vrep.recognising import is_vrep
+from simx_server.scene.formats.whole_files import is_whole
 
 _TEXTS = (".xml", ".mjcf", ".urdf")
 _PARTS = ("include", "model")
@@ -37,16 +37,16 @@ def gather(file: Path, sources: Sources) -> Contents:
     """
     gathering = _Gathering(sources)
     data = read_of_client(file)
-    is_of_vrep = is_vrep(data, file.name)
-    if is_of_vrep or file.suffix.lower() in _ALONE:
+    is_all = is_whole(data, file.name)
+    if is_all or file.suffix.lower() in _ALONE:
         gathering.assets[str(file)] = data
     else:
         gathering.text(file, file.parent, ())
-    is_robot = not is_of_vrep and is_urdf(data)
+    is_robot = not is_all and is_urdf(data)
     if is_robot:
         for mesh in urdf_files(file, sources):
             gathering.asset(mesh)
-    if is_robot or is_of_vrep:  # which may be a model, to stand on the default floor
+    if is_robot or is_all:  # which may be a model, to stand on the default floor
         for part in PARTS:
             gathering.text(sources.shipped / part, sources.shipped, ())
     return Contents(gathering.texts, gathering.assets)

@@ -28,6 +28,7 @@ from .measuring import distance
 from .meeting import Pair, colliding_pair
 
 if TYPE_CHECKING:
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 _R = TypeVar("_R")
@@ -112,6 +113,18 @@ class Meter(Generic[_R]):
 
     def names(self) -> list[str]:
         return [name for name, _ in self._registry.all().values()]
+
+    def saving(self, saved: Saved) -> None:
+        """Annotate the registered objects whose entities are saved."""
+        notes: dict[str, Annotation] = {}
+        for name, each in self._registry.all().values():
+            first, second = (
+                self._collections.saved_name(saved, entity) for entity in (each.first, each.second)
+            )
+            if first is not None and second is not None:
+                notes[name] = {"entity1": first, "entity2": second, "explicit": each.explicit}
+        saved.registered[self._kind] = notes
+        saved.settings[f"{self._kind}s"] = self.enabled
 
     def read(self, handle: int) -> _R | None:
         """Return the result of the last handling; None when there was none in this run.
@@ -235,7 +248,7 @@ class Meter(Generic[_R]):
     def change_scene(self) -> None:
         self._registry.forget()
         self.forget()
-        self.enabled = True
+        self.enabled = bool(self._sim.scene.annotations.scene.get(f"{self._kind}s", True))
 
     def _register(self, _name: str, note: Annotation) -> _Registered:
         named = self._collections.named
@@ -289,6 +302,10 @@ class Meters(Part):
     def scene_changed(self) -> None:
         self.collisions.change_scene()
         self.distances.change_scene()
+
+    def saving(self, saved: Saved) -> None:
+        self.collisions.saving(saved)
+        self.distances.saving(saved)
 
     def remember(self) -> object:
         return self.collisions.enabled, self.distances.enabled

@@ -32,6 +32,7 @@ from .volume import TYPES
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
+    from simx_server.scene.saved import Saved
     from simx_server.sensors.instant import Instants
     from simx_server.simulation.simulation import Simulation
 
@@ -94,6 +95,15 @@ class ProximitySensors(Part):
         self._optics.clear()  # annotations were restored
         if self.has_work:
             self.sense()
+
+    def saving(self, saved: Saved) -> None:
+        for handle in self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
+            if handle in saved.names:
+                entity = self._collections.saved_name(saved, self._entity(self._sim.scene.objects[handle]))
+                saved.put(handle, "proximity", entity=None if entity == "all" else entity)
+                if handle in self._explicit:
+                    saved.put(handle, "proximity", explicit=self._explicit[handle])
+        saved.settings["proximity"] = self.enabled
 
     def read(self, handle: int) -> Detection | None:
         """Return the result of the last handling; None when nothing is in the volume.
@@ -315,7 +325,7 @@ class ProximitySensors(Part):
 
     def _forget_all(self) -> None:
         self._forget()
-        self.enabled = True
+        self.enabled = bool(self._sim.scene.annotations.scene.get("proximity", True))
         self._explicit = self._explicit_before_run = {}
         self._optics.clear()
         self._kinds.clear()

@@ -14,13 +14,16 @@ from simx_server.errors import CommandError
 from simx_server.scene.cameras.image import NO_CODE, CameraImage, CameraView, fovy_from_perspective_angle
 from simx_server.scene.collection import ALL
 from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.saved import numbers_text
 
+from .saving import save_settings
 from .vision_settings import VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.objects import Scene
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
@@ -136,6 +139,18 @@ class SensorSettings:
         self.change(
             handle, near=settings.near * factor, far=settings.far * factor, size=settings.size * factor
         )
+
+    def _save(self, saved: Saved) -> None:
+        """Annotate the saved sensors whose settings were changed, and set the size of their images."""
+        scene = self._sim.scene
+        for handle in (*scene.of_kind(ObjectKind.VISION_SENSOR), *scene.of_kind(ObjectKind.CAMERA)):
+            if handle in saved.names and (handle in self._settings or saved.is_model):
+                item, settings = self._found(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
+                entity = self._collections.saved_name(saved, self._entity_of(settings))
+                first = settings_from_model(item, self._sim.model)
+                saved.put(handle, "vision", entity=None if entity == "all" else entity)
+                save_settings(saved, item, settings, first)
+        saved.settings["background"] = numbers_text(self.background)
 
     def views(self) -> list[CameraView]:
         """Return the view of each vision sensor with its present settings."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from simx_server.errors import CommandError, NotHandledYet
 from simx_server.scene.cameras.image import CameraImage, CameraView, grey
 from simx_server.scene.collection import ALL
+from simx_server.scene.formats.annotations import numbers_of
 from simx_server.scene.objects import ObjectKind
 from simx_server.simulation.part import Part
 
@@ -33,6 +34,7 @@ from .vision_settings import Verdict, VisionSettings
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
+    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
     from .render_thread import RenderThread
@@ -65,6 +67,10 @@ class VisionSensors(HandledSensors, Part):
 
     def scene_changed(self) -> None:
         self._change_scene()
+
+    def saving(self, saved: Saved) -> None:
+        self._save(saved)
+        saved.settings["vision"] = self.enabled
 
     def run_started(self) -> None:
         self._forget_images()
@@ -415,9 +421,11 @@ class VisionSensors(HandledSensors, Part):
         )
 
     def _change_scene(self) -> None:
-        """Reset switch, background and sensors for another scene."""
-        self.enabled = True
-        self.background = BLACK
+        """Take switch and background of another scene, and forget all sensors."""
+        note = self._sim.scene.annotations.scene
+        self.enabled = bool(note.get("vision", True))
+        red, green, blue = numbers_of(note["background"]) if "background" in note else BLACK
+        self.background = red, green, blue
         self._settings.clear()
         self._handled.clear()
         self._order.forget()

@@ -202,3 +202,31 @@ def test_a_shape_is_decomposed_into_convex_parts_in_its_place_or_as_a_copy(progr
     copy = program.lib.simConvexDecompose(shape, 0, *parameters)
     assert copy not in (-1, shape)
     assert program.lib.simConvexDecompose(shape, 1, *parameters) == shape
+
+
+def test_a_mesh_becomes_coarser(program: CProgram) -> None:
+    pytest.importorskip("fast_simplification")
+    ball = program.lib.simCreatePureShape(1, 0, [0.2] * 3, 1.0, ffi.NULL)
+    _, vertices, vertex_count, indices, index_count, _ = program.call(
+        "simGetShapeMesh", ball, *MESH, Out("float **")
+    )
+    points, corners = numbers(vertices, vertex_count), numbers(indices, index_count)
+    _, _, fewer_points, _, fewer = program.call(
+        "simGetDecimatedMesh", points, len(points), corners, len(corners), *MESH, 0.2, 0, ffi.NULL
+    )
+    assert fewer < 0.3 * index_count
+    assert fewer_points < vertex_count
+
+
+def test_a_shape_is_decomposed_into_convex_parts(program: CProgram) -> None:
+    pytest.importorskip("coacd")
+    corner = [0.0, 0, 0, 0.2, 0, 0, 0.2, 0.05, 0, 0.05, 0.05, 0, 0.05, 0.2, 0, 0, 0.2, 0]
+    points = [*corner, *[value + (0.1 if index % 3 == 2 else 0) for index, value in enumerate(corner)]]
+    sides = [index for a in range(6) for b in [(a + 1) % 6] for index in (a, b, a + 6, b, b + 6, a + 6)]
+    floor = [0, 3, 1, 1, 3, 2, 0, 4, 3, 0, 5, 4]
+    faces = [*floor, *sides, *[index + 6 for index in (0, 1, 3, 1, 2, 3, 0, 3, 4, 0, 4, 5)]]
+    shape = program.lib.simCreateMeshShape(0, 0.3, points, len(points), faces, len(faces), ffi.NULL)
+    made = program.lib.simConvexDecompose(
+        shape, 1, [1, 500, 200, 0, 0, 0, 0, 0, 0, 0], [100.0, 30.0, 0.25, *[0.0] * 7]
+    )
+    assert made == shape, "morphing keeps the handle"

@@ -150,3 +150,17 @@ def test_models_and_scenes_are_loaded_and_closed(program: CProgram, tmp_path: Pa
     assert lib.simGetObjectHandle(b"target") > 0
     program.done("simCloseScene")
     assert lib.simGetObjectHandle(b"target") == -1
+
+
+def test_scenes_and_models_are_saved_and_loaded_again(program: CProgram, tmp_path: Path) -> None:
+    lib, crate = program.lib, program.handle("crate")
+    scene, model = tmp_path / "scene.ttt", tmp_path / "crate.ttm"
+    assert lib.simSaveModel(crate, str(model).encode()) == 1
+    assert lib.simSaveScene(str(scene).encode()) == 1
+    assert text(lib.simGetObjectName(lib.simLoadModel(str(model).encode()))) == "crate#0"
+    program.done("simCloseScene")
+    assert lib.simGetObjectHandle(b"crate") == -1
+    program.done("simLoadScene", str(scene).encode())
+    assert lib.simGetObjectHandle(b"crate") > 0
+    assert lib.simGetObjectHandle(b"crate#0") == -1
+    assert lib.simSaveScene(str(model / "scene.ttt").encode()) == -1, "its folder is a file"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -293,3 +294,21 @@ def test_a_copy_may_go_without_textures() -> None:
     assert materials[1] == -1
     assert materials[0] == materials[2] >= 0
     assert world.sim.model.geom_rgba[geoms[1]].tolist() == pytest.approx([0.1, 0.2, 0.3, 1])
+
+
+def test_a_copy_of_a_loaded_model_has_its_force_sensors(tmp_path: Path) -> None:
+    (tmp_path / "hand.xml").write_text(
+        '<mujoco><worldbody><body name="hand"><geom size="0.1"/><body name="held" pos="0 0 -1"><site name="feel"/>'
+        '<geom size="0.1" mass="2"/></body></body></worldbody>'
+        '<sensor><force site="feel"/><torque site="feel"/></sensor>'
+        '<custom><text name="simx:model:hand" data="base=yes"/></custom></mujoco>'
+    )
+    world = World(workspace=tmp_path)
+    base = world.call("simxLoadModel", "hand.xml", 0)
+    world.call("simxCopyPasteObjects", [base])
+    world.run(2)
+    forces = [world.parts.force.read(world.handle(name)) for name in ("feel", "feel#0")]
+    assert forces[0] is not None
+    assert forces[1] is not None
+    assert forces[1].force == pytest.approx(forces[0].force)
+    assert abs(forces[0].force[2]) == pytest.approx(2 * 9.81, rel=1e-3)

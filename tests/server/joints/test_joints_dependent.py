@@ -143,7 +143,7 @@ def test_circles_and_other_modes_are_refused() -> None:
     ("notes", "text"),
     [
         ({"b": "mode=dependent master=A"}, "master=A, which is no hinge or slide joint"),
-        ({"b": "mode=passive master=a"}, "valid for a hinge or slide joint with mode=dependent"),
+        ({"b": "master=a"}, "valid for a hinge or slide joint with mode=dependent"),
         ({"b": "mode=dependent multiplication=2"}, "multiplication= without master="),
         ({"a": "mode=dependent master=b", "b": "mode=dependent master=a"}, "follows 'a' itself"),
     ],

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scripted_world import evaluate, scripted
 from sim_api_calls import SCENE, ScriptWorld, world
 
 from simx_server.simulation.simulation import SimulationState
@@ -48,11 +47,9 @@ def test_the_server_ends_only_while_stopped(world: ScriptWorld) -> None:
     world.goes_on("sim.quitSimulator()", "only while the simulation is stopped", -1)
 
 
-def test_scenes_are_changed_only_while_stopped_and_never_saved(world: ScriptWorld) -> None:
+def test_scenes_are_changed_only_while_stopped(world: ScriptWorld) -> None:
     world.fails("sim.loadScene('scene.xml')", "only while the simulation is stopped")
     world.goes_on("sim.closeScene()", "a scene can be closed only while the simulation is stopped", -1)
-    world.goes_on("sim.saveScene('x.ttt')", "scenes are not saved here", -1)
-    world.goes_on("sim.saveModel(1, 'x.ttm')", "models are not saved here", -1)
     assert world.value("sim.announceSceneContentChange()") == 0
 
 
@@ -232,11 +229,3 @@ def test_parameters_of_other_engines_are_kept_without_effect(world: ScriptWorld)
         assert world.value(f"sim.setEngineBool{name}(sim.bullet_body_sticky, 1, true)") == 1
         assert world.value(f"sim.getEngineBool{name}(sim.bullet_body_sticky, 1)") is True
     world.fails("sim.getEngineFloatParam(4711, 1)", "the engine, MuJoCo, has no float parameter 4711; it has")
-
-
-def test_a_scene_of_vrep_is_edited_by_converting_it() -> None:
-    world = scripted({"lua:customization:base": "function sysCall_init() end"})
-    world.sim.scene.path = Path("my lab.ttt")
-    for call in ("sim.saveScene('x.ttt')", "sim.saveModel(1, 'x.ttm')"):
-        assert evaluate(world, f"return {call}", kind=6) == [-1]
-        assert "`simx-server 'my lab.ttt' --convert FOLDER`" in world.parts.status_bar.messages[-1]

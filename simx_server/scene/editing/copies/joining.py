@@ -86,6 +86,9 @@ def _attach(part: mujoco.MjSpec, spec: mujoco.MjSpec, prefix: str) -> None:
         spec.attach(part, prefix=prefix, frame=spec.worldbody.add_frame())
     rename_attached(spec)
     spec.assets.update(files)
+    for sensor in spec.sensors:
+        if sensor.refname == prefix:  # it had no reference
+            sensor.refname = ""
     for numeric in spec.numerics:
         if numeric.name.startswith(prefix):
             numeric.name = _numeric_name(numeric.name.removeprefix(prefix), prefix)

@@ -23,12 +23,14 @@ from .grammar import (
     ENTITY_PREFIX,
     FREE,
     GRAMMAR,
+    PASSING,
     REGISTERED,
     UNTAGGED,
     WORLD,
 )
 from .reading import VOLUMES, parse, read_annotations
 from .references import check_objects
+from .writing import write_annotations
 
 __all__ = [
     "BROUGHT",
@@ -37,6 +39,7 @@ __all__ = [
     "ENTITY_PREFIX",
     "FREE",
     "GRAMMAR",
+    "PASSING",
     "PREFIX",
     "REGISTERED",
     "UNTAGGED",
@@ -50,4 +53,5 @@ __all__ = [
     "numbers_of",
     "parse",
     "read_annotations",
+    "write_annotations",
 ]

@@ -166,6 +166,49 @@ three_numbers = numbers(3)
 six_numbers = numbers(6)
 
 
+def one_number(text: str) -> str:
+    """Return the text of a finite number."""
+    number(text)
+    return text
+
+
+def twelve_bytes(text: str) -> str:
+    """Return the text of 12 whole numbers from 0 to 255 with spaces between them."""
+    words = text.split()
+    if len(words) != 12 or not all(word.isascii() and word.isdigit() and int(word) < 256 for word in words):
+        raise ValueError("12 whole numbers from 0 to 255 with spaces (%20) between them")
+    return text
+
+
+def link_type(text: str) -> str:
+    """Return the text of a dummy's type of link."""
+    if text not in ("physics", "ik") and not (text.isascii() and text.isdigit() and len(text) < 10):
+        raise ValueError("physics, ik, or a number of V-REP")
+    return text
+
+
+def looks(text: str) -> str:
+    """Return the text of the colours of parts of a shape: place, and 12 numbers; semicolons between the parts."""
+    for part in text.split(";"):
+        place_of(part)
+    return text
+
+
+def place_of(part: str) -> tuple[int, tuple[float, ...]]:
+    """Return the place of a part of a shape, and its 12 numbers. Raises ValueError with what is valid."""
+    which, _, rest = part.partition(":")
+    words = rest.split(",")
+    try:
+        values = tuple(map(number, words))
+        if len(values) != 12 or not all(0 <= value <= 1 for value in values):
+            raise ValueError
+        return int(place(which)), values
+    except ValueError:
+        raise ValueError(
+            "PLACE:12 numbers from 0 to 1 with commas between them; semicolons between parts"
+        ) from None
+
+
 def colour(text: str) -> str:
     """Return the text of a colour red,green,blue, each from 0 to 1."""
     if text.count(",") != 2 or not all(0 <= number(word) <= 1 for word in text.split(",")):

@@ -21,8 +21,11 @@ from .checks import (
     detectable,
     filters,
     four_weights,
+    link_type,
+    looks,
     not_negative,
     number,
+    one_number,
     one_of,
     place,
     positive,
@@ -32,6 +35,7 @@ from .checks import (
     some_of,
     switch,
     three_numbers,
+    twelve_bytes,
     weights,
 )
 from .ros2_keys import ROS2_KEYS
@@ -53,7 +57,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "extension": str,
     },
     "joint": {
-        "mode": one_of("force", "passive", "ik", "dependent", "motion"),
+        "mode": one_of("force", "passive", "ik", "dependent", "motion", "ik_dependent"),
         "motor": switch,
         "control": one_of("position", "velocity", "spring", "force"),
         "P": not_negative,
@@ -67,6 +71,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "max_force": number,
         "lock": switch,
         "hybrid": switch,
+        "spring": switch,
+        "alignment": quaternion,
         "rewind": switch,
         "cyclic": switch,
         "switches": switch,
@@ -105,7 +111,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "camera": {"view": switch, "whole": switch},
     "dummy": {
         "linked": str,
-        "link": one_of("physics", "ik"),
+        "link": link_type,
+        "color": twelve_bytes,
         "detectable": detectable,
         "collidable": switch,
         "measurable": switch,
@@ -165,6 +172,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "points": block,
         "colors": block,
         "tags": block,
+        "color": colour,
     },
     "graph": {"explicit": switch, "streams": check_streams, "curves": check_curves},
     "shape": {
@@ -174,7 +182,9 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "renderable": switch,
         "static": switch,
         "mask": bits,
+        "pair_mask": bits,
         "first_velocity": six_numbers,
+        "looks": looks,
     },
     "collection": {
         "objects": str,
@@ -189,6 +199,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "collision": {"entity1": str, "entity2": str, "explicit": switch},
     "distance": {"entity1": str, "entity2": str, "explicit": switch},
     "parameters": {},
+    "kept": {},
     "data": {},
     "references": {},
     "script": {
@@ -230,7 +241,10 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "tip": str,
         "target": str,
         "base": str,
-        "constraints": each(some_of("pose", "position", "orientation", "x", "y", "z", "alpha_beta", "gamma")),
+        "constraints": each(
+            some_of("pose", "position", "orientation", "x", "y", "z", "alpha_beta", "gamma", "none")
+        ),
+        "active": each(switch),
         "precision": each(two_numbers),
         "weights": each(two_numbers),
         "method": one_of("pseudo_inverse", "damped", "transpose"),
@@ -240,9 +254,18 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "enabled": switch,
         "restore": some_of("position", "orientation"),
         "after": str,
+        "axes": str,
+        "ignores_steps": switch,
+        "margins": two_numbers,
     },
     "model": {"base": switch, "properties": bits},
-    "scene": {"engine": one_of(*ENGINES), "layers": bits, "dynamics": switch, "custom_step": switch},
+    "scene": {
+        "engine": one_of(*ENGINES),
+        "layers": bits,
+        "custom_step": switch,
+        "background": colour,
+        **dict.fromkeys(("dynamics", "collisions", "distances", "proximity", "vision", "paths"), switch),
+    },
     "mount": {"on": str, "ahead": number},
     "copies": {"count": count, "x": number, "y": number, "z": number, "turn_deg": number},
     "ui": {"file": str},
@@ -250,8 +273,16 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     UI_TEXT: {},
 }
 
-FREE: dict[str, Callable[[str], str]] = {"parameters": str, "data": block, "references": str}
+FREE: dict[str, Callable[[str], str]] = {
+    "parameters": str,
+    "kept": one_number,
+    "data": block,
+    "references": str,
+}
 """Kinds that accept any key, for scripts to read, and the check of their values, which stay texts."""
+
+PASSING = ("mount", "copies")
+"""Kinds that change the scene when it is loaded, and have no meaning afterwards."""
 
 UNTAGGED = "-"
 """Key of references to objects that have no tag."""

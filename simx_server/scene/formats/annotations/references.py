@@ -22,6 +22,10 @@ _ALSO = {"vision": ("camera",), "shape": ("octree", "point cloud"), "cloud": ("o
 """Further kinds of objects that may have an annotation."""
 
 
+_OF_TIPS = ("tip", "target", "base", "constraints", "precision", "weights", "axes", "active")
+"""Keys of a group of inverse kinematics that have a value for each tip."""
+
+
 def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
     """Check that annotated objects exist and have the kind of their annotation. `kinds_of`: name to kind text."""
     needed = {
@@ -147,10 +151,12 @@ def _check_graph(
 
 def _check_group(element: str, note: Annotation, objects: Collection[str]) -> None:
     """Check the objects of an inverse kinematics group, and that each key has one value or one for each tip."""
+    if not note.keys() & _OF_TIPS:
+        return  # it has no tips yet
     tips = str(note.get("tip", "")).split(";")
-    for key in ("tip", "target", "base", "constraints", "precision", "weights"):
+    for key in _OF_TIPS:
         words = str(note.get(key, "")).split(";")
-        if key in ("tip", "target") or (key == "base" and key in note):
+        if key in ("tip", "target") or (key in ("base", "axes") and key in note):
             for word in words:
                 if key == "tip" or word != WORLD:
                     _must_name(element, key, word, objects, "object")

@@ -2,8 +2,9 @@
 
 * `folder.py`: the folder as a whole
 * `assets.py`: meshes as OBJ, textures as PNG, height fields in MuJoCo's binary form
+* `asset_files.py`: the files that a scene names
 * `scripts.py`: texts of scripts
+* `tidying.py`: an MJCF text without what edits have left in it
 * `file_names.py`: names of files
-* `exact_numbers.py`: MuJoCo writes six digits; the MJCF gets all of them
 * `check.py`: whether the folder gives the same model
 """

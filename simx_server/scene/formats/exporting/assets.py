@@ -8,7 +8,8 @@ coordinates count from the other side in OBJ and may change in the last bit.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from pathlib import PurePosixPath
 from typing import Any
 
 import cv2
@@ -16,37 +17,71 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from .asset_files import AssetFiles
 from .file_names import file_stems
 
-MESHES, TEXTURES, HEIGHTS = "meshes", "textures", "heights"
+MESHES, TEXTURES, HEIGHTS, SKINS = "meshes", "textures", "heights", "skins"
 """Folders of the files."""
 
 _Indices = NDArray[np.int64]
 
 
 def take_out(spec: mujoco.MjSpec) -> dict[str, bytes]:
-    """Replace data in a spec by names of files; return the files, by path relative to the scene."""
-    files: dict[str, bytes] = {}
-    meshes = [mesh for mesh in spec.meshes if len(mesh.uservert)]
-    for mesh, stem in _with_stems(meshes):
+    """Replace data in a spec, and the files that it names, by names of files.
+
+    Returns:
+        The files, by path relative to the scene.
+
+    Raises:
+        SceneError: a file that the spec names is not there any more.
+    """
+    named, files = _take_files(spec), dict[str, bytes]()
+    for mesh, stem in _with_stems(spec.meshes):
+        if not len(mesh.uservert):
+            continue
         files[f"{MESHES}/{stem}.obj"] = _obj(mesh)
         mesh.file = f"{MESHES}/{stem}.obj"
         for name in _MESH_DATA:
             setattr(mesh, name, [])
-    images = dict(spec.assets)
-    textures = [texture for texture in spec.textures if len(texture.data) or texture.file in images]
-    for texture, stem in _with_stems(textures):
-        files[f"{TEXTURES}/{stem}.png"] = images.get(texture.file) or _png(texture)
+    for texture, stem in _with_stems(spec.textures):
+        if not len(texture.data):
+            continue
+        files[f"{TEXTURES}/{stem}.png"] = _png(texture)
         texture.file = f"{TEXTURES}/{stem}.png"
         texture.data = b""
         texture.width = texture.height = 0
     spec.assets = {}
-    fields = [field for field in spec.hfields if len(field.userdata)]
-    for field, stem in _with_stems(fields):
+    for field, stem in _with_stems(spec.hfields):
+        if not len(field.userdata):
+            continue
         files[f"{HEIGHTS}/{stem}.hfield"] = _heights(field)
         field.file = f"{HEIGHTS}/{stem}.hfield"
         field.userdata = []
         field.nrow = field.ncol = 0
+    return files | named
+
+
+def _take_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
+    """Give the files that a spec names new names; return them by these."""
+    known, files = AssetFiles(spec), dict[str, bytes]()
+
+    def taken(file: str, folder: str, stem: str) -> str:
+        name = f"{folder}/{stem}{PurePosixPath(file).suffix.lower() or known.suffix_of(file)}"
+        files[name] = known.read(file)
+        return name
+
+    for assets, folder in (
+        (spec.meshes, MESHES),
+        (spec.textures, TEXTURES),
+        (spec.hfields, HEIGHTS),
+        (spec.skins, SKINS),
+    ):
+        for asset, stem in _with_stems(assets):
+            if asset.file:
+                asset.file = taken(asset.file, folder, stem)
+            for side, file in enumerate(getattr(asset, "cubefiles", ())):
+                if file:
+                    asset.cubefiles[side] = taken(file, folder, f"{stem}_{side}")
     return files
 
 
@@ -55,29 +90,32 @@ _MESH_DATA = (
 )  # fmt: skip
 
 
-def _with_stems(assets: list[Any]) -> Iterator[tuple[Any, str]]:
+def _with_stems(assets: Iterable[Any]) -> Iterator[tuple[Any, str]]:
+    """Yield all assets of a kind with the stem of their files; no two stems are the same."""
+    assets = list(assets)
     stems = file_stems(asset.name for asset in assets)
     return ((asset, stems[asset.name]) for asset in assets)
 
 
 def _obj(mesh: Any) -> bytes:
-    lines = [f"# {mesh.name}"]
-    lines += _rows("v", _floats(mesh.uservert, 3))
+    text = f"# {' '.join(mesh.name.split())}\n"
+    text += _rows("v", _floats(mesh.uservert, 3))
     coordinates = _floats(mesh.usertexcoord, 2)
     coordinates[:, 1] = 1 - coordinates[:, 1]
-    lines += _rows("vt", coordinates)
-    lines += _rows("vn", _floats(mesh.usernormal, 3))
+    text += _rows("vt", coordinates)
+    text += _rows("vn", _floats(mesh.usernormal, 3))
     corners = _indices(mesh.userface)
     parts = [
         corners,
         _corners_of(mesh.userfacetexcoord, mesh.usertexcoord, corners),
         _corners_of(mesh.userfacenormal, mesh.usernormal, corners),
     ]
-    written = ["" if part is None else np.char.mod("%d", part + 1) for part in parts]
-    joined = np.char.add(np.char.add(written[0], "/"), np.char.add(np.char.add(written[1], "/"), written[2]))
-    plain = np.char.rstrip(joined, "/")
-    lines += [f"f {a} {b} {c}" for a, b, c in plain.tolist()]
-    return ("\n".join(lines) + "\n").encode()
+    present = [part.ravel() + 1 for part in parts if part is not None]
+    corner = "/".join("" if part is None else "%d" for part in parts).rstrip("/")
+    text += (
+        f"f {corner} {corner} {corner}\n" * len(corners) % tuple(np.stack(present, axis=1).ravel().tolist())
+    )
+    return text.encode()
 
 
 def _corners_of(own: Any, values: Any, corners: _Indices) -> _Indices | None:
@@ -87,8 +125,10 @@ def _corners_of(own: Any, values: Any, corners: _Indices) -> _Indices | None:
     return corners if len(values) else None
 
 
-def _rows(word: str, numbers: NDArray[np.float32]) -> list[str]:
-    return [" ".join([word, *map(str, row)]) for row in numbers]
+def _rows(word: str, numbers: NDArray[np.float32]) -> str:
+    """Return a line for each row; nine digits are enough for any number in single precision."""
+    form = " ".join([word, *["%.9g"] * numbers.shape[1]]) + "\n"
+    return form * len(numbers) % tuple(numbers.ravel().tolist())
 
 
 def _floats(values: Any, columns: int) -> NDArray[np.float32]:

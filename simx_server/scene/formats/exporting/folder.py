@@ -1,4 +1,7 @@
-"""Write a V-REP file as a folder: MJCF with annotations, and the files that it names. This is how a scene is edited."""
+"""Write a V-REP file, or a saved one, as a folder: MJCF with annotations, and the files that it names.
+
+This is how a scene is edited.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,13 @@ from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.specs import one_line, read_spec
 from simx_server.scene.formats.surroundings import DEFAULT_SCENE
-from simx_server.scene.formats.vrep.recognising import is_vrep_file
+from simx_server.scene.formats.whole_files import is_whole_file
 
 from .assets import take_out
 from .check import differing_arrays, differing_texts
-from .exact_numbers import write_in_full
 from .file_names import file_stems
 from .scripts import take_out_scripts
+from .tidying import tidy
 
 logger = logging.getLogger(__name__)
 
@@ -28,7 +31,7 @@ _MOST_NAMED = 4
 
 
 def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
-    """Write a V-REP file as a folder, and compare the result with the file.
+    """Write a V-REP file, or a saved one, as a folder, and compare the result with the file.
 
     Args:
         file: a scene or a model; a model gets a second file, a scene in which it stands on V-REP's default floor.
@@ -40,10 +43,10 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
     Raises:
         SceneError: another kind of file, a file in the folder has one of the names, or it cannot be written.
     """
-    if not is_vrep_file(file):
+    if not is_whole_file(file):
         raise SceneError(
-            f"'{file.name}' is not a V-REP file, which --convert takes; MJCF is edited as it is, and --save-mjcf FILE "
-            "writes a URDF as MJCF"
+            f"'{file.name}' is not a V-REP file, nor a saved one, which --convert takes; MJCF is edited as it is, and "
+            "--save-mjcf FILE writes a URDF as MJCF"
         )
     read = read_spec(file, sources)
     spec, stem = read.spec, file_stems([file.stem])[file.stem]
@@ -52,7 +55,7 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
         before = compile_spec(spec.copy())
         spec.modelname = file.stem
         files = take_out(spec) | take_out_scripts(spec)
-        _refuse_existing(folder, [target.name, *([on_floor.name] if read.is_vrep_model else []), *files])
+        _refuse_existing(folder, [target.name, *([on_floor.name] if read.is_model else []), *files])
         _write(folder, files)
         _write(folder, {target.name: text_of(spec, folder)})
         written = mujoco.MjSpec.from_file(str(target))
@@ -64,7 +67,7 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
     if differing:
         logger.warning("the converted scene differs from '%s' in: %s", file.name, ", ".join(differing))
     logger.info("'%s' is written as %s, with %d files that it names", file.name, target, len(files))
-    if read.is_vrep_model:
+    if read.is_model:
         _write_scene_of_model(on_floor, target, sources)
     return target
 
@@ -75,9 +78,16 @@ def text_of(spec: mujoco.MjSpec, folder: Path | None = None) -> bytes:
     spec.modelfiledir = "" if folder is None else str(folder)
     for text in spec.texts:
         text.data = text.data or " "  # MJCF has no empty ones
+    spec.compiler.savecompiled = False  # with all digits
     compile_spec(spec, logging.DEBUG)
     root = ElementTree.fromstring(spec.to_xml())
-    write_in_full(root, spec)
+    for inertia in root.iter("inertial"):
+        if (
+            "pos" not in inertia.attrib
+        ):  # MuJoCo reads none without it, and takes 0 for a missing one of a spec
+            inertia.set("pos", "0 0 0")
+    tidy(root)
+    ElementTree.indent(root)
     texts = {text.name: text.data for text in spec.texts}
     for xml in root.iterfind("custom/text"):  # MuJoCo reads text between tags as CDATA only
         xml.text = None

@@ -1,7 +1,7 @@
 """Recognise V-REP's files among those that are opened.
 
 A file is V-REP's by its first bytes, whatever its name. A file that is called `.ttt` or `.ttm` goes to the same reader,
-whose error describes what it is instead.
+whose error describes what it is instead; unless the server has saved it (`archives`).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 from simx_client.protocol.files import is_vrep_name
 from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.archives.archive import START, is_archive
 
 _SIGNATURE = b"VREP"
 _XML_ROOT = "CoppeliaSim"
@@ -19,18 +20,16 @@ _XML_ROOT = "CoppeliaSim"
 
 def is_vrep(data: bytes, name: str) -> bool:
     """Return whether a file is read as V-REP's, by its bytes or by its name."""
-    return data.startswith(_SIGNATURE) or is_vrep_name(name)
+    return data.startswith(_SIGNATURE) or (is_vrep_name(name) and not is_archive(data))
 
 
 def is_vrep_file(file: Path) -> bool:
-    """Return whether a file of the disk is read as V-REP's; False for one that cannot be read."""
-    if is_vrep_name(file.name):
-        return True
+    """Return whether a file of the disk is read as V-REP's; one that cannot be read is, by its name."""
     try:
         with file.open("rb") as opened:
-            return opened.read(len(_SIGNATURE)) == _SIGNATURE
+            return is_vrep(opened.read(START), file.name)
     except OSError:
-        return False
+        return is_vrep_name(file.name)
 
 
 def refuse_xml(data: bytes, name: str) -> None:

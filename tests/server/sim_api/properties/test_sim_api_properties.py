@@ -244,6 +244,16 @@ def test_sizes_of_a_volume_belong_to_its_type(sensors: ScriptWorld) -> None:
     assert sensors.value("sim.getFloatProperty(cone, 'volume_range')") == 2
 
 
+def test_settings_of_a_light_stay_when_an_object_is_made(sensors: ScriptWorld) -> None:
+    kept(sensors, "lamp", "Float", "spotCutoffAngle", "0.5")
+    kept(sensors, "lamp", "Int", "spotExponent", "7")
+    kept(sensors, "lamp", "FloatArray", "attenuationFactors", "{1, 0, 0.5}")
+    sensors.lua("sim.createDummy(0.1)")
+    assert sensors.value("sim.getFloatProperty(lamp, 'spotCutoffAngle')") == pytest.approx(0.5)
+    assert sensors.value("sim.getIntProperty(lamp, 'spotExponent')") == 7
+    assert sensors.value("sim.getFloatArrayProperty(lamp, 'attenuationFactors')") == [1, 0, 0.5]
+
+
 def test_lights_cameras_and_spherical_joints(sensors: ScriptWorld) -> None:
     assert kept(sensors, "lamp", "Bool", "enabled", "false") is False
     assert kept(sensors, "lamp", "Float", "spotCutoffAngle", "0.5") == pytest.approx(0.5)

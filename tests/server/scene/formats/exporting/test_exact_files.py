@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -11,8 +10,8 @@ import pytest
 
 from simx_server.scene.formats.exporting.assets import take_out
 from simx_server.scene.formats.exporting.check import differing_arrays
-from simx_server.scene.formats.exporting.exact_numbers import write_in_full
 from simx_server.scene.formats.exporting.file_names import file_stems
+from simx_server.scene.formats.exporting.folder import text_of
 
 SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 _RANDOM = np.random.default_rng(7)
@@ -45,11 +44,7 @@ def written(spec: mujoco.MjSpec, folder: Path) -> mujoco.MjModel:
     for name, data in take_out(spec).items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(data)
-    spec.modelfiledir = str(folder)
-    spec.compile()
-    root = ElementTree.fromstring(spec.to_xml())
-    write_in_full(root, spec)
-    (folder / "scene.xml").write_bytes(ElementTree.tostring(root))
+    (folder / "scene.xml").write_bytes(text_of(spec, folder))
     return mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
 
 
