@@ -24,7 +24,7 @@ SOURCES = (
     Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
 )
 
-PYREP_START = Path("simx_client/pyrep/simx_pyrep.pth")
+PYREP_START = Path("packages/simx_pyrep.pth")
 """Read by each start of Python from the folder of packages; pyproject.toml adds it to a wheel."""
 
 

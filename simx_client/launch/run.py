@@ -76,9 +76,7 @@ def make_parser() -> Parser:
     parser.add_argument(
         "--embed", metavar="SCENE", help="simulate in the script's own process, without a server"
     )
-    parser.add_argument(
-        "--pyrep", action="store_true", help="a program of PyRep; simx stands for CoppeliaSim"
-    )
+    parser.add_argument("--pyrep", action="store_true", help="a program of PyRep, without CoppeliaSim")
     parser.add_argument(
         "--pyrep-root",
         action="store_true",

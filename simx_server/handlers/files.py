@@ -53,7 +53,13 @@ def store(world: World, name: str, data: bytes, *, is_of_client: bool) -> Path:
     client_files.check_name(path)
     folders = sim.files.made_folders | workspace.missing_folders(path)
     noted = client_files.count_with(path, sim.limits.files - len(folders))
-    count = max(noted, len({*sim.files.stored, path})) + len(folders)
+    stored = sim.files.stored
+    if len({*stored, path}) > max(
+        noted, sim.limits.files - len(folders)
+    ):  # the operator may have removed some
+        for gone in [each for each in stored if not each.exists()]:
+            del stored[gone]
+    count = max(noted, len({*stored, path})) + len(folders)
     sim.limits.check("files", count, "erase some with simxEraseFile")
     if is_of_client:
         client_files.note(path, data)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import ast
 import os
+import re
 import sys
 import unittest
 from collections.abc import Iterator
@@ -27,7 +28,7 @@ def scenes_of(module: Path) -> list[str]:
         for node in ast.walk(ast.parse(module.read_text("utf-8")))
         if isinstance(node, ast.Constant)
     )
-    return [text for text in texts if isinstance(text, str) and text.endswith(".ttt")]
+    return [text for text in texts if isinstance(text, str) and re.fullmatch(r"test_scene\w*\.ttt", text)]
 
 
 def modules(checkout: Path) -> Iterator[tuple[str, str]]:

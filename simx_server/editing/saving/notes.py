@@ -21,6 +21,14 @@ if TYPE_CHECKING:
 _OF_PARTS = ("collection", "collision", "distance", "ik")
 """Kinds of registered entries that parts of the world have written."""
 
+_KEPT = {
+    "object": ("mark", "flags"),
+    "joint": ("length", "diameter"),
+    "vision": ("body",),
+    "dummy": ("detectable", "collidable", "measurable"),
+}
+"""Keys of annotations that stay as they are in the scene: edits write them there at once."""
+
 
 def note_simulation(saved: Saved, sim: Simulation) -> None:
     """Note the settings of the simulation."""
@@ -34,6 +42,9 @@ def note_objects(saved: Saved, scene: Scene) -> None:
         item = scene.objects[handle]
         alias = item.alias if item.alias != alias_of(item.name) else None
         saved.put(handle, "object", order=place, alias=alias, parent=None)
+        for kind, keys in _KEPT.items():
+            note = item.annotations.get(kind, {})
+            saved.put(handle, kind, **{key: note.get(key) for key in keys})
         bits = scene.model_property(handle)
         is_base = not bits & NOT_A_MODEL
         saved.put(handle, "model", base=is_base or None, properties=bits if is_base and bits else None)

@@ -41,8 +41,8 @@ def refused(name: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.parametrize(
     ("name", "words", "meant"),
     [
-        ("simx-server", ["--sped", "2"], "--speed"),
-        ("simx-server", ["scene.xml", "--sped=2"], "--speed"),
+        ("simx-server", ["--realn", "x"], "--realm"),
+        ("simx-server", ["scene.xml", "--realn=x"], "--realm"),
         ("simx-server", ["--temp", "1"], "--temporary-port"),
         ("simx-server", ["-port", "0"], "--port"),
         ("simx-server", ["--log-level", "infoo"], "info"),

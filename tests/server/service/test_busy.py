@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
@@ -35,10 +36,10 @@ class LongCompile:
         self._compile = recompile.compile_spec
         patch.setattr(recompile, "compile_spec", self)
 
-    def __call__(self, spec: mujoco.MjSpec, level: int) -> mujoco.MjModel:
+    def __call__(self, spec: mujoco.MjSpec, *others: Any) -> mujoco.MjModel:
         self.begun.set()
         assert self.go_on.wait(TIMEOUT)
-        return self._compile(spec, level)
+        return self._compile(spec, *others)
 
 
 class World(RealWorld):
@@ -79,9 +80,10 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     editor, other = world.client(), world.client()
+    cube = vrep.simxGetObjectHandle(editor, "cube", BLOCKING)[1]
     compiling = LongCompile(monkeypatch)
-    made: list[tuple[int, int]] = []
-    edit = threading.Thread(target=lambda: made.append(vrep.simxCreateDummy(editor, 0.1, None, BLOCKING)))
+    made: list[tuple[int, list[int]]] = []
+    edit = threading.Thread(target=lambda: made.append(vrep.simxCopyPasteObjects(editor, [cube], BLOCKING)))
     edit.start()
     try:
         assert compiling.begun.wait(TIMEOUT)
@@ -94,9 +96,9 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
         edit.join(TIMEOUT)
     assert code == vrep.simx_return_ok
     assert len(texts) == 1
-    assert "simxSetIntegerSignal: the server is busy with simxCreateDummy of another client" in texts[0]
+    assert "simxSetIntegerSignal: the server is busy with simxCopyPasteObjects of another client" in texts[0]
     assert "not executed, call again" in texts[0]
-    assert problems[0].startswith("simxCreateDummy of loopback takes ")
+    assert problems[0].startswith("simxCopyPasteObjects of loopback takes ")
     assert made[0][0] == vrep.simx_return_ok  # who edits waits for the result
     assert vrep.simxGetIntegerSignal(other, "kept", BLOCKING) == (vrep.simx_return_ok, 7)
     assert vrep.simxGetIntegerSignal(other, "refused", BLOCKING)[0] != vrep.simx_return_ok
@@ -153,8 +155,9 @@ def test_calls_that_only_a_socket_holds_are_refused_too(
                 submit(*held.pop())
 
     world.loop.service.watchers.add(Reader())
+    cube = vrep.simxGetObjectHandle(one, "cube", BLOCKING)[1]
     compiling = LongCompile(monkeypatch)
-    thread = threading.Thread(target=vrep.simxCreateDummy, args=(one, 0.1, None, BLOCKING))
+    thread = threading.Thread(target=vrep.simxCopyPasteObjects, args=(one, [cube], BLOCKING))
     thread.start()
     assert compiling.begun.wait(TIMEOUT)
     code = vrep.simxGetObjectHandle(other, "base", BLOCKING)[0]

@@ -112,10 +112,10 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "dummy": {
         "linked": str,
         "link": link_type,
-        "color": twelve_bytes,
         "detectable": detectable,
         "collidable": switch,
         "measurable": switch,
+        "color": twelve_bytes,
     },
     "proximity": {
         "type": one_of("ray", "cone", "cylinder", "pyramid", "disc", "random_rays"),
@@ -262,9 +262,10 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "scene": {
         "engine": one_of(*ENGINES),
         "layers": bits,
-        "custom_step": switch,
         "background": colour,
-        **dict.fromkeys(("dynamics", "collisions", "distances", "proximity", "vision", "paths"), switch),
+        "dynamics": switch,
+        "custom_step": switch,
+        **dict.fromkeys(("collisions", "distances", "proximity", "vision", "paths"), switch),
     },
     "mount": {"on": str, "ahead": number},
     "copies": {"count": count, "x": number, "y": number, "z": number, "turn_deg": number},
