@@ -55,14 +55,19 @@ class World:
             self._server = server = start_server(_arguments(scene))
             self.library = server.library(client_name(), program_name())
             if verbosity:
-                with contextlib.suppress(Exception):
-                    self.library.call("sim.setStringParameter", [VERBOSITY, verbosity])
+                self._set_verbosity(self.library, verbosity)
         except BaseException as problem:
             self.problem = problem
             self._end()
         else:
             if server.view_address:
                 logger.warning("the simulation can be watched at %s", server.view_address)
+
+    def _set_verbosity(self, library: Library, verbosity: str) -> None:
+        try:
+            library.call("sim.setStringParameter", [VERBOSITY, verbosity])
+        except Exception as problem:  # it must not prevent the launch
+            logger.warning("the verbosity %r has no effect: %s", verbosity, problem)
 
     def present_library(self) -> Library:
         """Return the functions of the simulation. Raises NoSimulation: it is not open."""
