@@ -16,6 +16,7 @@ from simx_server.parts.add_ons import AddOn, Deferred
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
 from simx_server.parts.communication.script_ports import ScriptPorts
+from simx_server.parts.communication.semaphores import Semaphores
 from simx_server.parts.communication.signals import Signals
 from simx_server.parts.communication.simulator_messages import SimulatorMessages
 from simx_server.parts.communication.tubes import Tubes
@@ -151,6 +152,7 @@ def build_world(
         vision=vision,
         tubes=Tubes(sim),
         wireless=Wireless(sim),
+        semaphores=Semaphores(),
         script_parameters=ScriptParameters(sim),
         script_ports=script_ports,
         written_files=WrittenFiles(sim, store, status_bar),

@@ -16,7 +16,7 @@ from .intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical
 from .machine import Machine
 from .parameters import reader, writer
 from .servo import UNDRIVEN, Rule, rule_of, write_force_limit
-from .state import Binding, JointMode, JointState
+from .state import Binding, JointMode, JointState, Request
 
 JOINT_TYPES = {"hinge": 10, "slide": 11, "ball": 12}
 """`sim_joint_revolute_subtype`, `..._prismatic_subtype`, `..._spherical_subtype`."""
@@ -93,6 +93,10 @@ class Joints(Machine):
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target position")
+        if self._is_served(handle):
+            state.target_position = value
+            self.request(handle, Request(value))
+            return
         if self._moves_by_profile(binding, state):
             present = self._raw_position(binding)
             goal = value
@@ -125,6 +129,10 @@ class Joints(Machine):
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target velocity")
+        if self._is_served(handle):
+            state.target_velocity = value
+            self.request(handle, Request(None, value))
+            return
         if self._moves_by_profile(binding, state):
             self._start_motion(handle, Goal(None, [value]))
             state.target_velocity = value
@@ -382,6 +390,23 @@ class Joints(Machine):
         self._apply(handle)
         self._place(handle, self._follow)
 
+    def requests(self) -> list[tuple[int, Request]]:
+        """Return the targets that scripts have to serve outside force mode, by handle."""
+        return [
+            (handle, state.request)
+            for handle, state in self._states.items()
+            if state.request is not None and self._is_served(handle)
+        ]
+
+    def request(self, handle: int, request: Request) -> None:
+        """Have a script's call-back move a kinematic joint from the next simulation step on."""
+        _, state = self._single(handle)
+        state.request = request
+
+    def _is_served(self, handle: int) -> bool:
+        """Return whether a script's call-back serves the target of a joint, which is in kinematic mode."""
+        return handle in self._served and self._states[handle].mode == JointMode.PASSIVE
+
     def moves_by_profile(self, handle: int) -> bool:
         """Return whether a target starts a motion profile: outside force mode, with a greatest acceleration."""
         return self._moves_by_profile(*self._single(handle))
@@ -401,6 +426,7 @@ class Joints(Machine):
 
     def _end_motion(self, handle: int) -> None:
         state = self._states[handle]
+        state.request = None
         if state.motion is not None:
             state.motion = None
             self._apply(handle)

@@ -54,6 +54,7 @@ _MOVING = {
     "backwards",
     "motion",
     "motion_time",
+    "request",
     "held",
     "offset",
     "spherical",
@@ -113,6 +114,10 @@ class Machine:
         self._earlier: Stepper | None = None
         """The stepper before a change, whose memory the next one takes over."""
         self._asked: Mapping[int, Ask] = {}
+        self._custom: frozenset[int] = frozenset()
+        """Joints of those that ask only in custom control."""
+        self._served: frozenset[int] = frozenset()
+        """Joints whose targets a script's call-back serves outside force mode."""
         self._accompany: Accompany | None = None
         self.within_steps: Within | None = None
         """Called within each physics step."""
@@ -292,8 +297,20 @@ class Machine:
         self._stepper = self._earlier = None
         self._measured.forget()
 
-    def ask(self, asked: Mapping[int, Ask]) -> None:
-        """Let these functions alone control the motors of their joints (by handle) from the next step on."""
+    def ask(
+        self,
+        asked: Mapping[int, Ask],
+        custom: Collection[int] = (),
+        kinematic: Collection[int] = (),
+    ) -> None:
+        """Let these functions alone control the motors of their joints (by handle) from the next step on.
+
+        Args:
+            custom: joints of them that ask only in custom control.
+            kinematic: joints whose targets a call-back serves outside force mode.
+        """
+        self._served = frozenset(kinematic)
+        self._custom = frozenset(custom)
         if not asked and not self._asked:
             return
         freed = self._asked.keys() - asked.keys()
@@ -473,9 +490,12 @@ class Machine:
         return self._stepper
 
     def _make_stepper(self) -> Stepper:
-        return Stepper(
-            self._sim.model, self._sim.data, self._entries(), self._watch, self._asked, self._accompany
-        )
+        asked = {
+            handle: ask
+            for handle, ask in self._asked.items()
+            if handle not in self._custom or (handle in self._states and self._states[handle].scripted)
+        }
+        return Stepper(self._sim.model, self._sim.data, self._entries(), self._watch, asked, self._accompany)
 
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())

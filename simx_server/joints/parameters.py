@@ -21,12 +21,14 @@ Writer = Callable[["Joints", int, float], None]
 CONTROL_MODE = 2039
 """`sim_jointintparam_dynctrlmode` of later versions: one number for motor, control loop and spring."""
 
+_SCRIPTED = 16
+
 _CONTROL_MODES = {
     0: {"motor": False},
     4: {"motor": True, "control_loop": False},
     8: {"motor": True, "control_loop": True, "spring": False},
     12: {"motor": True, "control_loop": True, "spring": True},
-    16: {"motor": True, "control_loop": True, "spring": False},
+    _SCRIPTED: {"motor": True, "control_loop": True, "spring": False},
 }
 """Settings for free, velocity, position, spring and damper, and a script's own controller (which it needs besides)."""
 
@@ -114,7 +116,7 @@ def _read_control_mode(joints: Joints, handle: int) -> int:
         return 0
     if not state.control_loop:
         return _FORCE if state.pushes else 4
-    return 12 if state.spring else 8
+    return 12 if state.spring else _SCRIPTED if state.scripted else 8
 
 
 def _write_control_mode(joints: Joints, handle: int, value: float) -> None:
@@ -127,7 +129,7 @@ def _write_control_mode(joints: Joints, handle: int, value: float) -> None:
             "a joint's control mode is 0 free, 1 force, 4 velocity, 8 position, 12 spring and damper or 16 a script's; "
             f"not {value:g}"
         )
-    joints.change(handle, pushes=0, **_CONTROL_MODES[int(value)])
+    joints.change(handle, pushes=0, scripted=value == _SCRIPTED, **_CONTROL_MODES[int(value)])
 
 
 JointParameter = tuple[str, Reader | None, Writer | None]

@@ -64,7 +64,7 @@ def _note(saved: Saved, binding: Binding, state: JointState) -> Annotation:
 
 def _control(state: JointState) -> str:
     if state.control_loop:
-        return "spring" if state.spring else "position"
+        return "spring" if state.spring else "script" if state.scripted else "position"
     return "force" if state.pushes else "velocity"
 
 

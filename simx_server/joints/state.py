@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from operator import attrgetter
 
@@ -132,6 +132,22 @@ class Binding:
         return self.gain[0] * gear, -self.bias[2] * gear
 
 
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A target to which a script's call-back moves a kinematic joint; positions in rad or m, and their rates."""
+
+    position: float | None
+    """None: only the velocity counts."""
+    velocity: float = 0.0
+    present_velocity: float = 0.0
+    present_acceleration: float = 0.0
+    """The motion at the last call, as the script gave it."""
+
+    def going_on(self, velocity: float, acceleration: float) -> Request:
+        """Return the request for the next call."""
+        return replace(self, present_velocity=velocity, present_acceleration=acceleration)
+
+
 @dataclass(slots=True)
 class JointState:
     """V-REP's settings of one joint."""
@@ -174,6 +190,10 @@ class JointState:
     factor: float = 1.0
     shift: float = 0.0
     """Position = shift + factor * master's position."""
+    scripted: bool = False
+    """The position controller is a script's (CoppeliaSim's custom control)."""
+    request: Request | None = None
+    """The target outside force mode to which a script's call-back moves the joint."""
     rewind: bool = False
     """After each physics step an undriven joint is put back to its position in the file, and keeps its velocity."""
     inert: bool = False
@@ -275,7 +295,7 @@ def initial_state(
     native = binding.native
     control = note.get("control", "spring" if native == Native.POSITION and not annotated else None)
     max_force = float(note.get("max_force", binding.force_limit))
-    loop = control in ("position", "spring") if control is not None else native == Native.POSITION
+    loop = control in ("position", "spring", "script") if control is not None else native == Native.POSITION
     k, c = binding.file_spring if native == Native.POSITION else (0.1, 0.0)
     cyclic_by_file = binding.kind == "hinge" and not model.jnt_limited[binding.id]
     # The key is a shift of the reported value for a tendon, but the constant of the dependency for a joint.
@@ -290,6 +310,7 @@ def initial_state(
         motor=bool(note.get("motor", native in (Native.POSITION, Native.VELOCITY))),
         control_loop=loop,
         spring=control == "spring" or bool(note.get("spring", False)),
+        scripted=control == "script",
         lock=bool(note.get("lock", False)),
         p=float(note.get("P", 0.1)),
         i=float(note.get("I", 0.0)),

@@ -6,6 +6,7 @@ order (depth first) from 1; they survive stop, reset and edits, and a new object
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -340,6 +341,13 @@ class Scene:
             self._children = defaultdict(list)
             for handle, item in self.objects.items():
                 self._children[item.parent] += [handle]
+            placed = {
+                handle: float(note["sibling"])
+                for handle, item in self.objects.items()
+                if "sibling" in (note := item.annotations.get("object", {}))
+            }
+            for parent in {self.objects[handle].parent for handle in placed}:
+                self._children[parent].sort(key=lambda handle: placed.get(handle, math.inf))
         return self._children
 
     def leaves_first(self) -> Mapping[int, int]:

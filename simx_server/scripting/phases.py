@@ -12,7 +12,8 @@ the scene to its close, whether the simulation runs or not.
 | each simulation step before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
 | before and after each physics step | `sysCall_dynCallback` | the same |
 | two shapes come near each other | `sysCall_contactCallback`, once | the same, if it is left to others |
-| before each physics step | `sysCall_jointCallback` of a joint in position control | the same, if there is none |
+| before each physics step | `sysCall_jointCallback` or `sysCall_joint` of a joint | the same, if there is none |
+| after actuation | `sysCall_joint` of a kinematic joint that has a target | the same, if there is none |
 | each image, each detection of a sensor | `sysCall_vision`, `sysCall_trigger` | the same, if there is none |
 | each simulation step after physics | `sysCall_sensing` | the same, after the child scripts |
 | pause; each idle cycle then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
@@ -38,7 +39,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ..joints.stepping.scripted import Ask
+from .callbacks.joints import JointCallBacks
 from .callbacks.objects import ObjectCallBacks
 from .callbacks.physics import PhysicsCallBacks
 from .callbacks.vision import VisionCallBacks
@@ -54,11 +55,8 @@ if TYPE_CHECKING:
     from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.simulation.simulation import Simulation
 
-    from .interpreter import Plain
 
 logger = logging.getLogger(__name__)
-
-_JOINT_CALLBACK = "sysCall_jointCallback"
 
 _IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
 
@@ -92,8 +90,7 @@ class Phases:
         self._watched: tuple[Script, ...] = ()
         """Scripts with which the lists of call-backs were made."""
         self._lives = lives
-        self._told: set[Script] = set()
-        """Scripts for which the warning about their joint call-back was printed; it is printed once."""
+        self._joints = JointCallBacks(sim, lives, status_bar)
         self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity, force)
         self._physics = PhysicsCallBacks(sim, lives)
         self.objects = ObjectCallBacks(sim, self.call_all, scripts.say_once)
@@ -103,6 +100,7 @@ class Phases:
         self._physics.forget_answers()
         self._call_scheduled()
         self._phase(ACTUATION)
+        self._joints.move()
 
     @property
     def judges(self) -> bool:
@@ -203,40 +201,10 @@ class Phases:
             return
         self._watched = scripts
         self._watch_idle()
-        self._watch_joints()
+        self._joints.watch(scripts)
         self._vision.watch(scripts)
         self._physics.watch(scripts)
         self.objects.watch(scripts)
-
-    def _watch_joints(self) -> None:
-        """Find joints whose script has a joint callback; a child script goes before a customization script."""
-        asked: dict[int, Ask] = {}
-        for script in reversed(self._scripts.called().every):
-            is_first = script.kind == ScriptKind.CHILD or script.owner not in asked
-            if is_first and script.has(_JOINT_CALLBACK):
-                asked[script.owner] = self._asking(script)
-                self._tell_of_spring(script)
-        self._sim.joints.ask(asked)
-
-    def _tell_of_spring(self, script: Script) -> None:
-        if script in self._told or not self._sim.joints.is_spring(script.owner):
-            return
-        self._told.add(script)
-        name = self._sim.scene.get(script.owner).name
-        text = (
-            f"{_JOINT_CALLBACK} of the {self._lives.describe(script)} is not called: a spring and damper drives the "
-            f"joint, as every plain position actuator does; annotate it with control=position (simx:joint:{name})"
-        )
-        logger.warning("%s", text)
-        self._status_bar.add(text)
-
-    def _asking(self, script: Script) -> Ask:
-        def ask(known: dict[str, Any]) -> dict[str, Any] | None:
-            with self._sim.physics_calls.calling(_JOINT_CALLBACK):
-                results: list[Plain] | None = self._lives.call(script, _JOINT_CALLBACK, known)
-            return results[0] if results and isinstance(results[0], dict) else None
-
-        return ask
 
     def _watch_idle(self) -> None:
         """Check whether a script wants calls while the simulation is idle; without one there are none."""

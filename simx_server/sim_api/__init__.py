@@ -35,10 +35,12 @@ from .motion.motion import MotionFunctions
 from .motion.moves import MoveFunctions
 from .motion.old_moves import OldMoveFunctions
 from .motion.profiles import ProfileFunctions
+from .named_parameters import NamedParameterFunctions
 from .objects.collisions import CollisionFunctions
 from .objects.compounds import CompoundFunctions
 from .objects.custom_data import CustomDataFunctions
 from .objects.dynamics import DynamicsFunctions
+from .objects.hierarchy import HierarchyFunctions
 from .objects.joints import JointFunctions
 from .objects.meshes import MeshFunctions
 from .objects.object_names import ObjectNameFunctions
@@ -111,10 +113,12 @@ class SimApi(
     DynamicsFunctions,
     EngineFunctions,
     MatrixFunctions,
+    HierarchyFunctions,
     ObjectNameFunctions,
     ObjectParameterFunctions,
     PackingFunctions,
     ParameterFunctions,
+    NamedParameterFunctions,
     PropertyFunctions,
     SinglePropertyFunctions,
     TablePropertyFunctions,

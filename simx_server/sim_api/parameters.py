@@ -8,7 +8,6 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers import parameters
 from simx_server.handlers.quantities.simulator import STRINGS
-from simx_server.parts.custom_data import APPLICATION, NAMED
 
 from .base import ApiPart
 from .effects import reads
@@ -116,16 +115,6 @@ class ParameterFunctions(ApiPart, effect="changes"):
         if len(values) < 3:
             raise CommandError(f"an array parameter is 3 numbers, not {len(values)}")
         parameters.set_array_parameter(self._world, number, values[:3])
-        return 1
-
-    @reads
-    def getNamedStringParam(self, name: str) -> bytes | None:
-        """Return the value that a script of this server stored under a name; nil when there is none."""
-        return self._world.custom_data.read(APPLICATION, f"{NAMED}{name}")
-
-    def setNamedStringParam(self, name: str, value: bytes) -> int:
-        """Store a value until the server exits; '' removes it."""
-        self._world.custom_data.write(APPLICATION, f"{NAMED}{name}", value)
         return 1
 
     # Names of V-REP 3.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from simx_server.scripting.interpreter import Waiting
+
 from .base import ApiPart
 from .effects import runs_code
 
@@ -22,6 +24,21 @@ class ProcessFunctions(ApiPart, effect="changes"):
             + (f" (arguments: {arguments[:200]})" if arguments else "")
         )
         return _FAILED
+
+    def systemSemaphore(self, key: str, acquire: bool) -> Waiting | None:
+        """Acquire or release a semaphore that all simulations of this user on this machine share; the end of a server
+        releases those that it has. A thread of a script waits until it is free, other calls fail.
+        """
+        if not acquire:
+            self._world.semaphores.release(key)
+        elif not self._world.semaphores.acquire(key):
+            return self._until_acquired(key)
+        return None
+
+    def _until_acquired(self, key: str) -> Waiting:
+        while not self._world.semaphores.acquire(key):
+            yield
+        return ()
 
     def serialOpen(self, port: str, _baud_rate: int = 9600) -> int:
         """Return -1, V-REP's result when a port cannot be opened. Not here: scripts reach no serial ports."""

@@ -118,6 +118,8 @@ class SimulationFunctions(ApiPart, effect="changes"):
         """Return 1 when simulated time follows the wall clock, else 0."""
         return int(BOOLEANS.get(self._world, c.sim_boolparam_realtime_simulation))
 
+    getIsRealTimeSimulation = getRealTimeSimulation
+
     @reads
     def getSystemTime(self) -> float:
         """Return seconds of the wall clock since an arbitrary moment."""

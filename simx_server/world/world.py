@@ -14,6 +14,7 @@ from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds
 from simx_server.parts.communication.ros2_topics import Ros2Topics
 from simx_server.parts.communication.script_ports import ScriptPorts
+from simx_server.parts.communication.semaphores import Semaphores
 from simx_server.parts.communication.signals import Signals
 from simx_server.parts.communication.simulator_messages import SimulatorMessages
 from simx_server.parts.communication.tubes import Tubes
@@ -77,6 +78,7 @@ class World:
     vision: VisionSensors
     tubes: Tubes
     wireless: Wireless
+    semaphores: Semaphores
     script_parameters: ScriptParameters
     script_ports: ScriptPorts
     written_files: WrittenFiles

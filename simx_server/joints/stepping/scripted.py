@@ -67,10 +67,10 @@ class ScriptedJoints:
             )
             if answer is None:
                 continue
-            velocity = _number(answer.get("velocity", answer.get("vel")))
+            velocity = number(answer.get("velocity", answer.get("vel")))
             if velocity is not None:
                 data.ctrl[binding.ctrl] = min(max(velocity, -MOST_VELOCITY), MOST_VELOCITY) * binding.gear
-            force = _number(answer.get("force"))
+            force = number(answer.get("force"))
             if force is not None:
                 write_motor_force(binding, min(abs(force), UNLIMITED), self._model)
         self._is_first = False
@@ -79,7 +79,7 @@ class ScriptedJoints:
         return bool(self._model.jnt_limited[joint]), self._model.jnt_range[joint]
 
 
-def _number(value: Any) -> float | None:
+def number(value: Any) -> float | None:
     """Return a script's number; None for anything that cannot be a force or velocity."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None

@@ -43,6 +43,7 @@ from simx_server.scene.tree import INTERNAL
 from .in_place import sites
 from .marks import mark_size, set_mark_size
 from .recompile import edit, refuse_in_physics
+from .renaming import drop_key
 from .transplant import delete, delete_all, find_body, move_leaf
 from .welding import (
     body_name,
@@ -118,6 +119,7 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
         )
     sim.scene.override_parent(handle, parent)
+    drop_key(sim, handle, "object", "sibling")
     if _concerns_models(sim, handle):
         properties.apply(sim)
     sim.changed()

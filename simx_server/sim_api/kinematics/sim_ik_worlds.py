@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import islice, product
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from simx_server.errors import CommandError, Unsupported
 from simx_server.kinematics.own_objects import OwnJoint
 from simx_server.kinematics.sampling import asked_range
 from simx_server.kinematics.search import find_configs, straight_path
+from simx_server.kinematics.whole_turns import alternatives
 from simx_server.scene.poses.frames import (
     euler_from_quat,
     matrix12,
@@ -26,10 +27,6 @@ from simx_server.scripting.interpreter import Function, Plain
 
 from .ik import joint_order
 from .sim_ik_objects import IkObjectFunctions
-
-_MOST_ALTERNATES = 10_000
-_ROUNDING = 1e-9
-"""Part of a turn by which a value may lie outside an interval."""
 
 _PASSIVE, _IK = 0, 2
 _WORLD, _PARENT = -1, -11
@@ -222,24 +219,14 @@ class SimIk(IkObjectFunctions, effect="changes"):
         chosen = self._environment(environment)
         if len(values) != len(joints):
             raise CommandError(f"{len(joints)} joints need as many values, not {len(values)}")
-        possible: list[list[float]] = []
-        count = 1
-        for index, (joint, value) in enumerate(zip(joints, values, strict=True)):
+        intervals: list[tuple[float, float] | None] = []
+        for index, joint in enumerate(joints):
             cyclic, least, extent = chosen.interval(joint)
             if low and extents and index < min(len(low), len(extents)) and extents[index] > 0:
                 cyclic, least, extent = False, low[index], extents[index]
-            if cyclic or chosen.joint_type(joint) != OwnJoint.REVOLUTE:
-                possible.append([value])
-                continue
-            turns = _turns(value, least, extent)
-            number = max(0, turns.stop - turns.start)
-            count *= number
-            if max(number, count) > _MOST_ALTERNATES:
-                raise CommandError(
-                    f"there are more than {_MOST_ALTERNATES} such configurations; limit the intervals"
-                )
-            possible.append([value + math.tau * turn for turn in turns])
-        return [value for found in product(*possible) for value in found]
+            turns = not cyclic and chosen.joint_type(joint) == OwnJoint.REVOLUTE
+            intervals.append((least, extent) if turns else None)
+        return [value for found in alternatives(values, intervals) for value in found]
 
     def generatePath(
         self,
@@ -355,11 +342,3 @@ def _numbers(values: Plain, count: int, what: str) -> list[float]:
         if len(good) == count:
             return [float(value) for value in good]
     raise CommandError(what)
-
-
-def _turns(value: float, least: float, extent: float) -> range:
-    """Return the numbers of whole turns after which an angle lies in an interval. Raises CommandError: no numbers."""
-    if not math.isfinite(value) or not math.isfinite(least + extent):
-        raise CommandError(f"an angle and its interval are finite numbers, not {value}, {least}, {extent}")
-    first = math.ceil((least - value) / math.tau - _ROUNDING)
-    return range(first, math.floor((least + extent - value) / math.tau + _ROUNDING) + 1)

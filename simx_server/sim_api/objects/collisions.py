@@ -208,6 +208,15 @@ class CollisionFunctions(ApiPart, effect="changes"):
         """Add or remove items: CoppeliaSim 4's form of sim.addObjectToCollection."""
         return self.addObjectToCollection(collection, handle, what, options)
 
+    def addToCollection(
+        self, collection: int, handle: int, what: int = c.sim_handle_single, options: int = 0
+    ) -> int:
+        """Add or remove items: CoppeliaSim 4.8's form of sim.addObjectToCollection, by default one object."""
+        return self.addObjectToCollection(collection, handle, what, options)
+
+    def createCollectionEx(self, options: int = 0) -> int:
+        return self.createCollection(options)
+
     def emptyCollection(self, collection: int) -> int:
         """Remove all items."""
         self._world.collections.empty(collection)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from simx_server.errors import CommandError
+from simx_server.handlers.objects import objects
 from simx_server.parts.custom_data import (
     APPLICATION,
     EXTENSION,
@@ -22,6 +24,21 @@ from simx_server.sim_api.values.tables import pack_table, unpack_table
 
 _PERSISTENT = HIDDEN + "persistent/"
 """Prefixes of the names under which these are stored."""
+
+_PATTERN = re.compile(r"\^?(?:\\.|\.\*|\.|[^][\\^$.|?*+(){}])*\$?")
+_ESCAPED = re.compile(r"\\(.)")
+
+_MOST_REPEATS = 3
+"""Repetitions in a pattern: the time of a search grows with the length of a name to this power."""
+
+
+def _compiled(pattern: str) -> re.Pattern[str]:
+    if not _PATTERN.fullmatch(pattern) or pattern.count("*") > _MOST_REPEATS:
+        raise CommandError(
+            f"'{pattern[:80]}' is not a pattern of characters, '.', up to {_MOST_REPEATS} '.*', '^' at its start, "
+            "'$' at its end and '\\' before a character that means itself"
+        )
+    return re.compile(_ESCAPED.sub(lambda found: re.escape(found[1]), pattern))
 
 
 class CustomDataFunctions(ApiPart, effect="changes"):
@@ -101,6 +118,16 @@ class CustomDataFunctions(ApiPart, effect="changes"):
         names = self._world.custom_data.names(APPLICATION)
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
 
+    @reads
+    def getMatchingPersistentDataTags(self, pattern: str) -> list[str]:
+        """Return the names of stored data in which a pattern occurs: characters, ``.`` for any character, ``.*`` for
+        any number of them, ``^`` and ``$`` for start and end, ``\\`` before a character that means itself.
+
+        Partly: other operators of regular expressions are errors, and so are more than three ``.*``.
+        """
+        wanted = _compiled(pattern)
+        return [name for name in self.getPersistentDataTags() if wanted.search(name)]
+
     def setReferencedHandles(self, handle: int, handles: list[int] | None = None, tag: str = "") -> int:
         """Store references from one object to other objects, per tag. References to objects that are copied with it
         mean the copies.
@@ -122,6 +149,39 @@ class CustomDataFunctions(ApiPart, effect="changes"):
         return [
             each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0) or []
         ]
+
+    @reads
+    def getReferencedHandle(self, handle: int, tag: str = "") -> int:
+        """Return the only referenced object of a tag."""
+        found = self.getReferencedHandles(handle, tag)
+        if len(found) != 1:
+            raise CommandError(f"'{tag[:80]}' refers to {len(found)} objects, not to one")
+        return found[0]
+
+    def addReferencedHandle(
+        self,
+        handle: int,
+        referenced: int,
+        tag: str | dict[str, Any] = "",
+        options: dict[str, Any] | None = None,
+    ) -> None:
+        """Add a reference. With the option `wholeTree` also to all objects below the referenced one."""
+        if isinstance(tag, dict):
+            tag, options = "", tag
+        base = self._sim.scene.get(self._self(referenced)).handle
+        below = self._sim.scene.descendants(base) if (options or {}).get("wholeTree") else []
+        self.setReferencedHandles(handle, [*self.getReferencedHandles(handle, tag), base, *below], tag)
+
+    def removeReferencedObjects(self, handle: int, tag: str = "") -> None:
+        """Remove the referenced objects from the scene, models with all below them, and the references."""
+        for each in self.getReferencedHandles(handle, tag):
+            if each not in self._sim.scene.objects:
+                continue  # removed, or part of a model that is removed
+            if self._sim.scene.is_model_base(each):
+                objects.remove_model(self._world, each)
+            else:
+                objects.remove_object(self._world, each)
+        self.setReferencedHandles(handle, [], tag)
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
         """Set V-REP's extension string, ``plugin {name {value}}`` ...; '' removes it. `handle`, `index`: as in

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.joints import JointMode
+from simx_server.kinematics.whole_turns import alternatives
+from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
@@ -175,6 +179,68 @@ class JointFunctions(ApiPart, effect="changes"):
         return self.getJointMatrix(handle)
 
     @reads
+    def getAlternateConfigs(
+        self,
+        joints: list[int],
+        values: list[float],
+        tip: int = -1,
+        low: list[float] | None = None,
+        ranges: list[float] | None = None,
+    ) -> list[float]:
+        """Return the joint values that put the joints where the given ones do, in sequence: revolute joints that are
+        not cyclic take each value that is whole turns away, within their intervals.
+
+        `low`, `ranges`: other intervals; a range of 0 is the joint's own, a negative one is centred at the present
+        position. `tip`: an object whose pose must stay; only joints that others follow could move it.
+        """
+        if len(values) != len(joints):
+            raise CommandError(f"{len(joints)} joints need as many values, not {len(values)}")
+        for given in (low, ranges):
+            if given is not None and len(given) != len(joints):
+                raise CommandError(
+                    f"{len(joints)} joints need as many low limits and ranges, not {len(given)}"
+                )
+        intervals: list[tuple[float, float] | None] = []
+        for index, joint in enumerate(map(self._self, joints)):
+            cyclic, least, extent = self._sim.joints.interval(joint)
+            if self.getJointType(joint) != c.sim_joint_revolute_subtype or cyclic:
+                intervals.append(None)
+                continue
+            if low is not None and ranges is not None and ranges[index] > 0:
+                least, extent = low[index], ranges[index]
+            elif ranges is not None and ranges[index] < 0:
+                extent = -ranges[index]
+                least = self._sim.joints.position(joint) - extent / 2
+            intervals.append((least, extent))
+        if tip != -1:
+            self._sim.scene.get(self._self(tip))
+        return [
+            value
+            for found in alternatives(values, intervals)
+            if tip == -1 or self._keeps_followers(joints, values, found)
+            for value in found
+        ]
+
+    def _keeps_followers(
+        self, joints: Sequence[int], values: Sequence[float], others: Sequence[float]
+    ) -> bool:
+        """Return whether joints that follow these are in equal places for both values."""
+        turned = {
+            self._self(joint): other - value
+            for joint, value, other in zip(joints, values, others, strict=True)
+        }
+        for joint in self._sim.scene.of_kind(ObjectKind.JOINT):
+            if self.getJointType(joint) == _SPHERICAL:
+                continue
+            state = self._sim.joints.state(joint)
+            shift = turned.get(state.master, 0.0) * state.factor if joint not in turned else 0.0
+            if self.getJointType(joint) == c.sim_joint_revolute_subtype:
+                shift = math.remainder(shift, math.tau)
+            if abs(shift) > _SAME:
+                return False
+        return True
+
+    @reads
     def getJointDependency(self, joint: int) -> tuple[int, float, float]:
         """Return master (-1: none), offset and factor: position = offset + factor * master's position. Since
         CoppeliaSim 4.
@@ -192,6 +258,9 @@ class JointFunctions(ApiPart, effect="changes"):
         )
         return 1
 
+
+_SAME = 1e-6
+"""Tolerance in rad or m."""
 
 _SPHERICAL = 12
 """`sim_joint_spherical_subtype`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from types import MappingProxyType
 
-from simx_server.errors import Unsupported, WrongKind
+from simx_server.errors import CommandError, Unsupported, WrongKind
 from simx_server.handlers.objects import object_flags
 from simx_server.handlers.objects import object_parameters as parameters
 from simx_server.sim_api.base import ApiPart
@@ -42,6 +42,17 @@ class ObjectParameterFunctions(ApiPart, effect="changes"):
     def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> int:
         parameters.set_object_float_parameter(self._world, self._self(handle), parameter, value)
         return 1
+
+    @reads
+    def getObjectFloatArrayParam(self, handle: int, parameter: int) -> list[float] | None:
+        """Return a list of numbers; nil, since objects here have no parameters that are lists."""
+        self._sim.scene.get(self._self(handle))
+        return None
+
+    def setObjectFloatArrayParam(self, handle: int, parameter: int, _values: list[float]) -> int:
+        """Raise an error. Not here: objects have no parameters that are lists."""
+        self._sim.scene.get(self._self(handle))
+        raise CommandError(f"objects have no parameter {parameter} that is a list of numbers")
 
     @reads
     def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+import numpy as np
+
 from simx_server.errors import CommandError
 from simx_server.parts.paths.flat_paths import (
     BEZIER,
@@ -15,10 +17,15 @@ from simx_server.parts.paths.flat_paths import (
     lengths_of,
     nearest,
 )
+from simx_server.parts.paths.splines import BOUNDARIES, cubic_spline
+from simx_server.parts.paths.time_optimal import Limits, time_optimal
 from simx_server.scripting.interpreter import Function, ScriptError
 from simx_server.scripting.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.values.matrices import vector
+
+_MOST_POINTS = 1000
+"""Points of a path to be followed in the shortest time: the spline is a system of equations of this size."""
 
 _Numbers = Annotated[list[float], Most(MOST_NUMBERS)]
 
@@ -88,6 +95,50 @@ class FlatPathFunctions(ApiPart, effect="reads"):
             raise CommandError(f"a path of positions has three numbers for each point, not {flat.size}")
         return nearest(flat, vector(point, "a point"))
 
+    def generateTimeOptimalTrajectory(
+        self,
+        path: _Numbers,
+        lengths: Annotated[list[float], Most(_MOST_POINTS)],
+        velocities: list[float],
+        accelerations: list[float],
+        samples: int = 1000,
+        boundary: str = "not-a-knot",
+        _timeout: float = 5.0,
+        _script: int = -1,
+    ) -> tuple[list[float], list[float], int]:
+        """Return the fastest motion along a path, from rest to rest: the points at equal intervals of time, their
+        times in s, and -1, since no helper script is needed.
+
+        The path is a cubic spline through the points. Limits: {least, greatest} for each number of a point, in its
+        unit per s and per s². `boundary` at the ends of the spline: not-a-knot, clamped, natural or periodic.
+        """
+        flat = FlatPath(path, lengths)
+        if samples < 2 or samples > MOST_NUMBERS // flat.size:
+            raise CommandError(f"samples are 2 to {MOST_NUMBERS // flat.size} points, not {samples}")
+        knots = np.array(lengths)
+        if not (np.isfinite(knots).all() and np.isfinite(path).all() and np.all(np.diff(knots) > 0)):
+            raise CommandError("lengths of the points of a path increase, and all numbers are finite")
+        if boundary not in BOUNDARIES:
+            raise CommandError(f"a boundary condition is {', '.join(BOUNDARIES)}, not '{boundary[:40]}'")
+        values = np.reshape(path, (-1, flat.size)).astype(float)
+        if boundary == "periodic" and (len(values) < 3 or not np.array_equal(values[0], values[-1])):
+            raise CommandError("a periodic path has three points or more, and its ends are equal")
+        points, times = time_optimal(
+            cubic_spline(knots, values, boundary),
+            _limits(velocities, flat.size, "velocities"),
+            _limits(accelerations, flat.size, "accelerations"),
+            samples,
+        )
+        return points.ravel().tolist(), times.tolist(), -1
+
+    def closePath(
+        self, path: _Numbers, times: Annotated[list[float], Most(MOST_NUMBERS)]
+    ) -> tuple[list[float], list[float]]:
+        """Return a path that ends where it starts, and its times: the last one is the length of the new piece later."""
+        flat = FlatPath(path, times)
+        last, first = flat.point(len(times) - 1), flat.point(0)
+        return [*path, *first], [*times, times[-1] + lengths_of([*last, *first], flat.size)[1]]
+
     def getConfigDistance(
         self,
         first: _Numbers,
@@ -99,6 +150,16 @@ class FlatPathFunctions(ApiPart, effect="reads"):
         quaternion counts once, with its angle.
         """
         return distance(first, second, metric, types)
+
+
+def _limits(values: list[float], size: int, what: str) -> Limits:
+    bounds = np.array(values, dtype=float)
+    if len(bounds) != 2 * size or not np.isfinite(bounds).all():
+        raise CommandError(f"{what} are {2 * size} finite numbers, {{least, greatest}} for each of a point")
+    lower, upper = bounds[::2], bounds[1::2]
+    if not (np.all(lower < 0) and np.all(upper > 0)):
+        raise CommandError(f"the least of the {what} are below 0, the greatest above")
+    return Limits(lower, upper)
 
 
 def _method(given: dict[str, Any] | None) -> tuple[str, float, bool]:

@@ -10,6 +10,7 @@ from simx_server.sim_api.effects import reads
 _DRAWN = "banners, ghosts and points of V-REP's window (sim.addBanner, sim.addGhost, sim.addPointCloud) are not drawn"
 _FILES = "meshes are not written to files"
 _EDITORS = "the server has no text editor"
+_MENU = "entries of V-REP's menu of modules (sim.moduleEntry) are not shown"
 _MACHINERY = "functions and variables for V-REP's editor are not registered"
 
 
@@ -89,6 +90,11 @@ class WindowFunctions(ApiPart, effect="changes"):
         self._say_once(_MACHINERY)
         return 1
 
+    def moduleEntry(self, handle: int, _label: str | None = None, _state: int = -1) -> int:
+        """Return the handle, or -1 for a new entry. Stand-in: the server has no menu of modules."""
+        self._say_once(_MENU)
+        return handle
+
     def lockInterface(self, _locked: bool) -> int:
         """Return 0, that it was not locked. Stand-in: the server has no window."""
         return 0
@@ -96,6 +102,19 @@ class WindowFunctions(ApiPart, effect="changes"):
     @reads
     def getLastError(self) -> None:
         """Return nil: no error has happened. Stand-in: errors are in the log and the status bar."""
+
+    @reads
+    def getLastInfo(self) -> str:
+        """Return an empty text: functions here raise errors, and leave no other information."""
+        return ""
+
+    @reads
+    def isDeprecated(self, _name: str) -> int:
+        """Return 0, as CoppeliaSim does."""
+        return 0
+
+    def fastIdleLoop(self, _enable: bool = True) -> None:
+        """Do nothing: a server that is stopped answers calls at once."""
 
     @reads
     def getStackTraceback(self) -> str:

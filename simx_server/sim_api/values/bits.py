@@ -25,3 +25,7 @@ class BitFunctions(ApiPart, effect="reads"):
 
     def boolXor16(self, first: int, second: int) -> int:
         return (first ^ second) & 0xFFFF
+
+    boolAnd = boolAnd32
+    boolOr = boolOr32
+    boolXor = boolXor32

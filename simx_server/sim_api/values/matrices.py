@@ -126,6 +126,11 @@ class MatrixFunctions(ApiPart, effect="reads"):
 
     getPoseInverse = invertPose
 
+    def getQuaternionInverse(self, quaternion: list[float]) -> list[float]:
+        """Return the opposite rotation, x, y, z, w."""
+        _, turn = as_pose([0.0, 0.0, 0.0, *quaternion])
+        return frames.xyzw_from_wxyz(poses.conjugate(turn))
+
     def multiplyVector(self, frame: list[float], points: list[float]) -> list[float]:
         """Apply a matrix or pose to one point, or to several in one table."""
         pose, _ = _either(frame)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import PurePosixPath
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.files import workspace
@@ -16,6 +18,11 @@ from simx_server.sim_api.effects import writes_files
 
 _RGBA = 1
 """Bit of the options: pixels have four bytes."""
+
+_RGBA_OUT, _WITHIN, _COVERING, _NEAREST = 2, 4, 8, 16
+"""Bits of the options of sim.getScaledImage."""
+
+_VERTICAL, _HORIZONTAL = 0, 1
 
 _IN_MEMORY = b"@mem"
 """Follows the content of an image file that stands in place of its name."""
@@ -66,14 +73,50 @@ class ImageFileFunctions(ApiPart, effect="changes"):
 
         Partly: the given image stays as it is; V-REP 3 changed it in place.
         """
-        width, height = _size(resolution)
-        depth = 4 if options & _RGBA else 3
-        if len(image) < width * height * depth:
-            raise CommandError(
-                f"{width} x {height} pixels are {width * height * depth} bytes, not {len(image)}"
-            )
-        pixels = np.frombuffer(image, np.uint8, width * height * depth).reshape(height, width, depth)
+        pixels = _pixels(image, resolution, 4 if options & _RGBA else 3)
         return pixels[:: -1 if options & 4 else 1, :: -1 if options & 2 else 1].tobytes()
+
+    def getScaledImage(
+        self, image: bytes, resolution: list[int], wanted: list[int], options: int
+    ) -> tuple[bytes, list[int]]:
+        """Return an image in another resolution, and that resolution.
+
+        Options: 1 the image is RGBA, 2 the result is RGBA, 4 the ratio of width and height stays, within the wanted
+        resolution, 8 it stays, and the result covers the wanted resolution, 16 the nearest pixel in place of a mean.
+        """
+        pixels = _pixels(image, resolution, 4 if options & _RGBA else 3)
+        size = _size(wanted)
+        if options & (_WITHIN | _COVERING):
+            shares = [new / old for new, old in zip(size, resolution, strict=False)]
+            share = min(shares) if options & _WITHIN else max(shares)
+            size = _size([max(round(old * share), 1) for old in resolution[:2]])
+        shrinks = size[0] < resolution[0] or size[1] < resolution[1]
+        smooth = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+        scaled = cv2.resize(pixels, size, interpolation=cv2.INTER_NEAREST if options & _NEAREST else smooth)
+        if options & _RGBA_OUT and not options & _RGBA:
+            scaled = np.dstack([scaled, np.full(scaled.shape[:2], 255, np.uint8)])
+        elif options & _RGBA and not options & _RGBA_OUT:
+            scaled = np.ascontiguousarray(scaled[..., :3])
+        return scaled.tobytes(), list(size)
+
+    def combineRgbImages(
+        self, first: bytes, first_size: list[int], second: bytes, second_size: list[int], operation: int
+    ) -> bytes:
+        """Return one RGB image of two: side by side with sim.imgcomb_horizontal, the first one above the second with
+        sim.imgcomb_vertical. Where they touch they must have the same number of pixels.
+        """
+        images = _pixels(first, first_size, 3), _pixels(second, second_size, 3)
+        if operation not in (_VERTICAL, _HORIZONTAL):
+            raise CommandError(
+                f"the operation is sim.imgcomb_vertical ({_VERTICAL}) or sim.imgcomb_horizontal ({_HORIZONTAL}), "
+                f"not {operation}"
+            )
+        side, word = (0, "width") if operation == _VERTICAL else (1, "height")
+        if first_size[side] != second_size[side]:
+            raise CommandError(
+                f"both images must have the same {word}, not {first_size[side]} and {second_size[side]} pixels"
+            )
+        return (np.vstack(images) if operation == _VERTICAL else np.hstack(images)).tobytes()
 
     def _content(self, name: str) -> bytes:
         path = workspace.path_within(self._sim.files.workspace, name)
@@ -84,6 +127,13 @@ class ImageFileFunctions(ApiPart, effect="changes"):
             return path.read_bytes()
         except OSError as error:
             raise CommandError(f"'{name[:80]}' cannot be read: {error.strerror}") from None
+
+
+def _pixels(image: bytes, resolution: list[int], depth: int) -> NDArray[np.uint8]:
+    width, height = _size(resolution)
+    if len(image) < width * height * depth:
+        raise CommandError(f"{width} x {height} pixels are {width * height * depth} bytes, not {len(image)}")
+    return np.frombuffer(image, np.uint8, width * height * depth).reshape(height, width, depth)
 
 
 def _size(resolution: list[int]) -> tuple[int, int]:

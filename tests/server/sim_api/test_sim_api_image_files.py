@@ -79,3 +79,35 @@ def test_an_image_that_says_it_is_huge_is_not_read(world: ScriptWorld, tmp_path:
     world.fails("sim.loadImage(0, 'bomb.png')", "60000 x 60000 pixels")
     (tmp_path / "bomb.png").write_bytes(data.replace(struct.pack(">I", 60000), b"\0\0\0\2")[:24])
     world.fails("sim.loadImage(0, 'bomb.png')", "damaged|not an image file|60000")
+
+
+def test_images_are_scaled_as_the_options_say(world: ScriptWorld) -> None:
+    world.lua("image = string.rep(string.char(10, 20, 30), 4 * 2)")
+    assert world.lua("out, size = sim.getScaledImage(image, {4, 2}, {8, 6}, 0) return #out, size") == [
+        8 * 6 * 3,
+        [8, 6],
+    ]
+    assert world.lua("return out:byte(1, 3)") == [10, 20, 30]
+    assert world.lua("return select(2, sim.getScaledImage(image, {4, 2}, {8, 8}, 4))") == [[8, 4]]
+    assert world.lua("return select(2, sim.getScaledImage(image, {4, 2}, {8, 8}, 8))") == [[16, 8]]
+    assert world.lua("return (sim.getScaledImage(image, {4, 2}, {1, 1}, 2)):byte(1, 4)") == [10, 20, 30, 255]
+    world.lua("rgba = string.rep(string.char(1, 2, 3, 4), 4)")
+    assert world.lua("return (sim.getScaledImage(rgba, {2, 2}, {1, 1}, 1)):byte(1, 4)") == [1, 2, 3]
+    assert world.lua("return (sim.getScaledImage(rgba, {2, 2}, {1, 1}, 3)):byte(1, 4)") == [1, 2, 3, 4]
+    two = "string.char(0, 0, 0, 200, 200, 200)"
+    assert world.lua(f"return (sim.getScaledImage({two}, {{2, 1}}, {{4, 1}}, 16)):byte(4)") == [0]
+    assert world.lua(f"return (sim.getScaledImage({two}, {{2, 1}}, {{1, 1}}, 0)):byte(1)") == [100]
+    world.fails("sim.getScaledImage('abc', {2, 2}, {1, 1}, 0)", "2 x 2 pixels are 12 bytes, not 3")
+    world.fails("sim.getScaledImage(image, {4, 2}, {99999, 99999}, 0)", "a resolution is")
+
+
+def test_two_images_become_one(world: ScriptWorld) -> None:
+    world.lua("one, two = string.char(1, 1, 1), string.char(2, 2, 2, 3, 3, 3)")
+    below = "sim.combineRgbImages(two, {2, 1}, two, {2, 1}, sim.imgcomb_vertical)"
+    beside = "sim.combineRgbImages(one, {1, 1}, two, {2, 1}, sim.imgcomb_horizontal)"
+    assert world.lua(f"return ({below}):byte(1, -1)") == [2, 2, 2, 3, 3, 3] * 2
+    assert world.lua(f"return ({beside}):byte(1, -1)") == [1, 1, 1, 2, 2, 2, 3, 3, 3]
+    world.fails(
+        "sim.combineRgbImages(one, {1, 1}, two, {2, 1}, sim.imgcomb_vertical)", "the same width, not 1 and 2"
+    )
+    world.fails("sim.combineRgbImages(one, {1, 1}, one, {1, 1}, 7)", "the operation is sim.imgcomb_vertical")

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from sim_api_calls import SCENE, ScriptWorld, world
 
+from simx_server.parts.communication.semaphores import Semaphores
 from simx_server.simulation.simulation import SimulationState
 
 __all__ = ["world"]
@@ -229,3 +230,50 @@ def test_parameters_of_other_engines_are_kept_without_effect(world: ScriptWorld)
         assert world.value(f"sim.setEngineBool{name}(sim.bullet_body_sticky, 1, true)") == 1
         assert world.value(f"sim.getEngineBool{name}(sim.bullet_body_sticky, 1)") is True
     world.fails("sim.getEngineFloatParam(4711, 1)", "the engine, MuJoCo, has no float parameter 4711; it has")
+
+
+def test_named_parameters_are_read_as_other_types(world: ScriptWorld) -> None:
+    assert (
+        world.value("sim.getNamedFloatParam('mine') == nil and sim.getNamedBoolParam('mine') == nil") is True
+    )
+    assert world.value("sim.setNamedFloatParam('mine', 2.5)") == 1
+    assert world.value("sim.setNamedFloatParam('mine', 2)") == 0
+    assert world.lua(
+        "return sim.getNamedFloatParam('mine'), sim.getNamedInt32Param('mine'), sim.getNamedBoolParam('mine')"
+    ) == [2.0, 2, True]
+    world.lua("sim.setNamedBoolParam('mine', false) sim.setNamedInt32Param('count', 7)")
+    assert world.lua("return sim.getNamedBoolParam('mine'), sim.getSettingInt32('count')") == [False, 7]
+    assert world.value("sim.getNamedFloatParam('mine') == nil") is True
+    assert world.value("sim.getStringNamedParam('mine')") == "false"
+
+
+def test_stored_data_are_found_by_a_pattern(world: ScriptWorld) -> None:
+    world.lua(
+        "for _, name in ipairs{'arm.speed', 'arm.size', 'leg'} do sim.persistentDataWrite(name, 'x') end"
+    )
+    found = "sim.getMatchingPersistentDataTags"
+    assert world.value(f"{found}('arm\\\\.s')") == ["arm.speed", "arm.size"]
+    assert world.value(f"{found}('^l.g$')") == ["leg"]
+    assert world.value(f"{found}('a.*d')") == ["arm.speed"]
+    for pattern in ("(a+)+", "a**", ".*.*.*.*", "[a]"):
+        world.fails(f"{found}('{pattern}')", "is not a pattern of characters")
+
+
+def test_a_semaphore_is_held_by_one_simulation(world: ScriptWorld, tmp_path: Path) -> None:
+    key = tmp_path.name + str(tmp_path.stat().st_ino)
+    other = Semaphores()
+    assert other.acquire(key)
+    world.fails(f"sim.systemSemaphore('{key}', true)", "only in a thread")
+    world.fails(f"sim.systemSemaphore('{key}', false)", "has not acquired the semaphore")
+    world.lua(
+        f"waiting = coroutine.create(function() sim.systemSemaphore('{key}', true) got = true end) "
+        "coroutine.resume(waiting)"
+    )
+    assert world.value("got == nil") is True
+    other.release(key)
+    world.lua("coroutine.resume(waiting)")
+    assert world.value("got") is True
+    assert not other.acquire(key)
+    world.lua(f"sim.systemSemaphore('{key}', false)")
+    assert other.acquire(key)
+    other.release(key)

@@ -49,6 +49,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "alias": str,
         "parent": str,
         "order": place,
+        "sibling": place,
         "layers": bits,
         "flags": bits,
         "size_factor": positive,
@@ -59,7 +60,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "joint": {
         "mode": one_of("force", "passive", "ik", "dependent", "motion", "ik_dependent"),
         "motor": switch,
-        "control": one_of("position", "velocity", "spring", "force"),
+        "control": one_of("position", "velocity", "spring", "force", "script"),
         "P": not_negative,
         "I": not_negative,
         "D": not_negative,

@@ -2,15 +2,6 @@
 
 local added = {}
 
-function added.getObjectsWithTag(tag, only_models)
-    local found = {}
-    for _, handle in ipairs(sim.getObjectsInTree(sim.handle_scene)) do
-        local fits = not only_models or sim.getModelProperty(handle) & sim.modelproperty_not_model == 0
-        if fits and table.find(sim.readCustomDataTags(handle) or {}, tag) then found[#found + 1] = handle end
-    end
-    return found
-end
-
 -- A table whose functions are those of a script: of a script's handle or path, or of an object's script of a type.
 function added.getScriptFunctions(target, kind)
     if type(target) == "string" then target = sim.getObject(target) end
@@ -22,59 +13,6 @@ function added.getScriptFunctions(target, kind)
         return function(_, ...) return sim.callScriptFunction(name, target, ...) end
     end })
 end
-
--- Referenced handles.
-
-function added.getReferencedHandle(...)
-    local handles = sim.getReferencedHandles(...)
-    assert(#handles == 1, #handles == 0 and "no handle found" or "more than one handle found")
-    return handles[1]
-end
-
-function added.addReferencedHandle(object, referenced, tag, options)
-    if type(tag) == "table" then tag, options = "", tag end
-    local handles = sim.getReferencedHandles(object, tag or "")
-    table.extend(handles, options and options.wholeTree and sim.getObjectsInTree(referenced) or { referenced })
-    sim.setReferencedHandles(object, handles, tag or "")
-end
-
-function added.removeReferencedObjects(object, tag)
-    for _, handle in ipairs(sim.getReferencedHandles(object, tag or "")) do
-        if sim.isHandle(handle) then
-            local is_model = sim.getModelProperty(handle) & sim.modelproperty_not_model == 0
-            if is_model then sim.removeModel(handle) else sim.removeObjects { handle } end
-        end
-    end
-    sim.setReferencedHandles(object, {}, tag or "")
-end
-
--- Named parameters and settings, which are texts.
-
-local function flag_of(text)
-    return text == "true" or text == "yes" or text == "on" or (tonumber(text) or 0) ~= 0
-end
-
-local function whole_of(text) return math.tointeger(tonumber(text) or "") end
-
-local function named(name, convert)
-    local text = sim.getNamedStringParam(name)
-    return text and convert(text)
-end
-
-local function set(name, value) return sim.setNamedStringParam(name, tostring(value)) end
-
-function added.getNamedBoolParam(name) return named(name, flag_of) end
-function added.getNamedFloatParam(name) return named(name, tonumber) end
-function added.getNamedInt32Param(name) return named(name, whole_of) end
-function added.setNamedBoolParam(name, value) return set(name, value) end
-function added.setNamedFloatParam(name, value) return set(name, value) end
-function added.setNamedInt32Param(name, value) return set(name, value) end
-function added.getSettingString(name) return named(name, tostring) end
-function added.getSettingBool(name) return named(name, flag_of) end
-function added.getSettingFloat(name) return named(name, tonumber) end
-function added.getSettingInt32(name) return named(name, whole_of) end
-function added.getStringNamedParam(name) return sim.getNamedStringParam(name) end
-function added.setStringNamedParam(name, value) return sim.setNamedStringParam(name, value) end
 
 -- Data.
 
@@ -100,21 +38,6 @@ function added.createCollectionEx(options) return sim.createCollection(options o
 
 function added.addToCollection(collection, object, what, options)
     return sim.addItemToCollection(collection, what or sim.handle_single, object, options or 0)
-end
-
--- Values.
-
-function added.getQuaternionInverse(q) return { -q[1], -q[2], -q[3], q[4] } end
-function added.boolAnd(a, b) return a & b end
-function added.boolOr(a, b) return a | b end
-function added.boolXor(a, b) return a ~ b end
-
--- A path that ends where it begins, and its times.
-function added.closePath(path, times)
-    local size = #path // #times
-    local first, last = table.slice(path, 1, size), table.slice(path, #path - size + 1)
-    local lengths = sim.getPathLengths(table.add(last, first), size)
-    return table.add(path, first), table.add(times, { times[#times] + lengths[2] })
 end
 
 -- Calls and scripts.
@@ -144,16 +67,6 @@ function added.getUserVariables()
 end
 
 -- Functions without a meaning on a server: no windows, no menus, no code editor, one process.
-function added.fastIdleLoop() end
-function added.moduleEntry() return -1 end
-function added.registerScriptFunction() return 1 end
-function added.registerScriptVariable() return 1 end
-function added.systemSemaphore() return true end
-function added.getLastInfo() return "" end
-function added.getLastError() return nil end
-function added.getIsRealTimeSimulation() return sim.getRealTimeSimulation() end
-function added.isDeprecated() return 0 end
-function added.refreshDialogs() return 0 end
 
 -- A file by its path from the scene's folder, or by its whole path: modules lie beside the scene.
 function added.includeRel(file, command) return sim.include(file, command) end

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
+from simx_server.editing.sibling_order import move_among_siblings, place_among_siblings
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import object_flags, objects
 from simx_server.scene.editing import renaming
@@ -42,10 +43,6 @@ def _uid(world: World, handle: int) -> int:
     return -1 if handle == -1 else world.simulation.scene_id * _UIDS_PER_SCENE + handle
 
 
-def _place_among_siblings(world: World, handle: int) -> int:
-    return _scene(world).children(_scene(world).get(handle).parent).index(handle)
-
-
 def _select(world: World, handle: int, selected: bool) -> None:
     others = [each for each in objects.get_object_selection(world) if each != handle]
     objects.set_object_selection(world, [*others, handle] if selected else others)
@@ -78,7 +75,12 @@ _TREE = (
     renamed(_PARENT, "parentHandle", INT),
     Property("parentUid", LONG, lambda world, handle: _uid(world, _scene(world).get(handle).parent)),
     Property("children", HANDLE_ARRAY, lambda world, handle: _scene(world).children(handle)),
-    Property("childOrder", INT, _place_among_siblings),
+    Property(
+        "childOrder",
+        INT,
+        lambda world, handle: place_among_siblings(world.simulation, handle),
+        lambda world, handle, place: move_among_siblings(world.simulation, handle, place),
+    ),
     Property("selected", BOOL, lambda world, handle: handle in objects.get_object_selection(world), _select),
 )
 

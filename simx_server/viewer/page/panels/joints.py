@@ -35,7 +35,7 @@ _MODES = {
     JointMode.DEPENDENT: "dependent",
     JointMode.FORCE: "force/torque",
 }
-_CONTROLS = {"free": 0, "velocity": 4, "position": 8, "spring and damper": 12}
+_CONTROLS = {"free": 0, "velocity": 4, "position": 8, "spring and damper": 12, "script": 16}
 _CONTROL_NAMES = {number: name for name, number in _CONTROLS.items()}
 _SMALL = "padding:0 1em 0.6em;font-size:0.8em;opacity:0.85;overflow-wrap:anywhere"
 

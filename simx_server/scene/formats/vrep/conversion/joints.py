@@ -56,20 +56,19 @@ def add_joint(conversion: Conversion, joint: Joint, body: Any, is_moved: bool) -
     _add_pitch(conversion, joint, body)
     p, i, d = _pid(joint)
     # Without physics the motor cannot act, and its settings count once a program makes the joint dynamic.
-    control = "position" if joint.control == "script" else joint.control
     conversion.annotate(
         "joint",
         name,
         mode=_mode(joint),
         motor=joint.motor,
-        control=control,
+        control=joint.control,
         rigid=True,
         P=p,
         I=i or None,
         D=d or None,
         K=finite(joint.spring[0]) if joint.control == "spring" else None,
         C=finite(joint.spring[1]) if joint.control == "spring" else None,
-        max_force=finite(joint.max_force if control == "force" else abs(joint.max_force)),
+        max_force=finite(joint.max_force if joint.control == "force" else abs(joint.max_force)),
         upper_velocity=positive(joint.upper_velocity or 0.0),
         upper_acceleration=positive(joint.upper_acceleration),
         upper_jerk=positive(joint.upper_jerk),
