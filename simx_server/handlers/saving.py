@@ -25,23 +25,37 @@ _XML = (".simscene.xml", ".simmodel.xml", ".xml", ".mjcf", ".urdf")
 
 def save_scene(world: World, file: str) -> None:
     """Save the scene as a file of the workspace. Raises CommandError."""
-    _save(world, file, VREP_SCENE_SUFFIX, lambda: pack_scene(world))
+    _save(world, file, VREP_SCENE_SUFFIX, lambda name: scene_content(world, name))
 
 
 def save_model(world: World, base: int, file: str) -> None:
     """Save a model as a file of the workspace. Raises UnknownHandle, CommandError."""
-    _save(world, file, VREP_MODEL_SUFFIX, lambda: pack_model(world, base))
+    _save(world, file, VREP_MODEL_SUFFIX, lambda _name: pack_model(world, base))
 
 
-def _save(world: World, file: str, suffix: str, pack: Callable[[], Packed]) -> None:
+def _save(world: World, file: str, suffix: str, pack: Callable[[str], Packed]) -> None:
     name = _name_within(world.simulation.files.workspace, file)
     if name.lower().endswith(_XML):
         raise CommandError(
             f"'{file[:80]}' has the ending of a text, which saved scenes and models are not; choose {suffix}"
         )
-    packed = pack()
+    packed = pack(name)
     path = store(world, name, packed.data, is_of_client=packed.has_code_of_client)
     logger.info("saved as %s, a file of simx-server which CoppeliaSim cannot open", path)
+
+
+def scene_content(world: World, file: str = "") -> Packed:
+    """Return the content of a file with the scene, packed between the call-backs of scripts. Raises CommandError.
+
+    Args:
+        file: what the scripts get as the name of the file.
+    """
+    event = {"regularSave": True, "file": file}
+    world.scripts.tell("sysCall_beforeSave", event)
+    try:
+        return pack_scene(world)
+    finally:
+        world.scripts.tell("sysCall_afterSave", event)
 
 
 def _name_within(folder: Path, file: str) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -341,10 +341,10 @@ class Scene:
             self._children = defaultdict(list)
             for handle, item in self.objects.items():
                 self._children[item.parent] += [handle]
-            placed = {
-                handle: float(note["sibling"])
+            placed: dict[int, Any] = {
+                handle: item.annotations["object"]["sibling"]
                 for handle, item in self.objects.items()
-                if "sibling" in (note := item.annotations.get("object", {}))
+                if "object" in item.annotations and "sibling" in item.annotations["object"]
             }
             for parent in {self.objects[handle].parent for handle in placed}:
                 self._children[parent].sort(key=lambda handle: placed.get(handle, math.inf))

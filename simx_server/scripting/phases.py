@@ -20,6 +20,8 @@ the scene to its close, whether the simulation runs or not.
 | stop, before the state is restored | threads once more, `sysCall_cleanup` | |
 | stop, after that | | `sysCall_afterSimulation` |
 | objects made, copied or removed | `sysCall_afterCreate` and its like, see `callbacks/objects.py` | the same |
+| scene loaded, after `sysCall_init` | | `sysCall_afterLoad` |
+| scene saved; selection changed | `sysCall_beforeSave`, `sysCall_afterSave`; `sysCall_selChange` | the same |
 | scene closed, object removed | (object removed: no call) | `sysCall_cleanup` |
 
 The contact call-back is called once per pair and simulation step.

@@ -87,6 +87,8 @@ class Scripts(Part):
         """The order of the scene's objects from which `_called` follows; None: it is not known."""
 
         self._next_handle = FIRST_HANDLE
+        self._is_loading = True
+        """Whether scripts still have to be told that the scene is loaded."""
         self._is_of_client = False
         """Whether a client sent the scene."""
         self.loose: dict[int, LooseScript] = {}
@@ -132,10 +134,14 @@ class Scripts(Part):
 
     def scene_loaded(self) -> None:
         self._find()
+        self._is_loading = True
 
     def model_changed(self, twins: Twins | None) -> None:
         self._find_more()
         self._phases.objects.note_changes()
+        if self._is_loading:
+            self._is_loading = False
+            self._phases.call_customizations("sysCall_afterLoad")
 
     def copying_objects(self, handles: Collection[int]) -> None:
         self.of_objects.before_copy(handles)
@@ -393,6 +399,10 @@ class Scripts(Part):
             runs = self._sim.is_running or script.kind == ScriptKind.CUSTOMIZATION
             if enabled and runs and not script.problem:
                 self._phases.begin(script)
+
+    def tell(self, function: str, event: dict[str, Any]) -> None:
+        """Call a call-back of all scripts that have it, with one table."""
+        self._phases.call_all(function, event)
 
     def broadcast(self, sender: Script, message: object) -> None:
         """Call ``sysCall_msg(message, sender)`` of all scripts but the sender."""

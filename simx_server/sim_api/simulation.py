@@ -6,7 +6,7 @@ import random
 import time
 
 from simx_client.protocol import constants as c
-from simx_server.editing.saving.packing import pack_model, pack_scene
+from simx_server.editing.saving.packing import pack_model
 from simx_server.errors import Unsupported
 from simx_server.handlers import saving, script_files
 from simx_server.handlers.quantities.simulator import BOOLEANS
@@ -93,7 +93,7 @@ class SimulationFunctions(ApiPart, effect="changes"):
         of MJCF, meshes, textures and scripts, whatever its ending: sim.loadScene reads it, CoppeliaSim cannot.
         """
         if not file:
-            return pack_scene(self._world).data
+            return saving.scene_content(self._world).data
         saving.save_scene(self._world, file)
         return 1
 

@@ -148,6 +148,8 @@ def get_object_selection(world: World) -> list[int]:
 def set_object_selection(world: World, handles: list[int]) -> None:
     """Ignore unknown handles, as V-REP does."""
     known = dict.fromkeys(handle for handle in handles if handle in world.simulation.scene.objects)
-    if world.selection.handles != list(known):
-        world.simulator_messages.post(SELECTION_CHANGED)
+    if world.selection.handles == list(known):
+        return
     world.selection.handles = list(known)
+    world.simulator_messages.post(SELECTION_CHANGED)
+    world.scripts.tell("sysCall_selChange", {"sel": list(known)})

@@ -11,6 +11,7 @@ from scripted_world import call, said, scripted
 
 import simx_client as vrep
 from simx_server.errors import CommandError
+from simx_server.handlers import saving
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_text
 from simx_server.scripting.interpreter import ScriptError
@@ -423,3 +424,20 @@ def test_call_back_that_never_comes_is_told() -> None:
         "sysCall_userConfig of the child script of 'base' (base.lua) is never called: it answers a double click in "
         "V-REP's window, and there is none"
     ]
+
+
+def test_scripts_are_called_after_a_load_before_and_after_a_save_and_for_a_selection() -> None:
+    source = """
+    function sysCall_init() sim = require('sim') print('init') end
+    function sysCall_afterLoad() print('loaded') end
+    function sysCall_beforeSave(inData) print('before', inData.regularSave, inData.file) end
+    function sysCall_afterSave(inData) print('after', inData.regularSave, inData.file) end
+    function sysCall_selChange(inData) print('selected', #inData.sel, inData.sel[1]) end
+    """
+    world = scripted({"lua:customization:base": source})
+    assert said(world) == ["init", "loaded"]
+    world.call("simxSetObjectSelection", [world.handle("leaf")])
+    world.call("simxSetObjectSelection", [world.handle("leaf")])
+    assert said(world) == [f"selected, 1, {world.handle('leaf')}"]
+    saving.scene_content(world.parts, "mine.ttt")
+    assert said(world) == ["before, true, mine.ttt", "after, true, mine.ttt"]
