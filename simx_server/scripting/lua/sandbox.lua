@@ -77,9 +77,17 @@ local function finish(status, ...)
     error(where() .. (...), 0)
 end
 
+local replace_string                                            -- see `in_place.lua`
+
 local function bind(bound_name)
-    return function(...)
+    local function call(...)
         return finish(invoke(isyieldable() and level or 0, bound_name, plain_all(...)))
+    end
+    if bound_name ~= "sim.transformImage" then return call end
+    return function(image, ...)
+        local changed = call(image, ...)
+        replace_string(image, changed, bound_name)
+        return changed
     end
 end
 
@@ -89,6 +97,7 @@ local world = {
     select = select, tonumber = tonumber, tostring = tostring, type = type, unpack = unpack, _VERSION = _VERSION,
 }
 world._G = world
+replace_string = part("in_place")(world)
 
 function world.setmetatable(object, meta)
     if type(meta) == "table" and rawget(meta, "__gc") ~= nil then error("finalizers (__gc) are not available", 2) end

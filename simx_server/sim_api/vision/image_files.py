@@ -71,7 +71,7 @@ class ImageFileFunctions(ApiPart, effect="changes"):
     def transformImage(self, image: bytes, resolution: list[int], options: int) -> bytes:
         """Return an image mirrored: with bit 1 left and right, with bit 2 up and down. `options`: bit 0 RGBA.
 
-        Partly: the given image stays as it is; V-REP 3 changed it in place.
+        In Lua the variables that hold the image get the result: CoppeliaSim changes it in place.
         """
         pixels = _pixels(image, resolution, 4 if options & _RGBA else 3)
         return pixels[:: -1 if options & 4 else 1, :: -1 if options & 2 else 1].tobytes()

@@ -34,7 +34,11 @@ _MOST_NUMBERS = 2_000_000
 
 _AS_STRING = 1
 _GREY = _METRES = 1
-"""Bit 0 of the options of CoppeliaSim 4's functions."""
+_ALPHA = 2
+"""Bits of the options of CoppeliaSim 4's functions."""
+
+_NEAREST = 1e-9
+"""Share of the depth between the planes that stands for the near one."""
 
 
 class VisionFunctions(ApiPart, effect="changes"):
@@ -153,7 +157,10 @@ class VisionFunctions(ApiPart, effect="changes"):
         position: list[int] | None = None,
         size: list[int] | None = None,
     ) -> tuple[bytes, list[int]]:
-        """Return bytes and {width, height}: CoppeliaSim 4's form; bit 0 of `options`: grey."""
+        """Return bytes and {width, height}: CoppeliaSim 4's form. `options`: 1 grey, 2 one byte more for each pixel:
+        255 where the depth, 0 at the near plane to 1 at the far one, is at most `cut_off`, else 0.
+        """
+        cut_off = max(cut_off, _NEAREST) if options & _ALPHA else cut_off
         pixels = self._pixels(sensor, position, size, bool(options & _GREY), cut_off)
         return pixels.tobytes(), [pixels.shape[1], pixels.shape[0]]
 
@@ -174,10 +181,32 @@ class VisionFunctions(ApiPart, effect="changes"):
         vision.set_vision_sensor_image(self._world, self._vision_sensor(sensor), image[:wanted], int(grey))
         return 1
 
-    def setVisionSensorImg(self, sensor: int, image: bytes | list[float], options: int = 0) -> int:
-        """Set the image: CoppeliaSim 4's form; bit 0 of `options`: grey. Partly: only whole images can be set."""
+    def setVisionSensorImg(
+        self,
+        sensor: int,
+        image: bytes | list[float],
+        options: int = 0,
+        position: list[int] | None = None,
+        size: list[int] | None = None,
+    ) -> int:
+        """Set the image, or a part of it: CoppeliaSim 4's form. `options`: 1 grey, 2 one byte more for each pixel,
+        which is ignored. `position` and `size` of the part in pixels; sizes 0 mean all.
+        """
+        handle = self._vision_sensor(sensor)
         flag = _FLAG_GREY if options & _GREY else 0
-        return self.setVisionSensorImage(self._vision_sensor(sensor) | flag, image)
+        if not isinstance(image, bytes) or not (options & _ALPHA or any([*(position or []), *(size or [])])):
+            return self.setVisionSensorImage(handle | flag, image)
+        whole = np.array(self._pixels(handle, None, None, bool(flag), 0.0))
+        part = _region(whole, position, size)
+        channels = (1 if flag else 3) + bool(options & _ALPHA)
+        wanted = part.shape[0] * part.shape[1] * channels
+        if len(image) < wanted:
+            raise CommandError(
+                f"{part.shape[1]} x {part.shape[0]} pixels have {wanted} bytes, not {len(image)}"
+            )
+        given = np.frombuffer(image, np.uint8, wanted).reshape(*part.shape[:2], channels)
+        part[...] = given[..., 0] if flag else given[..., :3]
+        return self.setVisionSensorCharImage(handle | flag, whole.tobytes())
 
     @reads
     def getVisionSensorDepthBuffer(

@@ -16,8 +16,8 @@ _CHANGING = re.compile(
 )
 """Starts of the names of functions that change something."""
 
-_CALCULATES = {"copyMatrix", "copyTable"}
-"""They return a copy of their argument."""
+_CALCULATES = {"closePath", "copyMatrix", "copyTable"}
+"""They return another value of their argument."""
 
 
 @pytest.mark.parametrize("space", api.NAMESPACES)

@@ -111,3 +111,20 @@ def test_two_images_become_one(world: ScriptWorld) -> None:
         "sim.combineRgbImages(one, {1, 1}, two, {2, 1}, sim.imgcomb_vertical)", "the same width, not 1 and 2"
     )
     world.fails("sim.combineRgbImages(one, {1, 1}, one, {1, 1}, 7)", "the operation is sim.imgcomb_vertical")
+
+
+def test_in_lua_an_image_is_mirrored_in_place(world: ScriptWorld) -> None:
+    world.lua("image, long = 'abcdef', string.rep('abcdef', 20) other = string.rep('abcdef', 20)")
+    world.lua("sim.transformImage(long, {2, 20}, 2)")
+    assert world.lua("return long == string.rep('defabc', 20), other == string.rep('abcdef', 20)") == [
+        True,
+        True,
+    ]
+    source = """
+    local mine = string.rep('abcdef', 20)
+    local function flip() sim.transformImage(mine, {2, 20}, 2) return mine:sub(1, 3) end
+    local flipped = flip()
+    sim.transformImage(mine, {2, 20}, 2)
+    return flipped, mine:sub(1, 3)
+    """
+    assert world.lua(source) == ["def", "abc"]

@@ -245,6 +245,8 @@ def test_named_parameters_are_read_as_other_types(world: ScriptWorld) -> None:
     assert world.lua("return sim.getNamedBoolParam('mine'), sim.getSettingInt32('count')") == [False, 7]
     assert world.value("sim.getNamedFloatParam('mine') == nil") is True
     assert world.value("sim.getStringNamedParam('mine')") == "false"
+    world.lua("sim.setStringNamedParam('mine', ' On ')")
+    assert world.lua("return sim.getSettingBool('mine'), sim.getSettingString('mine')") == [True, " On "]
 
 
 def test_stored_data_are_found_by_a_pattern(world: ScriptWorld) -> None:
@@ -277,3 +279,17 @@ def test_a_semaphore_is_held_by_one_simulation(world: ScriptWorld, tmp_path: Pat
     world.lua(f"sim.systemSemaphore('{key}', false)")
     assert other.acquire(key)
     other.release(key)
+
+
+def test_names_of_other_versions_of_coppeliasim_answer(world: ScriptWorld) -> None:
+    assert world.lua(
+        "return sim.getIsRealTimeSimulation() == sim.getRealTimeSimulation(), sim.boolAnd(6, 3), sim.boolXor(6, 3)"
+    ) == [True, 2, 5]
+    assert world.lua("return sim.getLastInfo(), sim.isDeprecated('sim.boolAnd')") == ["", 0]
+    world.lua("sim.fastIdleLoop(true)")
+    world.lua(
+        "cube = sim.getObject('cube') group = sim.createCollectionEx(0) sim.addToCollection(group, cube)"
+    )
+    assert world.value("sim.getCollectionObjects(group)") == [world.handle("cube")]
+    assert world.value("sim.getObjectFloatArrayParam(cube, 7) == nil") is True
+    world.fails("sim.setObjectFloatArrayParam(cube, 7, {1})", "no parameter 7 that is a list of numbers")

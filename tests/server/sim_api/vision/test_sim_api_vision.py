@@ -157,6 +157,16 @@ def test_an_image_is_set_from_numbers_or_bytes(world: ScriptWorld) -> None:
     world.fails(LAZY + "sim.setVisionSensorImage(lazy, 'short')", "12 bytes, not 5")
 
 
+def test_a_part_of_an_image_is_set(world: ScriptWorld) -> None:
+    world.lua(LAZY + "screen = lazy sim.setVisionSensorImg(screen, ('\\1\\2\\3'):rep(4))")
+    world.lua("sim.setVisionSensorImg(screen, '\\7\\8\\9', 0, {1, 0}, {1, 1})")
+    assert world.value("sim.getVisionSensorImg(screen)") == "\1\2\3\7\b\t" + "\1\2\3" * 2
+    world.lua("sim.setVisionSensorImg(screen, ('\\4\\5\\6\\99'):rep(4), 2)")
+    assert world.value("sim.getVisionSensorImg(screen)") == "\4\5\6" * 4
+    world.fails("sim.setVisionSensorImg(screen, 'ab', 0, {1, 0}, {1, 1})", "1 x 1 pixels have 3 bytes, not 2")
+    world.fails("sim.setVisionSensorImg(screen, 'abc', 0, {2, 0}, {1, 1})", "is not within a picture")
+
+
 def test_a_script_waits_for_the_render_thread(handled: ScriptWorld, rendering: RenderThread) -> None:
     render_with(handled, rendering)
     before = handled.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
