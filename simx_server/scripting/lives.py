@@ -38,8 +38,6 @@ NEVER_CALLED: Mapping[str, str] = MappingProxyType(
     {
         "sysCall_userConfig": "it answers a double click in V-REP's window, and there is none",
         "sysCall_realTimeIdle": "scripts run in simulation steps, and in sysCall_nonSimulation while stopped",
-        "sysCall_event": "the server makes no stream of events; sysCall_afterCreate and sysCall_afterDelete tell of "
-        "objects",
         "sysCall_beforeInstanceSwitch": "the server has one scene at a time",
         "sysCall_afterInstanceSwitch": "the server has one scene at a time",
     }

@@ -15,6 +15,7 @@ the scene to its close, whether the simulation runs or not.
 | before each physics step | `sysCall_jointCallback` or `sysCall_joint` of a joint | the same, if there is none |
 | after actuation | `sysCall_joint` of a kinematic joint that has a target | the same, if there is none |
 | each image, each detection of a sensor | `sysCall_vision`, `sysCall_trigger` | the same, if there is none |
+| after sensing, and each idle cycle | `sysCall_event`, if there are events | the same |
 | each simulation step after physics | `sysCall_sensing` | the same, after the child scripts |
 | pause; each idle cycle then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
 | stop, before the state is restored | threads once more, `sysCall_cleanup` | |
@@ -60,7 +61,12 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
+EVENT = "sysCall_event"
+
+_LIST, _END = b"\x9f", b"\xff"
+"""Start and end of a list in CBOR whose length is not known."""
+
+_IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended", EVENT)
 
 
 class ListOfScripts(Protocol):
@@ -116,6 +122,7 @@ class Phases:
     def sense(self) -> None:
         """Run sensing, after physics and the sensors."""
         self._phase(SENSING)
+        self._tell_events()
 
     def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
@@ -195,6 +202,19 @@ class Phases:
         else:
             self._resume(self._scripts.called().customizations)
             self.call_customizations("sysCall_nonSimulation")
+        self._tell_events()
+
+    def _tell_events(self) -> None:
+        """Send waiting events to the scripts, as a list in CBOR."""
+        for script in self._scripts.called().every:
+            if not (script.events or script.changes) or not script.has(EVENT):
+                continue
+            events = [*script.events.values(), *(script.changes() if script.changes else ())]
+            if script.events:
+                script.events.clear()
+                self._sim.replan()
+            if events:
+                self._lives.call(script, EVENT, _LIST + b"".join(events) + _END)
 
     def watch(self) -> None:
         """Update the lists of call-backs after scripts have started or ended."""

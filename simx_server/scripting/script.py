@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import count
@@ -18,8 +18,6 @@ from .interpreter import Constant, Function, Interpreter, ScriptError, Switching
 from .modules import own_module
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from simx_server.parts.status_bar import StatusBar
     from simx_server.simulation.simulation import Simulation
 
@@ -164,6 +162,12 @@ class Script:
 
     schedule_numbers: count[int] = field(default_factory=lambda: count(1))
 
+    events: dict[tuple[Any, ...], bytes] = field(default_factory=dict[tuple[Any, ...], bytes])
+    """Events that its call-back gets next, in CBOR."""
+
+    changes: Callable[[], Sequence[bytes]] | None = None
+    """Returns events for what has changed since its last call, if the script watches anything."""
+
     problem: str = ""
     """Reason why it was stopped, if an error stopped it."""
 
@@ -240,6 +244,8 @@ class Script:
         """Free its interpreter."""
         self.has_thread = False
         self.scheduled.clear()
+        self.events.clear()
+        self.changes = None
         interpreter, self.interpreter = self.interpreter, None
         if interpreter is not None:
             interpreter.close()

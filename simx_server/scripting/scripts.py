@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import count
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -95,6 +96,8 @@ class Scripts(Part):
         """Scripts without an object, by handle."""
         self._handles: dict[tuple[int, ScriptKind], int] = {}
         """Handles that scripts have before they are found, by object and kind."""
+        self.event_numbers = count(1)
+        """Numbers of events, so that a program can tell their order."""
         self.told: set[str] = set()
         """Notes that scripts of this scene have caused, and that are printed once: about stand-ins."""
         self.add_ons: dict[str, AddOn] = {}
@@ -186,7 +189,7 @@ class Scripts(Part):
         if script.interpreter is None:
             return False
         is_lost = script.kind != ScriptKind.MAIN and script.home not in self._sim.scene.objects
-        return is_lost or SENSING not in script.interpreter.lacking
+        return is_lost or SENSING not in script.interpreter.lacking or bool(script.events or script.changes)
 
     @property
     def judges(self) -> bool:

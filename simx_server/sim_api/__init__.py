@@ -67,6 +67,7 @@ from .properties.typed_functions import SinglePropertyFunctions, TablePropertyFu
 from .remote_api import RemoteApiFunctions, RemoteApiNamespace
 from .ros2.sim_ros2 import SimRos2
 from .scripts.attributes import ScriptAttributeFunctions
+from .scripts.events import EventFunctions
 from .scripts.main_scripts import MainScriptFunctions
 from .scripts.making import ScriptMakingFunctions
 from .scripts.scheduling import SchedulingFunctions
@@ -141,6 +142,7 @@ class SimApi(
     ScriptAttributeFunctions,
     ScriptMakingFunctions,
     SchedulingFunctions,
+    EventFunctions,
     PluginFunctions,
     ProcessFunctions,
     RemoteApiFunctions,
