@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.files import VREP_MODEL_SUFFIX, VREP_SCENE_SUFFIX
@@ -34,7 +34,7 @@ def save_model(world: World, base: int, file: str) -> None:
 
 
 def _save(world: World, file: str, suffix: str, pack: Callable[[str], Packed]) -> None:
-    name = _name_within(world.simulation.files.workspace, file)
+    name = saved_name(world, file)
     if name.lower().endswith(_XML):
         raise CommandError(
             f"'{file[:80]}' has the ending of a text, which saved scenes and models are not; choose {suffix}"
@@ -58,8 +58,9 @@ def scene_content(world: World, file: str = "") -> Packed:
         world.scripts.tell("sysCall_afterSave", event)
 
 
-def _name_within(folder: Path, file: str) -> str:
+def saved_name(world: World, file: str) -> str:
     """Return the name of a file within the workspace: of a path that leads elsewhere only the last part counts."""
+    folder = world.simulation.files.workspace
     name = workspace.check_name(file)
     pure = PurePosixPath(name)
     if pure.is_absolute() and pure.is_relative_to(folder.as_posix()):

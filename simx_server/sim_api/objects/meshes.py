@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,21 @@ from simx_server.constant_tables import number_of
 from simx_server.editing import creating, shape_looks
 from simx_server.editing.creating import Body
 from simx_server.editing.imported_meshes import create_shape_of_parts
+from simx_server.errors import CommandError
+from simx_server.files.mesh_writing import WRITERS, Mesh
+from simx_server.handlers.files import store_file
 from simx_server.handlers.mesh_files import parts_of_file, points_of_file
+from simx_server.handlers.saving import saved_name
 from simx_server.scene.geometry.decimating import decimated
 from simx_server.scene.geometry.hulls import hull
+from simx_server.scripting.signature import Most
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.effects import reads
+from simx_server.sim_api.effects import reads, writes_files
 
 if TYPE_CHECKING:
     from simx_server.parts.object_settings import ObjectSettings
+
+_MOST_MESHES = 10_000
 
 _CULLED, _EDGES = 1, 2
 """Bits of the options of sim.createMeshShape."""
@@ -68,6 +75,36 @@ class MeshFunctions(ApiPart, effect="changes"):
         """
         points, faces = points_of_file(self._world, path, scaling)
         return [points.ravel().tolist()], [faces.ravel().tolist()]
+
+    @writes_files
+    def exportMesh(
+        self,
+        form: int,
+        file: str,
+        _options: int,
+        scaling: float,
+        vertices: Annotated[list[list[float]], Most(_MOST_MESHES)],
+        indices: Annotated[list[list[int]], Most(_MOST_MESHES)],
+    ) -> None:
+        """Write meshes into a file of the workspace; of a path that leads elsewhere only the last part counts.
+
+        `form`: 0 OBJ, 3 text STL, 4 binary STL, 6 text PLY, 7 binary PLY. `vertices` and `indices`: of each mesh.
+
+        Partly: COLLADA (5) is an error.
+        """
+        if form not in WRITERS:
+            raise CommandError(
+                f"formats are 0 OBJ, 3 text STL, 4 binary STL, 6 text PLY and 7 binary PLY, not {form}"
+            )
+        if len(vertices) != len(indices) or not vertices:
+            raise CommandError(
+                f"each mesh has vertices and indices; there are {len(vertices)} and {len(indices)} tables"
+            )
+        meshes = [
+            Mesh(_threes(points, float) * scaling, _corners(faces, len(points) // 3))
+            for points, faces in zip(vertices, indices, strict=True)
+        ]
+        store_file(self._world, saved_name(self._world, file), WRITERS[form](meshes))
 
     def importShape(self, _format: int, path: str, options: int, _tolerance: float, scaling: float) -> int:
         """Create a static shape from an STL or OBJ file of the workspace, with a part for each material of an OBJ.
@@ -154,6 +191,14 @@ class MeshFunctions(ApiPart, effect="changes"):
 def _viz_options(settings: ObjectSettings, handle: int) -> int:
     culled, wireframe = (bool(settings.kept(handle, each, 0)) for each in (_CULLING, _WIREFRAME))
     return (_VIZ_CULLED if culled else 0) | (_VIZ_WIREFRAME if wireframe else 0)
+
+
+def _corners(indices: list[int], count: int) -> NDArray[np.intp]:
+    """Return the corners of triangles (triangles, 3), which must be indices of `count` points. Raises CommandError."""
+    faces = _threes(indices, int).astype(np.intp)
+    if faces.size and not (faces.min() >= 0 and faces.max() < count):
+        raise CommandError(f"corners of triangles are indices of the {count} points, from 0")
+    return faces
 
 
 def _threes(numbers: list[float] | list[int], kind: type[float] | type[int]) -> NDArray[Any]:

@@ -8,7 +8,6 @@ from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 
 _DRAWN = "banners, ghosts and points of V-REP's window (sim.addBanner, sim.addGhost, sim.addPointCloud) are not drawn"
-_FILES = "meshes are not written to files"
 _EDITORS = "the server has no text editor"
 _MENU = "entries of V-REP's menu of modules (sim.moduleEntry) are not shown"
 _MACHINERY = "functions and variables for V-REP's editor are not registered"
@@ -46,11 +45,6 @@ class WindowFunctions(ApiPart, effect="changes"):
     def resetTracing(self) -> int:
         """Return 1. Stand-in: traces are not drawn."""
         return 1
-
-    def exportMesh(self, *_values: Any) -> int:
-        """Return -1, V-REP's result when a file cannot be written. Stand-in: meshes are not written."""
-        self._say_once(_FILES)
-        return -1
 
     def textEditorShow(self, _handle: int, _show: bool) -> int:
         """Return -1. Stand-in: the server has no text editor."""

@@ -158,3 +158,29 @@ def test_a_recording_gets_the_files_of_textures_too(world: ScriptWorld) -> None:
     noted.names.clear()
     world.lua("sim.createTexture('maps/corners.png', 0)")
     assert noted.names == ["corners.png"]
+
+
+@pytest.mark.parametrize(("form", "ending"), [(0, "obj"), (3, "stl"), (4, "stl"), (6, "ply"), (7, "ply")])
+def test_exported_meshes_are_read_by_another_library(
+    world: ScriptWorld, tmp_path: Path, form: int, ending: str
+) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    world.lua("one = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1} faces = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}")
+    world.lua("two = {5, 0, 0, 6, 0, 0, 5, 1, 0, 5, 0, 1}")
+    world.lua(f"sim.exportMesh({form}, 'out.{ending}', 0, 2, {{one, two}}, {{faces, faces}})")
+    found = trimesh.load(tmp_path / f"out.{ending}", force="mesh")
+    assert found.is_volume
+    assert found.volume == pytest.approx(2 * 8 / 6)
+    assert found.bounds.tolist() == [[0, 0, 0], [12, 2, 2]]
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        ("5, 'a.dae', 0, 1, {{0}}, {{0}}", "not 5"),
+        ("0, 'a.obj', 0, 1, {}, {}", "there are 0 and 0 tables"),
+        ("0, 'a.obj', 0, 1, {{0, 0, 0}}, {{0, 0, 1}}", "indices of the 1 points"),
+    ],
+)
+def test_a_mesh_that_cannot_be_exported_is_refused(world: ScriptWorld, call: str, text: str) -> None:
+    world.fails(f"sim.exportMesh({call})", text)

@@ -1,0 +1,97 @@
+"""Meshes as the content of files: OBJ, STL and PLY."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+_BINARY_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_BINARY_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+
+
+class Mesh(NamedTuple):
+    """Triangles."""
+
+    vertices: NDArray[np.float64]
+    """(vertices, 3)"""
+    faces: NDArray[np.intp]
+    """(triangles, 3) indices of vertices."""
+
+
+def as_obj(meshes: Sequence[Mesh]) -> bytes:
+    """Return an OBJ file with an object for each mesh."""
+    lines: list[str] = []
+    first = 1
+    for number, mesh in enumerate(meshes, 1):
+        lines.append(f"o mesh{number}")
+        lines += [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in mesh.vertices.tolist()]
+        lines += [f"f {a} {b} {c}" for a, b, c in (mesh.faces + first).tolist()]
+        first += len(mesh.vertices)
+    return ("\n".join(lines) + "\n").encode()
+
+
+def as_text_stl(meshes: Sequence[Mesh]) -> bytes:
+    """Return a text STL file with a solid for each mesh."""
+    lines: list[str] = []
+    for number, mesh in enumerate(meshes, 1):
+        lines.append(f"solid mesh{number}")
+        corners = mesh.vertices[mesh.faces]
+        for normal, triangle in zip(_normals(corners).tolist(), corners.tolist(), strict=True):
+            lines.append("facet normal {:.9g} {:.9g} {:.9g}\nouter loop".format(*normal))
+            lines += ["vertex {:.9g} {:.9g} {:.9g}".format(*corner) for corner in triangle]
+            lines.append("endloop\nendfacet")
+        lines.append(f"endsolid mesh{number}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def as_binary_stl(meshes: Sequence[Mesh]) -> bytes:
+    """Return a binary STL file with the triangles of all meshes."""
+    corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
+    rows = np.zeros(len(corners), _BINARY_STL)
+    rows["normal"], rows["corners"] = _normals(corners), corners
+    return bytes(80) + len(rows).to_bytes(4, "little") + rows.tobytes()
+
+
+def as_text_ply(meshes: Sequence[Mesh]) -> bytes:
+    """Return a text PLY file with the triangles of all meshes."""
+    vertices, faces = _joined(meshes)
+    lines = [f"{x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
+    lines += [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
+    return _ply_head("ascii", len(vertices), len(faces)) + ("\n".join(lines) + "\n").encode()
+
+
+def as_binary_ply(meshes: Sequence[Mesh]) -> bytes:
+    """Return a binary PLY file with the triangles of all meshes."""
+    vertices, faces = _joined(meshes)
+    rows = np.zeros(len(faces), _BINARY_FACE)
+    rows["count"], rows["corners"] = 3, faces
+    head = _ply_head("binary_little_endian", len(vertices), len(faces))
+    return head + vertices.astype("<f4").tobytes() + rows.tobytes()
+
+
+WRITERS: Mapping[int, Callable[[Sequence[Mesh]], bytes]] = MappingProxyType(
+    {0: as_obj, 3: as_text_stl, 4: as_binary_stl, 6: as_text_ply, 7: as_binary_ply}
+)
+"""By V-REP's numbers of file formats."""
+
+
+def _normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def _joined(meshes: Sequence[Mesh]) -> Mesh:
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+
+
+def _ply_head(form: str, vertices: int, faces: int) -> bytes:
+    return (
+        f"ply\nformat {form} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    ).encode()
