@@ -248,31 +248,7 @@ def refusal(function: str, problem: CommandError) -> str:
 
 def no_such_module(name: str, own: Iterable[str], api: Api) -> str:
     """Return the message for a module that does not exist. `own`: names of the simulator's own modules."""
-    if name in _WITHOUT_PLUGIN:
-        return no_such_plugin(name, api.namespaces())
     return (
         f"there is no such module beside the scene; the simulator's own are {', '.join(api.namespaces())}, "
         f"{', '.join(own)}"
-    )
-
-
-_WITHOUT_PLUGIN: Mapping[str, str] = MappingProxyType(
-    {
-        "simThymio": "the robot Thymio's own programs do not run; a script moves its wheels with "
-        "sim.setJointTargetVelocity, and reads its sensors with sim.readProximitySensor",
-        "simSkeleton": "it is the example of a plug-in, without a use of its own",
-        "simSubprocess": "scripts start no programs on the server; start them yourself, and let them call the server",
-        "simOctomap": "octrees are not read from files and not written to files",
-        "simCmd": "V-REP's command line belongs to its window",
-        "simMujoco": "the scene's file defines what MuJoCo simulates, see docs/annotations.md",
-    }
-)
-"""Advice for scripts that use a plug-in of V-REP that the server does not have."""
-
-
-def no_such_plugin(name: str, namespaces: Iterable[str]) -> str:
-    """Return the message for a script that uses functions of a V-REP plugin that does not exist here."""
-    known = _WITHOUT_PLUGIN.get(name)
-    return f"this server has no plug-in {name}" + (
-        f": {known}" if known else f"; namespaces that scripts find are {', '.join(namespaces)}"
     )

@@ -15,7 +15,7 @@ from simx_server.files.library import MODELS
 
 from ..errors import CommandError
 from .interpreter import Constant, Function, Interpreter, ScriptError, Switching, Waiting
-from .modules import own_module
+from .modules import absent, own_module
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
@@ -348,11 +348,18 @@ class ScriptSide:
         except ScriptError as problem:
             if "outside" in str(problem):
                 raise
-            return own_module(name, self._script.language)
+            return own_module(name, self._script.language) or self._stand_in(name)
         except OSError as problem:
             raise CommandError(f"{relative} cannot be read: {problem.strerror}") from problem
         if not self._allows_code and self._sim.files.client_files.holds(path, text):
             raise CommandError(f"a client sent {relative}, {_NOT_ALLOWED}")
+        return text
+
+    def _stand_in(self, name: str) -> bytes | None:
+        """Return a module in place of a plug-in that is not there, and tell of it."""
+        text = absent.stand_in(name, self._script.language)
+        if text is not None:
+            self._status_bar.add(absent.no_such_plugin(name, ()))
         return text
 
     def phases_changed(self) -> None:

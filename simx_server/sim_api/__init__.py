@@ -29,6 +29,9 @@ from .looks.colors import ColorFunctions
 from .looks.drawing import DrawingFunctions
 from .looks.particles import ParticleFunctions
 from .looks.textures import TextureFunctions
+from .mesh_plugins.sim_assimp import SimAssimp
+from .mesh_plugins.sim_convex import SimConvex, SimOpenMesh
+from .mesh_plugins.sim_urdf import SimUrdf
 from .messages import MessageFunctions
 from .motion.configurations import ConfigurationFunctions
 from .motion.motion import MotionFunctions
@@ -172,11 +175,15 @@ NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
     {
         "sim": SimApi,
         "simIK": SimIk,
+        "simAssimp": SimAssimp,
+        "simConvex": SimConvex,
         "simOMPL": OmplFunctions,
+        "simOpenMesh": SimOpenMesh,
         "simRemoteApi": RemoteApiNamespace,
         "simROS": SimRos,
         "simROS2": SimRos2,
         "simUI": SimUi,
+        "simURDF": SimUrdf,
         "simVision": SimVision,
         "simx": SimxFunctions,
         "simB0": SimB0,

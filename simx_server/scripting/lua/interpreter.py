@@ -30,10 +30,10 @@ from simx_server.scripting.interpreter import (
     ScriptError,
     Waiting,
     no_such_module,
-    no_such_plugin,
     refusal,
 )
 from simx_server.scripting.modules import own_modules
+from simx_server.scripting.modules.absent import no_such_plugin
 
 from .prepared import chunks, load_lupa, names, new_runtime
 from .sources import too_much

@@ -32,9 +32,9 @@ from simx_server.scripting.interpreter import (
     Plain,
     ScriptError,
     Waiting,
-    no_such_plugin,
     refusal,
 )
+from simx_server.scripting.modules.absent import no_such_plugin
 
 from ..strings import GIVES_BYTES, LONG_LIST, NUMBERS, with_texts
 from .process import PythonProcess

@@ -441,3 +441,14 @@ def test_scripts_are_called_after_a_load_before_and_after_a_save_and_for_a_selec
     assert said(world) == [f"selected, 1, {world.handle('leaf')}"]
     saving.scene_content(world.parts, "mine.ttt")
     assert said(world) == ["before, true, mine.ttt", "after, true, mine.ttt"]
+
+
+def test_a_script_that_requires_a_missing_plugin_goes_on_until_it_calls_it() -> None:
+    source = "simIGL = require 'simIGL' function go() simIGL.volume(1) end"
+    world = scripted({"lua:base": source})
+    world.run(0)
+    assert said(world) == [
+        "this server has no plug-in simIGL: simConvex, simOpenMesh and sim.getQHull work on meshes"
+    ]
+    with pytest.raises(ScriptError, match=r"base.lua:1: simIGL.volume: this server has no plug-in simIGL: "):
+        call(world, "go")

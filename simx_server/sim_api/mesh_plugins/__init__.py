@@ -1,0 +1,1 @@
+"""Namespaces for meshes, and for files with meshes: simConvex, simOpenMesh, simAssimp, simURDF."""
