@@ -128,8 +128,10 @@ class MatrixFunctions(ApiPart, effect="reads"):
 
     def getQuaternionInverse(self, quaternion: list[float]) -> list[float]:
         """Return the opposite rotation, x, y, z, w."""
-        _, turn = as_pose([0.0, 0.0, 0.0, *quaternion])
-        return frames.xyzw_from_wxyz(poses.conjugate(turn))
+        if len(quaternion) < 4:
+            raise CommandError(f"a quaternion is 4 numbers, not {len(quaternion)}")
+        x, y, z, w = quaternion[:4]
+        return [-x, -y, -z, w]
 
     def multiplyVector(self, frame: list[float], points: list[float]) -> list[float]:
         """Apply a matrix or pose to one point, or to several in one table."""
