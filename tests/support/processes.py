@@ -6,12 +6,13 @@ import contextlib
 import queue
 import re
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from forked import Forked
 
 ROOT = Path(__file__).parents[2]
 START_TIMEOUT = 30.0
@@ -59,10 +60,8 @@ def read_line(process: subprocess.Popen[str], timeout: float = START_TIMEOUT) ->
 
 
 def spawn(*arguments: object) -> subprocess.Popen[str]:
-    """Start Python with these arguments; stdout is a pipe, stderr goes to the test's own."""
-    return subprocess.Popen(
-        [sys.executable, *map(str, arguments)], stdout=subprocess.PIPE, text=True, cwd=ROOT, bufsize=1
-    )
+    """Start a program with the arguments of ``python``; stdout is a pipe, stderr goes to the test's own."""
+    return Forked(arguments, stdout=subprocess.PIPE, cwd=ROOT)
 
 
 @contextlib.contextmanager

@@ -1,0 +1,140 @@
+"""Processes of Python programs that start within milliseconds: forks of a process that has imported the server.
+
+A fork is not a new interpreter: its modules, its memory and its command line in ``/proc`` are those of
+`programs/fork_server.py`. Tests of these start `subprocess.Popen`. Linux only.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import functools
+import json
+import os
+import select
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = Path(__file__).parent / "programs" / "fork_server.py"
+
+
+class _ForkServer:
+    """The process that forks. It ends with this one."""
+
+    def __init__(self) -> None:
+        self._requests, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._asking = threading.Lock()
+        with theirs:
+            self._process = subprocess.Popen([sys.executable, PROGRAM], stdin=theirs.fileno(), cwd=ROOT)
+        atexit.register(self.close)
+
+    def fork(self, request: Mapping[str, object], files: list[int]) -> None:
+        with self._asking:
+            socket.send_fds(self._requests, [json.dumps(request).encode()], files)
+
+    def close(self) -> None:
+        self._requests.close()
+        self._process.wait()
+
+
+@functools.cache
+def _fork_server() -> _ForkServer:
+    return _ForkServer()
+
+
+class Forked(subprocess.Popen[str]):
+    """A forked process with the interface of `subprocess.Popen`; its streams have lines of text.
+
+    Args:
+        arguments: those of ``python``: ``-m`` and a module, ``-c`` and a program, or a file; and the program's own.
+        stdin, stdout, stderr: as those of `subprocess.Popen`.
+        cwd: the folder where it starts.
+        env: its variables; None for those of this process.
+    """
+
+    def __init__(
+        self,
+        arguments: Sequence[object],
+        *,
+        stdin: int | IO[Any] | None = None,
+        stdout: int | IO[Any] | None = None,
+        stderr: int | IO[Any] | None = None,
+        cwd: Path = ROOT,
+        env: Mapping[str, str] | None = None,
+    ) -> None:
+        self.args = [str(argument) for argument in arguments]
+        self.returncode: int | None = None
+        self.stdin = self.stdout = self.stderr = None
+        self._looking = threading.Lock()
+        request = {"arguments": self.args, "folder": str(cwd), "environment": dict(env or os.environ)}
+        with contextlib.ExitStack() as given:
+            source, self.stdin = _stream(0, stdin, given)
+            sink, self.stdout = _stream(1, stdout, given)
+            errors, self.stderr = (sink, None) if stderr == subprocess.STDOUT else _stream(2, stderr, given)
+            reading, report = os.pipe()
+            given.callback(os.close, report)
+            self._report = os.fdopen(reading, buffering=1)
+            _fork_server().fork(request, [source, sink, errors, report])
+        self.pid = int(self._report.readline())
+
+    def poll(self) -> int | None:
+        with self._looking:
+            if self.returncode is None and select.select([self._report], [], [], 0)[0]:
+                self.returncode = int(self._report.readline())
+                self._report.close()
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        if self.poll() is None and not select.select([self._report], [], [], timeout)[0]:
+            raise subprocess.TimeoutExpired(self.args, timeout or 0)
+        ended = self.poll()
+        assert ended is not None
+        return ended
+
+    def send_signal(self, sig: int) -> None:
+        if self.poll() is None:
+            os.kill(self.pid, sig)
+
+    def communicate(self, input: str | None = None, timeout: float | None = None) -> tuple[str, str]:
+        """Send the input and return both outputs, like that of `subprocess.Popen`."""
+        texts = ["", ""]
+
+        def read(number: int, stream: IO[str]) -> None:
+            texts[number] = stream.read()
+
+        readers = [
+            threading.Thread(target=read, args=(number, stream), daemon=True)
+            for number, stream in enumerate((self.stdout, self.stderr))
+            if stream is not None
+        ]
+        for reader in readers:
+            reader.start()
+        if self.stdin is not None:
+            with contextlib.suppress(BrokenPipeError), self.stdin:
+                self.stdin.write(input or "")
+        self.wait(timeout)
+        for reader in readers:
+            reader.join(timeout)
+        return texts[0], texts[1]
+
+
+def _stream(
+    number: int, wanted: int | IO[Any] | None, given: contextlib.ExitStack
+) -> tuple[int, IO[str] | None]:
+    """Return the file descriptor that the process gets, and this process's end if it is a pipe."""
+    if wanted == subprocess.PIPE:
+        reading, writing = os.pipe()
+        theirs, ours, mode = (reading, writing, "w") if number == 0 else (writing, reading, "r")
+        given.callback(os.close, theirs)
+        return theirs, os.fdopen(ours, mode, buffering=1)
+    if wanted == subprocess.DEVNULL:
+        return given.enter_context(open(os.devnull, "r+b", buffering=0)).fileno(), None
+    if wanted is None:
+        return number, None
+    return wanted if isinstance(wanted, int) else wanted.fileno(), None

@@ -1,0 +1,118 @@
+"""Forks Python programs from a process that has imported what a server imports, which is most of a start.
+
+The program of `forked.py`. Each request has the command line of `python`, and the standard streams of the process.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import json
+import os
+import runpy
+import select
+import signal
+import socket
+import sys
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any
+
+from simx_server.sensors.opengl.mujoco_import import import_mujoco
+
+LONGEST_REQUEST = 1 << 18
+"""Bytes; a request holds all variables of the environment."""
+
+STREAMS = 3
+
+
+def main() -> None:
+    """Answer the requests at the socket that is standard input, until its other end closes."""
+    _import_server()
+    gc.collect()
+    gc.freeze()  # so that a collection does not copy the memory of all this into each process
+    request = _wait_for_fork(socket.socket(fileno=os.dup(0)))
+    if request is not None:
+        _run(request)
+
+
+def _import_server() -> None:
+    """Import what a server imports while it starts. No import starts a thread."""
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the server does
+    import_mujoco()
+    for name in ("lupa.lua54", "zenoh", "simx_server.app.fleet", "simx_server.app.server"):
+        importlib.import_module(name)
+
+
+def _wait_for_fork(requests: socket.socket) -> dict[str, Any] | None:
+    """Fork a process for each request and report its end; return the request in the new process, else None."""
+    reports: dict[int, int] = {}
+    """The pipe of each process that lives, by process id."""
+    bell, ringer = socket.socketpair()
+    ringer.setblocking(False)
+    with closing(requests), closing(bell), closing(ringer):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C at the terminal is for the tests
+        signal.signal(signal.SIGCHLD, lambda number, frame: None)
+        signal.set_wakeup_fd(ringer.fileno())
+        while True:
+            ready, _, _ = select.select([requests, bell], [], [])
+            if bell in ready:
+                bell.recv(LONGEST_REQUEST)
+                _report_ends(reports)
+            if requests not in ready:
+                continue
+            data, files, _, _ = socket.recv_fds(requests, LONGEST_REQUEST, STREAMS + 1)
+            if not data:
+                return None
+            *streams, report = files
+            process_id = os.fork()
+            if not process_id:
+                signal.set_wakeup_fd(-1)
+                for number, stream in enumerate(streams):
+                    os.dup2(stream, number)
+                for file in (*files, *reports.values()):
+                    os.close(file)
+                return json.loads(data)
+            for stream in streams:
+                os.close(stream)
+            reports[process_id] = report
+            os.write(report, b"%d\n" % process_id)
+
+
+def _report_ends(reports: dict[int, int]) -> None:
+    for process_id, report in list(reports.items()):
+        ended, status = os.waitpid(process_id, os.WNOHANG)
+        if ended:
+            del reports[process_id]
+            with suppress(BrokenPipeError):
+                os.write(report, b"%d\n" % os.waitstatus_to_exitcode(status))
+            os.close(report)
+
+
+def _run(request: dict[str, Any]) -> None:
+    """Become the program of a request, as if `python` had been started with its arguments."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    sys.stdin = sys.__stdin__ = os.fdopen(0, closefd=False)
+    sys.stdout = sys.__stdout__ = os.fdopen(1, "w", closefd=False)
+    sys.stderr = sys.__stderr__ = os.fdopen(2, "w", buffering=1, errors="backslashreplace", closefd=False)
+    os.chdir(request["folder"])
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    first, *rest = request["arguments"]
+    if first == "-m":
+        sys.argv = rest
+        sys.path[0] = request["folder"]
+        runpy.run_module(rest[0], run_name="__main__", alter_sys=True)
+    elif first == "-c":
+        sys.argv = ["-c", *rest[1:]]
+        sys.path[0] = ""
+        exec(compile(rest[0], "<string>", "exec"), {"__name__": "__main__"})
+    else:
+        sys.argv = [first, *rest]
+        sys.path[0] = str(Path(first).parent)
+        runpy.run_path(first, run_name="__main__")
+
+
+if __name__ == "__main__":
+    main()
