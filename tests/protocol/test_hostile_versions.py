@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from processes import ROOT, read_line, running
+from forked import Forked
+from processes import read_line, running
 
 import simx_client as v
 from simx_client.protocol.messages import PROTOCOL_VERSION
@@ -34,14 +34,12 @@ def test_another_protocol_is_told_on_both_sides(
     version = PROTOCOL_VERSION + offset
     program = SERVER.format(version=version, notices_nothing=notices_nothing)
     told = tmp_path / "log"
-    with told.open("w") as log:
-        command = [sys.executable, "-c", program]
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=log, text=True, cwd=ROOT, bufsize=1
-        )
-        with running(process):
-            port = int(read_line(process))
-            assert v.simxStart("127.0.0.1", port, True, True, 5000, 5) == -1
+    with (
+        told.open("w") as log,
+        running(Forked(("-c", program), stdout=subprocess.PIPE, stderr=log)) as process,
+    ):
+        port = int(read_line(process))
+        assert v.simxStart("127.0.0.1", port, True, True, 5000, 5) == -1
     sentence = (
         f"client and server share no version of the protocol (the client speaks {PROTOCOL_VERSION}, "
         f"the server {version}); upgrade the {older}"

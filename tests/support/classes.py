@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from forked import Forked
 from launching import environment
-from processes import ROOT, read_line, running
+from processes import read_line, running
 
 STARTS_WITHIN = 90.0
 """Seconds, on a busy machine."""
@@ -95,12 +96,10 @@ def spawned(*arguments: object, errors: Path | None = None) -> Iterator[subproce
     with contextlib.ExitStack() as stack:
         stderr = stack.enter_context(errors.open("w")) if errors else None
         words = ["classroom", *map(str, arguments), "--page-port", "0", "--seat-port", "0"]
-        process = subprocess.Popen(
-            [sys.executable, "-m", "simx_client", *words],
+        process = Forked(
+            ("-m", "simx_client", *words),
             stdout=subprocess.PIPE,
             stderr=stderr,
-            text=True,
-            cwd=ROOT,
             start_new_session=True,
         )
         yield stack.enter_context(running(process))

@@ -56,6 +56,7 @@ class Forked(subprocess.Popen[str]):
         stdin, stdout, stderr: as those of `subprocess.Popen`.
         cwd: the folder where it starts.
         env: its variables; None for those of this process.
+        start_new_session: whether it leads a session and a group of processes.
     """
 
     def __init__(
@@ -67,12 +68,18 @@ class Forked(subprocess.Popen[str]):
         stderr: int | IO[Any] | None = None,
         cwd: Path = ROOT,
         env: Mapping[str, str] | None = None,
+        start_new_session: bool = False,
     ) -> None:
         self.args = [str(argument) for argument in arguments]
         self.returncode: int | None = None
         self.stdin = self.stdout = self.stderr = None
         self._looking = threading.Lock()
-        request = {"arguments": self.args, "folder": str(cwd), "environment": dict(env or os.environ)}
+        request = {
+            "arguments": self.args,
+            "folder": str(cwd),
+            "environment": dict(env or os.environ),
+            "has_own_session": start_new_session,
+        }
         with contextlib.ExitStack() as given:
             source, self.stdin = _stream(0, stdin, given)
             sink, self.stdout = _stream(1, stdout, given)

@@ -13,7 +13,7 @@ HELPERS = tuple(
     TESTS / "support" / folder for folder in ("", "worlds", "gateways", "viewer", "vrep_files", "stock")
 )
 
-_PROCESSES = {"server", "spawn", "running"}
+_PROCESSES = {"server", "spawn", "finished", "running"}
 """Functions of tests/processes.py that start processes; the others are for all tests."""
 
 

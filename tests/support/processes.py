@@ -64,6 +64,18 @@ def spawn(*arguments: object) -> subprocess.Popen[str]:
     return Forked(arguments, stdout=subprocess.PIPE, cwd=ROOT)
 
 
+def finished(
+    *arguments: object, folder: Path = ROOT, timeout: float = 60.0
+) -> subprocess.CompletedProcess[str]:
+    """Run a program with the arguments of ``python`` to its end, in seconds; return its outputs and exit code."""
+    pipe = subprocess.PIPE
+    with running(
+        Forked(arguments, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, cwd=folder)
+    ) as process:
+        output, errors = process.communicate(timeout=timeout)
+    return subprocess.CompletedProcess(process.args, process.wait(), output, errors)
+
+
 @contextlib.contextmanager
 def running(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
     """The process is always gone afterwards."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,7 +12,7 @@ from typing import Any
 
 import pytest
 from launching import simx_run
-from processes import PENDULUM, ROOT, wait_until
+from processes import PENDULUM, finished, wait_until
 
 import simx_client as v
 from simx_client.client import Client
@@ -148,7 +146,7 @@ def test_the_modern_client_works_embedded(scene: Path) -> None:
 
 
 def test_images_are_the_right_way_up_and_come_by_all_modes(tmp_path: Path) -> None:
-    with Client.embedded("ur5_rg2_kinect") as client:
+    with Client.embedded("ur5_rg2_kinect", timeout=60.0) as client:
         camera = v.simxGetObjectHandle(client.id, "kinect_rgb", BLOCKING)[1]
         code, size, image = v.simxGetVisionSensorImage(client.id, camera, 0, BLOCKING)
         assert (code, size, len(image)) == (0, [640, 480], 640 * 480 * 3)
@@ -173,9 +171,7 @@ def test_other_processes_can_join(scene: Path) -> None:
             "print(v.simxGetIntegerSignal(c, 'number', v.simx_opmode_blocking))\n"
             "v.simxSetIntegerSignal(c, 'number', 6, v.simx_opmode_blocking); v.simxFinish(c)\n"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, cwd=ROOT, check=False
-        )
+        done = finished("-c", program)
         assert done.stdout == "(0, 5)\n", done.stderr
         assert v.simxGetIntegerSignal(client.id, "number", BLOCKING) == (0, 6)
 
@@ -184,10 +180,7 @@ def test_what_was_recorded_embedded_replays(scene: Path, tmp_path: Path) -> None
     recording = tmp_path / "run.simxlog"
     with Client.embedded(scene, record=recording) as client:
         trajectory(client.id)
-    done = subprocess.run(
-        [sys.executable, "-m", "simx_server", "--replay", recording],
-        capture_output=True, text=True, timeout=60, cwd=ROOT, check=False,
-    )  # fmt: skip
+    done = finished("-m", "simx_server", "--replay", recording)
     assert done.returncode == 0, done.stderr
     assert "is equal" in done.stderr
 
@@ -201,9 +194,7 @@ def test_a_child_made_by_fork_can_have_a_simulation_too(scene: Path) -> None:
         f"    with Client.embedded({str(scene)!r}) as mine: os._exit(0 if mine.joint('hinge').position == 0 else 1)\n"
         "sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, cwd=ROOT, check=False
-    )
+    done = finished("-c", program)
     assert done.returncode == 0, done.stderr
 
 

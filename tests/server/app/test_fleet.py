@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import ROOT, read_line, running, wait_until
+from forked import Forked
+from processes import read_line, running, wait_until
 
 import simx_client as v
 from simx_server.settings.settings import SettingError, Settings
@@ -81,12 +82,10 @@ def _is_alive(process_id: int) -> bool:
 @contextlib.contextmanager
 def spawned(log: Path, *arguments: object) -> Iterator[subprocess.Popen[str]]:
     with log.open("w") as errors:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "simx_server", *map(str, arguments)],
+        process = Forked(
+            ("-m", "simx_server", *arguments),
             stdout=subprocess.PIPE,
             stderr=errors,
-            text=True,
-            cwd=ROOT,
             start_new_session=True,
         )
     with running(process):

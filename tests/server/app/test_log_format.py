@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import PENDULUM, ROOT, read_line, running
+from forked import Forked
+from processes import PENDULUM, read_line, running
 
 from simx_server.processes import log_format
 from simx_server.settings.settings import SettingError, Settings
@@ -140,14 +141,7 @@ def test_a_server_logs_objects_and_says_ready_as_ever(tmp_path: Path, flags: tup
     scene = tmp_path / "pendulum.xml"
     scene.write_text(PENDULUM)
     command = ["-m", "simx_server", scene, "--port", "0", "--log-format", "json", *flags]
-    process = subprocess.Popen(
-        [sys.executable, *map(str, command)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-        bufsize=1,
-    )
+    process = Forked(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     with running(process):
         ready = read_line(process)
         process.terminate()

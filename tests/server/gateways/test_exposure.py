@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import PENDULUM
+from processes import PENDULUM, finished
 
 from simx_client.protocol.zenoh import link
 from simx_server.gateways.exposure import exposure, plain_exposure
@@ -61,16 +59,8 @@ def test_a_port_without_passwords_is_open_unless_it_is_of_this_machine_alone() -
 def test_server_that_is_open_to_all_warns_and_serves(tmp_path: Path, flags: list[str]) -> None:
     (tmp_path / "pendulum.xml").write_text(PENDULUM)
     (tmp_path / "nobody.json5").write_text("{}")
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "simx_server", "pendulum.xml", "--port", "0", "--duration", "0.1"),
-            *("--listen", "tcp/0.0.0.0:0", *flags),
-        ],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        timeout=30,
-    )
+    flags = ["--port", "0", "--duration", "0.1", "--listen", "tcp/0.0.0.0:0", *flags]
+    done = finished("-m", "simx_server", "pendulum.xml", *flags, folder=tmp_path)
     assert done.returncode == 0
     assert done.stdout.startswith("ready ")
     (line,) = [line for line in done.stderr.splitlines() if "WARNING" in line]

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import pytest
-from processes import ROOT, ServerProcess, read_line, running, server, wait_until
+from forked import Forked
+from processes import ServerProcess, read_line, running, server, wait_until
 
 import simx_client as v
 from bench.measuring.resources import private_mb
@@ -236,9 +236,7 @@ sys.stdin.read()
 def deaf_client(simulator: ServerProcess) -> Iterator[subprocess.Popen[str]]:
     """A program with a hundred values and pictures streamed to it that never makes a call again."""
     program = _DEAF.format(port=simulator.port, balls=BALLS)
-    process = subprocess.Popen(
-        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT
-    )
+    process = Forked(("-c", program), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     with running(process):
         assert process.stdin is not None
         with process.stdin:

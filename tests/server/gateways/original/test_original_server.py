@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -12,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 import pytest
 from original_library import Library, needs_library
 from original_peer import ints, message, packed, peer, text
-from processes import PENDULUM, ServerProcess, server, wait_until
+from processes import PENDULUM, ServerProcess, finished, server, wait_until
 from routers import free_port
 
 import simx_client as v
@@ -46,12 +44,7 @@ def test_clients_of_both_protocols_share_one_simulation(pendulum: ServerProcess)
 def test_status_lists_original_clients_beside_others(pendulum: ServerProcess) -> None:
     with peer(legacy_ports(pendulum)[0]) as original:
         original.call(0x1021, ints(1))
-        said = subprocess.run(
-            [sys.executable, "-m", "simx_client", "status", str(pendulum.port)],
-            capture_output=True,
-            text=True,
-            timeout=30,
-        )
+        said = finished("-m", "simx_client", "status", pendulum.port)
     assert "legacy 127.0.0.1" in said.stdout, said.stdout + said.stderr
 
 
@@ -63,12 +56,7 @@ def test_a_client_of_this_project_at_such_a_port_does_not_connect(pendulum: Serv
 
 def test_a_port_that_is_taken_ends_the_start_with_what_to_do(pendulum: ServerProcess) -> None:
     taken = legacy_ports(pendulum)[0]
-    done = subprocess.run(
-        [sys.executable, "-m", "simx_server", "two_link_arm", "--port", "0", "--legacy-port", str(taken)],
-        capture_output=True,
-        text=True,
-        timeout=30,
-    )
+    done = finished("-m", "simx_server", "two_link_arm", "--port", 0, "--legacy-port", taken)
     assert done.returncode == 1
     assert f"cannot listen at 127.0.0.1:{taken}" in done.stderr
     assert "choose another port with --legacy-port N" in done.stderr
@@ -76,16 +64,8 @@ def test_a_port_that_is_taken_ends_the_start_with_what_to_do(pendulum: ServerPro
 
 def test_a_server_that_is_open_to_all_warns(tmp_path: Path) -> None:
     (tmp_path / "pendulum.xml").write_text(PENDULUM)
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "simx_server", "pendulum.xml", "--port", "0", "--duration", "0.1"),
-            *("--legacy-port", "0.0.0.0:0"),
-        ],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        timeout=30,
-    )
+    flags = ("--port", 0, "--duration", 0.1, "--legacy-port", "0.0.0.0:0")
+    done = finished("-m", "simx_server", "pendulum.xml", *flags, folder=tmp_path)
     assert done.returncode == 0
     (line,) = [line for line in done.stderr.splitlines() if "WARNING" in line]
     assert "0.0.0.0:" in line
@@ -131,12 +111,7 @@ def test_a_recording_with_an_original_client_replays(tmp_path: Path) -> None:
             original.call(0x1007, ints(2))
         process.process.terminate()
         process.process.wait(20)
-    done = subprocess.run(
-        [sys.executable, "-m", "simx_server", "--replay", str(record)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+    done = finished("-m", "simx_server", "--replay", record)
     assert done.returncode == 0, done.stderr
     assert "is equal" in done.stderr
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from processes import ROOT
+from processes import finished
 from processes import server as server_process
 from ros2_world import CLOCK, JOINT_STATE, SCENE, Peer, free_port
 
@@ -46,13 +44,7 @@ def test_a_taken_port_ends_the_server_with_advice(scene: Path) -> None:
     port = free_port()
     arguments = [str(scene), "--port", "0", "--ros2", "--ros2-router", f"self=tcp/127.0.0.1:{port}"]
     with server_process(scene, "--ros2", "0", "--ros2-router", f"self=tcp/127.0.0.1:{port}"):
-        done = subprocess.run(
-            [sys.executable, "-m", "simx_server", *arguments],
-            capture_output=True,
-            text=True,
-            cwd=ROOT,
-            timeout=60,
-        )
+        done = finished("-m", "simx_server", *arguments)
     assert done.returncode == 1
     assert "--ros2-router self cannot listen" in done.stderr
 
@@ -91,7 +83,6 @@ def test_a_recording_of_a_server_is_replayed_without_ros(scene: Path, tmp_path: 
         peer.close()
         started.process.terminate()
         assert started.process.wait(20) == 0
-    command = [sys.executable, "-m", "simx_server", "--replay", str(recording)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=60)
+    done = finished("-m", "simx_server", "--replay", recording)
     assert done.returncode == 0, done.stderr
     assert "is equal" in done.stderr

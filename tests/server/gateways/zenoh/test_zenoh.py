@@ -9,7 +9,7 @@ import threading
 import time
 
 import pytest
-from processes import ROOT, read_line, running, server, spawn, wait_until
+from processes import ROOT, finished, read_line, running, server, spawn, wait_until
 
 import simx_client as v
 from simx_client.errors import NoAnswer
@@ -283,13 +283,7 @@ def test_a_port_that_is_taken_is_a_clear_error_with_the_way_out(scene):
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        done = subprocess.run(
-            [sys.executable, "-m", "simx_server", str(scene), "--port", str(port)],
-            capture_output=True,
-            text=True,
-            cwd=ROOT,
-            timeout=30,
-        )
+        done = finished("-m", "simx_server", scene, "--port", port)
     assert done.returncode == 1
     assert f"port {port} is taken" in done.stderr
     assert "--port" in done.stderr
@@ -342,13 +336,7 @@ def test_an_idle_loop_until_the_server_ends_is_left(scene):
 def test_what_zenoh_cannot_use_is_said_in_one_line(scene, tmp_path, flags, text):
     (tmp_path / "bad.json5").write_text("not json5 {")
     flags = [flag.format(folder=tmp_path) for flag in flags]
-    done = subprocess.run(
-        [sys.executable, "-m", "simx_server", str(scene), "--port", "0", *flags],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-        timeout=30,
-    )
+    done = finished("-m", "simx_server", scene, "--port", 0, *flags)
     assert done.returncode == 1
     (line,) = [line for line in done.stderr.splitlines() if "ERROR" in line]
     assert text in line

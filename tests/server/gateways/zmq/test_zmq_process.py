@@ -5,12 +5,11 @@ from __future__ import annotations
 import logging
 import re
 import socket
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from processes import ROOT
+from processes import finished
 from processes import server as server_process
 from zmq_world import RawClient, ZmqWorld, cbor2
 
@@ -34,10 +33,7 @@ def test_a_server_names_its_endpoint_and_answers_there(scene: Path) -> None:
 
 def test_a_taken_port_ends_the_server_with_advice(scene: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        command = ["-m", "simx_server", str(scene), "--port", "0", "--zmq", str(taken.getsockname()[1])]
-        done = subprocess.run(
-            [sys.executable, *command], capture_output=True, text=True, cwd=ROOT, timeout=60
-        )
+        done = finished("-m", "simx_server", scene, "--port", 0, "--zmq", taken.getsockname()[1])
     assert done.returncode == 1
     assert "choose another port with --zmq N" in done.stderr
 
