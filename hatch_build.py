@@ -1,7 +1,7 @@
-"""Compiles the physics steps and the search for distances of surfaces (`SOURCES`) where there is a C compiler.
+"""Compiles physics steps, distances of surfaces and inverse kinematics (`SOURCES`) where there is a C compiler.
 
-Without one, or without MuJoCo's headers, the package is built all the same: both then run in Python, with equal
-results. `simx-server --doctor` says in which form physics steps run, and why.
+Without one, or without MuJoCo's headers, the package is built all the same: all then run in Python, with equal
+results. `simx-server --doctor` says in which form each runs, and why.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 SOURCES = (
     Path("simx_server/joints/native/_physics_step.c"),
     Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
+    Path("simx_server/kinematics/least_squares/native/_least_squares.c"),
 )
 
 PYREP_START = Path("packages/simx_pyrep.pth")
@@ -45,7 +46,7 @@ class Build(BuildHookInterface[Any]):
         problem = compile_modules(Path(self.root))
         if problem:
             self.app.display_warning(
-                f"physics steps and distances will run in Python, which is slower: {problem}"
+                f"physics steps, distances and inverse kinematics will run in Python, which is slower: {problem}"
             )
             return
         build_data["pure_python"] = False

@@ -25,8 +25,8 @@ from ..joints import JointMode
 from ..scene.objects import ObjectKind
 from .chain import Element, Joints, fixed_pose, make_arms
 from .groups import must_stay
+from .least_squares.problem import pose_of_body
 from .own_objects import OwnJoint, OwnObjects
-from .rows import pose_of_body
 from .scratch import Array, Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 

@@ -10,13 +10,11 @@ from enum import IntEnum
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
 
 from ..errors import CommandError
 from .chain import Arm, Element, Joints, largest_step
-from .scratch import Array
 
 FIRST_HANDLE = 1_000_000
 """First handle of an environment's own objects, above all handles of a scene's objects."""
@@ -242,10 +240,3 @@ class OwnPositions:
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self.data = mujoco.MjData(model)
-
-    def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
-        """Set joint positions and update what follows."""
-        self.data.qpos[addresses] = values
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        return self.data

@@ -9,10 +9,11 @@ from time import monotonic
 
 import numpy as np
 
-from simx_server.scene.poses.poses import Pose, conjugate, multiply, rotation_vector, subtract
+from simx_server.scene.poses.poses import Pose
 
 from ..errors import CommandError
 from .chain import Joints
+from .least_squares.rows import weighted_length
 from .scratch import Array
 
 LONGEST = 60.0
@@ -46,12 +47,10 @@ class Nearness:
 
     def includes(self, tips: Sequence[Pose], goals: Sequence[Pose]) -> bool:
         """Return whether all tips are near their goals."""
-        return all(self._length(tip, goal) <= self.threshold for tip, goal in zip(tips, goals, strict=True))
-
-    def _length(self, tip: Pose, goal: Pose) -> float:
-        angle = math.hypot(*rotation_vector(multiply(conjugate(tip[1]), goal[1])))
-        differences = (*subtract(goal[0], tip[0]), angle)
-        return math.hypot(*(weight * each for weight, each in zip(self.metric, differences, strict=True)))
+        return all(
+            weighted_length(tip, goal, self.metric) <= self.threshold
+            for tip, goal in zip(tips, goals, strict=True)
+        )
 
 
 class Effort:
@@ -74,6 +73,11 @@ class Effort:
     def looks(self) -> int:
         """Return the number of states that a solver may still look at."""
         return max(1, int(self._left / self._per_look))
+
+    @property
+    def samples(self) -> int:
+        """Return the number of random starts that may still be tried."""
+        return max(1, math.ceil(self._left / (_LOOKS_PER_SAMPLE * self._per_look)))
 
     def spend(self, *, looks: int = 0, samples: int = 0, checks: int = 0) -> None:
         """Count work that is done."""

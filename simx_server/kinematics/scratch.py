@@ -8,8 +8,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.simulation.sleepers import kinematics
-
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
@@ -17,17 +15,13 @@ Array = NDArray[np.float64]
 
 
 class Positions(Protocol):
-    """Positions on a model that a solver tries."""
+    """Positions on a model, of which a solver moves some joints."""
 
     @property
     def model(self) -> mujoco.MjModel: ...
 
     @property
     def data(self) -> mujoco.MjData: ...
-
-    def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
-        """Set joint positions and update what follows: frames of bodies, Jacobians."""
-        ...
 
 
 class Scratch:
@@ -56,14 +50,6 @@ class Scratch:
         """Copy the present positions."""
         copy_positions(self._sim.data, self.data)
         return self.data
-
-    def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
-        """Set joint positions and update what follows: frames of bodies, geoms and sites, Jacobians."""
-        data = self.data
-        data.qpos[addresses] = values
-        kinematics(self._sim.model, data)
-        mujoco.mj_comPos(self._sim.model, data)
-        return data
 
 
 def copy_positions(source: mujoco.MjData, target: mujoco.MjData) -> None:

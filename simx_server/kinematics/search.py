@@ -60,15 +60,20 @@ def find_configs(
     effort = Effort(max(seconds, one_trial), solver.seconds_per_look)
     low, extent = sampled if sampled is not None else sampling_range(joints)
     found: list[Array] = []
-    samples = trial = 0
+    trial = 0
     while effort.is_left and (trials is None or trial < trials):
-        begin = low + extent * random.random(len(low)) if start is None or trial else start
-        if near is not None and not near.includes(solver.tips(begin), goals):
-            effort.spend(samples=1)
-            samples += 1
-            if samples % _SAMPLES_AT_ONCE or may_go_on is None or may_go_on():
-                continue
-            return
+        if start is not None and not trial:
+            begin = start
+        elif near is None:
+            begin = low + extent * random.random(len(low))
+        else:
+            most = min(_SAMPLES_AT_ONCE, effort.samples)
+            begin, count, is_near = solver.sample(random, (low, extent), goals, near, most)
+            effort.spend(samples=count - is_near)
+            if not is_near:
+                if may_go_on is None or may_go_on():
+                    continue
+                return
         trial += 1
         solution = solver.solve(begin, goals, _HOW, effort.looks)
         effort.spend(looks=solution.looks)

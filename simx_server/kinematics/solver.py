@@ -6,36 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-import mujoco
 import numpy as np
 
-from simx_server.scene.poses.poses import Pose, Quaternion, about, multiply, normalised
+from simx_server.scene.poses.poses import Pose, Quaternion, normalised
 
 from ..errors import CommandError
 from .chain import Arm, Joints
-from .rows import Miss, Rows, joined
+from .least_squares.form import least_squares
+from .least_squares.in_python import HALVINGS
+from .least_squares.problem import problem_of
+from .least_squares.steps import ADAPTIVE, DAMPED, TRANSPOSE
+from .sampling import Nearness
 from .scratch import Array, Positions
-
-_ENOUGH = 0.01
-"""Share of the precision below which the solver stops; so a target at rest leaves the joints at rest."""
-
-_STUCK = 1e-7
-"""rad or m: an iteration that moves no joint farther is the last."""
-
-_HALVINGS = 6
-"""Number of times that a step is halved if it increases the error; then the position counts as the nearest."""
-
-_LEAST_DAMPING = 1e-3
-"""Minimum of the adaptive damping.
-
-Sugihara, "Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method", IEEE T-RO 27 (2011),
-recommends about 1e-3 of the squared length of the links, which is near 1 here.
-"""
 
 _SINGULAR = 1e-6
 """Squared damping of the pseudo inverse: without it, a stretched arm would jump."""
 
-_Z = np.array([0.0, 0.0, 1.0])
+_FAR = 4.0
+"""Factor of the longest steps of a search."""
 
 
 class Method(IntEnum):
@@ -60,7 +48,7 @@ MOST_ITERATIONS = 1000
 
 _SECONDS_PER_LOOK, _SECONDS_PER_BODY = 80e-6, 0.3e-6
 
-_ALL = MOST_ITERATIONS * _HALVINGS + 1
+_ALL = MOST_ITERATIONS * HALVINGS + 1
 """More states than a solution looks at."""
 
 
@@ -103,155 +91,104 @@ class Solution:
 
 
 class Solver:
-    """One set of joints and elements on one model; targets are passed with each call."""
+    """One set of joints and elements on one model; targets are passed with each call.
+
+    Everything except these joints stays where the scratch state has it when the solver is made, or renewed.
+    """
 
     def __init__(self, scratch: Positions, joints: Joints, arms: Sequence[Arm]) -> None:
-        self._scratch = scratch
-        self._joints = joints
-        self._rows = [Rows(scratch.model, joints, arm) for arm in arms]
-        self._eagerness = np.sqrt(joints.weights)
-        self._turns: list[Quaternion] = []
-        """Present values of the spherical joints."""
+        """Prepare. Raises CommandError: a joint's value is infinite, or a spherical joint has none."""
+        self._scratch, self._joints, self._arms = scratch, joints, arms
+        self.renew()
         self.seconds_per_look = _SECONDS_PER_LOOK + scratch.model.nbody * _SECONDS_PER_BODY
         """Time for a look at one state on a slow machine: searches count it as their work."""
+
+    def renew(self) -> None:
+        """Take over the present scratch state."""
+        model, data = self._scratch.model, self._scratch.data
+        self._form = least_squares(problem_of(model, data, self._joints, self._arms))
+        turns = [
+            normalised(data.qpos[each.address : each.address + 4].tolist()) for each in self._joints.balls
+        ]
+        self._turns = np.array(turns, dtype=float).reshape(-1, 4)
 
     def solve(
         self, start: Array, goals: Sequence[Pose], how: Calculation, most_looks: int = _ALL
     ) -> Solution:
         """Move the joints from `start` (n,) until each tip is at its goal (world), or the iterations end.
 
-        Everything except these joints stays where the scratch state has it; spherical joints start there. At most
-        `most_looks` states are tried.
+        Spherical joints start where the scratch state has them. At most `most_looks` states are tried.
         """
-        joints = self._joints
-        qpos = self._scratch.data.qpos
-        self._turns = [normalised(qpos[ball.address : ball.address + 4].tolist()) for ball in joints.balls]
-        values = joints.clip(np.concatenate([start, np.zeros(3 * len(joints.balls))]))
-        largest = joints.max_step if how.method != Method.ADAPTIVE else joints.max_step * 4
-        error, jacobian, misses = self.look(values, goals)
-        left = most_looks - 1
-        for _ in range(how.iterations):
-            if self._are_within(misses, _ENOUGH):
-                break
-            change = self._limited_change(values, error, jacobian, how)
-            change /= max(1.0, float(np.max(np.abs(change) / largest)))
-            for _ in range(min(_HALVINGS, left)):
-                left -= 1
-                trial = joints.clip(values + change)
-                looked = self._look(trial, goals)
-                if looked[0] @ looked[0] < error @ error:
-                    break
-                # The step is too long: out of reach, the direction of improvement curves back.
-                change *= 0.5
-            else:
-                break
-            values, (error, jacobian, misses) = self._with_new_turns(trial), looked
-            if np.max(np.abs(change)) < _STUCK:
-                break
+        values, turns = self._filled(start), self._turns.copy()
+        way, damping, stretch = _way(how)
+        distance, angle, is_reached, is_at_limit, looks = self._form.solve(
+            values, turns, _flat(goals), way, damping, stretch, how.iterations, most_looks
+        )
         return Solution(
-            values=values[: len(joints.handles)],
-            result=Result.SUCCESS if self._are_within(misses, 1.0) else Result.FAIL,
-            distance=max(miss[0] for miss in misses),
-            angle=max(miss[1] for miss in misses),
-            is_at_limit=bool(np.any((values <= joints.low) | (values >= joints.high))),
-            turns=tuple(self._turns),
-            looks=most_looks - left,
+            values=values[: len(self._joints.handles)],
+            result=Result.SUCCESS if is_reached else Result.FAIL,
+            distance=distance,
+            angle=angle,
+            is_at_limit=is_at_limit,
+            turns=tuple((w, x, y, z) for w, x, y, z in turns.tolist()),
+            looks=looks,
         )
 
     def tips(self, values: Array) -> list[Pose]:
         """Return the world poses of the tips with the joints at `values` (n,)."""
-        data = self._place(values)
-        return [rows.tip(data) for rows in self._rows]
+        poses = np.empty((len(self._arms), 7))
+        self._form.tips(self._filled(values), self._turns, poses)
+        return [((x, y, z), (qw, qx, qy, qz)) for x, y, z, qw, qx, qy, qz in poses.tolist()]
 
-    def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[Miss]]:
-        """Return the errors with the joints at `values`.
+    def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array]:
+        """Return the weighted error (k,) and Jacobian (k, m) with the joints at `values` (n,)."""
+        error = np.empty(self._form.rows)
+        jacobian = np.empty((len(error), len(self._joints.dofs)))
+        self._form.look(self._filled(values), self._turns, _flat(goals), error, jacobian)
+        return error, jacobian
+
+    def sample(
+        self,
+        random: np.random.Generator,
+        sampled: tuple[Array, Array],
+        goals: Sequence[Pose],
+        near: Nearness,
+        most: int,
+    ) -> tuple[Array, int, bool]:
+        """Draw joint values until the tips are near their goals; for joints with a single value only.
 
         Args:
-            values: (n,), or (m,) with how far the spherical joints turn from where they are.
-            goals: the poses of the targets.
+            random: source of the numbers.
+            sampled: least values and ranges (n,).
+            goals: world poses of the targets.
+            near: how near the tips must be.
+            most: maximum number of samples, at least 1.
 
         Returns:
-            Weighted error (m,), weighted Jacobian (m, n), distance and angle of each element.
+            The last values (n,), the number of samples, and whether these values are near.
         """
-        data = self._place(values)
-        for rows in self._rows:
-            rows.renew(data)
-        return self._errors(data, goals)
-
-    def _look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[Miss]]:
-        """Return the same; only these joints have moved since the last look."""
-        return self._errors(self._place(values), goals)
-
-    def _errors(self, data: mujoco.MjData, goals: Sequence[Pose]) -> tuple[Array, Array, list[Miss]]:
-        found = [rows.of(goal, data) for rows, goal in zip(self._rows, goals, strict=True)]
-        return (
-            joined([error for error, _, _ in found]),
-            joined([jacobian for _, jacobian, _ in found]),
-            [miss for _, _, miss in found],
+        low, extent = (np.ascontiguousarray(each, dtype=float) for each in sampled)
+        values = np.empty(len(low))
+        count, is_near = self._form.sample(
+            random, low, extent, _flat(goals), near.metric, near.threshold, most, values
         )
+        return values, count, is_near
 
-    def _are_within(self, misses: Sequence[Miss], share: float) -> bool:
-        """Return whether all tips are within this share of their precisions."""
-        for rows, (distance, angle) in zip(self._rows, misses, strict=True):
-            linear, angular = rows.arm.element.precision
-            if distance > linear * share or angle > angular * share:
-                return False
-        return True
-
-    def _place(self, values: Array) -> mujoco.MjData:
-        """Put the joints there on the scratch state."""
-        joints, qpos = self._joints, self._scratch.data.qpos
-        if len(values) > len(joints.handles):
-            for ball, turn in zip(joints.balls, self._turned(values), strict=True):
-                qpos[ball.address : ball.address + 4] = turn
-        return self._scratch.place(joints.addresses, values[: len(joints.handles)])
-
-    def _turned(self, values: Array) -> list[Quaternion]:
-        """Return the values of the spherical joints after the turns in `values` (m,)."""
-        found: list[Quaternion] = []
-        for number, turn in enumerate(self._turns):
-            first = len(self._joints.handles) + 3 * number
-            angle = float(np.linalg.norm(values[first : first + 3]))
-            axis = values[first : first + 3] / angle if angle > 0 else _Z
-            found.append(multiply(turn, about(axis.tolist(), angle)))
-        return found
-
-    def _with_new_turns(self, values: Array) -> Array:
-        """Let further turns start where the spherical joints are now; return the values without them."""
-        if self._turns:
-            self._turns = [normalised(turn) for turn in self._turned(values)]
-            values = values.copy()
-            values[len(self._joints.handles) :] = 0.0
-        return values
-
-    def _limited_change(self, values: Array, error: Array, jacobian: Array, how: Calculation) -> Array:
-        """Return the change of one step.
-
-        A joint that would leave its interval stays, and the others are solved again.
-        """
-        joints = self._joints
-        free = np.ones(len(values), dtype=bool)
-        while True:
-            eager = self._eagerness * free
-            change = eager * _change(jacobian * eager, error, how)
-            outside = ((values <= joints.low) & (change < 0)) | ((values >= joints.high) & (change > 0))
-            outside &= free
-            if not outside.any():
-                return change
-            free &= ~outside
+    def _filled(self, values: Array) -> Array:
+        """Return values (m,) of all columns, without a turn of the spherical joints."""
+        filled = np.zeros(len(self._joints.dofs))
+        filled[: len(self._joints.handles)] = values
+        return filled
 
 
-def _change(jacobian: Array, error: Array, how: Calculation) -> Array:
-    """Return how far the joints move: J^T (J J^T + damping^2)^-1 e, or the best step along the transpose."""
+def _way(how: Calculation) -> tuple[int, float, float]:
+    """Return how least squares compute a step: the method, the squared damping, the factor of the longest steps."""
     if how.method == Method.JACOBIAN_TRANSPOSE:
-        change = jacobian.T @ error
-        moved = jacobian @ change
-        square = float(moved @ moved)
-        return change * (float(error @ moved) / square) if square > 0 else change
+        return TRANSPOSE, 0.0, 1.0
     if how.method == Method.ADAPTIVE:
-        damping = 0.5 * float(error @ error) + _LEAST_DAMPING
-    else:
-        damping = _SINGULAR if how.method == Method.PSEUDO_INVERSE else max(how.damping**2, _SINGULAR)
-    square = jacobian @ jacobian.T
-    square.flat[:: len(error) + 1] += damping
-    return jacobian.T @ np.linalg.solve(square, error)
+        return ADAPTIVE, 0.0, _FAR
+    return DAMPED, _SINGULAR if how.method == Method.PSEUDO_INVERSE else max(how.damping**2, _SINGULAR), 1.0
+
+
+def _flat(poses: Sequence[Pose]) -> Array:
+    return np.array([(*place, *turn) for place, turn in poses], dtype=float)

@@ -97,8 +97,12 @@ def check_memory(free: int | None = None) -> Finding:
 
 
 def check_compiled_forms() -> list[Finding]:
-    """Check in which form physics steps run and distances are searched; the results of both forms are equal."""
-    topics = {"physics steps": "joints.native", "distances": "sensors.distance.native"}
+    """Check in which form physics steps, distances and inverse kinematics run; the results of both are equal."""
+    topics = {
+        "physics steps": "joints.native",
+        "distances": "sensors.distance.native",
+        "inverse kinematics": "kinematics.least_squares.native",
+    }
     return [_check_form(topic, f"simx_server.{package}.loading") for topic, package in topics.items()]
 
 
@@ -110,7 +114,8 @@ def _check_form(topic: str, module: str) -> Finding:
     if found.module is not None:
         return Finding(OK, topic, found.reason)
     advice = (
-        "with a C compiler, install the package again; results are equal without, and up to five times slower"
+        "with a C compiler, install the package again; results are equal without, and slower: physics steps up to "
+        "five times, inverse kinematics a hundred times"
     )
     return Finding(WARNING, topic, f"in Python: {found.reason}", advice)
 

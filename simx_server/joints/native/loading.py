@@ -11,6 +11,7 @@ import ctypes
 import hashlib
 import os
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -41,7 +42,7 @@ _LIBRARIES = "libmujoco.so.*", "libmujoco.*.dylib", "mujoco.dll"
 
 
 class Form(NamedTuple):
-    """The form in which physics steps run."""
+    """The form in which something runs that is written in both languages."""
 
     module: ModuleType | None
     """The compiled module; None: Python."""
@@ -81,9 +82,35 @@ def _load() -> Form:
     return Form(module, f"compiled for MuJoCo {mujoco.mj_versionString()}")
 
 
-def source_hash() -> str:
-    """Return what the build writes into the module, to tell an old one from its source."""
-    return hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:16]
+def source_hash(source: Path = SOURCE) -> str:
+    """Return what the build writes into a module, to tell an old one from its source."""
+    return hashlib.sha256(source.read_bytes()).hexdigest()[:16]
+
+
+def form_without_mujoco(source: Path, package: str | None, variable: str) -> Form:
+    """Return the form of what is compiled to a module that needs nothing of MuJoCo.
+
+    Args:
+        source: the C file.
+        package: the package of the module.
+        variable: environment variable that leaves the module unused: ``python``.
+    """
+    return (
+        Form(None, f"{variable} is python")
+        if os.environ.get(variable) == "python"
+        else _load_from(source, package)
+    )
+
+
+@cache
+def _load_from(source: Path, package: str | None) -> Form:
+    try:
+        module = import_module(f"{package}.{source.stem}")
+    except ImportError as error:
+        return Form(None, f"the compiled module is not there ({error})")
+    if source.exists() and source_hash(source) != module.SOURCE_HASH:
+        return Form(None, "the compiled module is older than its source")
+    return Form(module, "compiled")
 
 
 def _addresses() -> dict[str, int]:

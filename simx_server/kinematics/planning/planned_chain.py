@@ -254,6 +254,8 @@ class PlannedChain:
                 done += 1
                 guess[even] = (begin + (end - begin) * (done / total))[even]
                 self._place(guess)
+                if fixed:
+                    solver.renew()
                 values = self._world.ik_groups.scratch.data.qpos[joints.addresses].copy()
                 solution = solver.solve(values, [_between(a, b, number / count)], _HOW)
                 if solution.result != Result.SUCCESS:
@@ -287,6 +289,8 @@ class PlannedChain:
         """Put a configuration on the scratch state; return the values of the joints of inverse kinematics there."""
         data = self._world.ik_groups.scratch.data
         data.qpos[self._addresses] = state
+        if not all(self._used):
+            self._solver.renew()
         return data.qpos[self._joints.addresses].copy()
 
     def _listed(self, values: Array, start: Array) -> Array:

@@ -136,7 +136,7 @@ class SimIk(IkObjectFunctions, effect="changes"):
         """Return the Jacobian row by row, and its error vector: coordinates in the base's axes, rotations about the
         tip's axes.
         """
-        error, found, _ = self._look(environment, group)
+        error, found = self._look(environment, group)
         return found.ravel().tolist(), error.tolist()
 
     def getManipulability(self, environment: int, group: int) -> float:

@@ -22,6 +22,7 @@ from simx_server.app.doctor import child, graphics, machine, network, page
 from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
 from simx_server.joints.native import loading as joints_loading
+from simx_server.kinematics.least_squares.native import loading as kinematics_loading
 from simx_server.sensors.distance.native import loading as distances_loading
 from simx_server.settings.settings import Settings
 
@@ -75,8 +76,8 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         assert each["level"] in LEVELS
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
-        "python", "packages", "extras", "cores", "memory", "physics steps", "distances", "workspace", "port",
-        "zenoh", "graphics", "image",
+        "python", "packages", "extras", "cores", "memory", "physics steps", "distances", "inverse kinematics",
+        "workspace", "port", "zenoh", "graphics", "image",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
     [image] = found["image"]
@@ -235,7 +236,9 @@ def test_little_memory_is_a_warning() -> None:
     assert machine.check_memory(4 << 30).level == OK
 
 
-@pytest.mark.parametrize(("place", "loading"), list(enumerate((joints_loading, distances_loading))))
+@pytest.mark.parametrize(
+    ("place", "loading"), list(enumerate((joints_loading, distances_loading, kinematics_loading)))
+)
 def test_a_compiled_form_that_is_not_used_is_a_warning_with_the_reason(
     place: int, loading: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:

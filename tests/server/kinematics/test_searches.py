@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from test_listed_joints import ARM, BEGIN, BENT, aim, put
 
 from simx_server.kinematics import sampling
 from simx_server.kinematics.sampling import Nearness
-from simx_server.kinematics.scratch import Scratch
 from simx_server.kinematics.search import find_configs
+from simx_server.kinematics.solver import Solution, Solver
 from simx_server.scene.poses.frames import set_position
 
 
@@ -34,17 +35,24 @@ def find(world: ScriptWorld, arguments: str = "0.65, 1000") -> list[float] | Non
 
 
 class Looks:
-    """Counts the states that are looked at."""
+    """Counts the states that are looked at, and the random starts."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.count = 0
-        place = Scratch.place
+        solve, sample = Solver.solve, Solver.sample
 
-        def counted(scratch: Scratch, *arguments: np.ndarray) -> object:
-            self.count += 1
-            return place(scratch, *arguments)
+        def solved(solver: Solver, *arguments: Any) -> Solution:
+            found = solve(solver, *arguments)
+            self.count += found.looks
+            return found
 
-        monkeypatch.setattr(Scratch, "place", counted)
+        def sampled(solver: Solver, *arguments: Any) -> tuple[np.ndarray, int, bool]:
+            found = sample(solver, *arguments)
+            self.count += found[1]
+            return found
+
+        monkeypatch.setattr(Solver, "solve", solved)
+        monkeypatch.setattr(Solver, "sample", sampled)
 
 
 def test_only_starts_whose_tip_is_near_the_target_are_tried(world: ScriptWorld) -> None:

@@ -45,13 +45,13 @@ def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: Mod
     if hook.find_compiler() is None:
         pytest.skip("no C compiler: apt-get install gcc")
     assert hook.compile_modules(tree) == ""
-    steps, pairs = modules(tree, hook)
+    folders = [str(path.parent) for path in modules(tree, hook)]
     text = (
-        f"import sys; sys.path[:0] = {str(steps.parent)!r}, {str(pairs.parent)!r}; import mujoco, _physics_step as m; "
-        "import _triangle_pairs as t; print(m.HEADER == mujoco.mj_version(), len(m.SOURCE_HASH), len(t.SOURCE_HASH))"
+        f"import sys; sys.path[:0] = {folders!r}; import mujoco, _physics_step as m, _triangle_pairs as t; "
+        "import _least_squares as k; print(m.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k)))"
     )
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("True 16 16\n", "")
+    assert (done.stdout, done.stderr) == ("True 16 16 16\n", "")
 
 
 def test_without_a_compiler_no_module_is_left(

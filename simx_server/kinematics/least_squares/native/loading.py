@@ -1,0 +1,23 @@
+"""Load the compiled module, or find out why inverse kinematics runs in Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+
+from simx_server.joints.native.loading import Form, form_without_mujoco
+
+VARIABLE = "SIMX_LEAST_SQUARES"
+"""Environment variable: ``python`` leaves the compiled module unused, to compare the two forms."""
+
+SOURCE = Path(__file__).with_name("_least_squares.c")
+
+
+def compiled_module() -> ModuleType | None:
+    """Return the compiled module, `_least_squares.pyi`; None where inverse kinematics runs in Python."""
+    return form().module
+
+
+def form() -> Form:
+    """Return the form that is used now, and why."""
+    return form_without_mujoco(SOURCE, __package__, VARIABLE)
