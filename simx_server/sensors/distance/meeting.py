@@ -1,7 +1,7 @@
 """Whether geoms meet, or come nearer than a margin: faster than their distance, with the same answers.
 
-Balls and boxes around the geoms leave out most pairs, many in a few operations on arrays. The others are measured only
-as far as the margin.
+Balls and boxes around the geoms leave out most pairs: in C where it is compiled, else many in a few operations on
+arrays. The others are measured only as far as the margin.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from simx_server.scene.geometry.triangles import Array
 from simx_server.sensors.instant import Instant
 
 from .measuring import lower_bounds, placed
+from .native.loading import compiled_module
 from .triangle_pairs import come_within
 
 Pair = tuple[int, int] | tuple[()]
@@ -63,7 +64,7 @@ class GeomPairs:
         """Note geoms (n,) and (n,), MuJoCo's ids."""
         around, is_plane = instant.surroundings, instant.model.geom_type == _PLANE
         possible = ~(is_plane[first] & is_plane[second])
-        self._first, self._second = first[possible], second[possible]
+        self._first, self._second, self._is_plane = first[possible], second[possible], is_plane
         self._reach = around.radii[self._first] + around.radii[self._second]
 
     def __len__(self) -> int:
@@ -71,16 +72,28 @@ class GeomPairs:
 
     def meet(self, instant: Instant, margin: float = 0.0) -> bool:
         """Return whether geoms of any pair come nearer than the margin (m), whatever their objects."""
+        return any(geoms_meet(instant, *self.geoms(pair), margin) for pair in self.possible(instant, margin))
+
+    def geoms(self, pair: int) -> tuple[int, int]:
+        """Return MuJoCo's ids of the geoms of a pair."""
+        return int(self._first[pair]), int(self._second[pair])
+
+    def possible(self, instant: Instant, margin: float = 0.0) -> list[int]:
+        """Return which pairs are not surely farther apart than the margin, by balls and boxes around the geoms."""
         places = instant.geom_xpos
+        module = compiled_module()
+        if module is not None:
+            boxes = instant.model.geom_aabb
+            return module.possible_pairs(
+                *(self._first, self._second, self._reach),
+                *(places, instant.geom_xmat, boxes, self._is_plane, margin),
+            )
         away = places[self._first] - places[self._second]
         reach = self._reach + (margin + _ROUNDING)
         near = np.flatnonzero(np.einsum("ni,ni->n", away, away) <= reach * reach)
         if not len(near):
-            return False
-        first, second = self._first[near], self._second[near]
-        possible = np.flatnonzero(~are_apart(instant, first, second, margin))
-        pairs = zip(first[possible].tolist(), second[possible].tolist(), strict=True)
-        return any(geoms_meet(instant, *pair, margin) for pair in pairs)
+            return []
+        return near[~are_apart(instant, self._first[near], self._second[near], margin)].tolist()
 
 
 def geoms_meet(instant: Instant, first: int, second: int, margin: float = 0.0) -> bool:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scenes_for_tests import world_of
 
 from simx_server.scene.geometry.triangles import Array
 from simx_server.sensors.distance.box_tree import BoxTree, Placed
+from simx_server.sensors.distance.meeting import GeomPairs, geoms_meet
 from simx_server.sensors.distance.native import loading
 from simx_server.sensors.distance.triangle_pairs import Found, come_within, least_gap
 
@@ -149,6 +153,62 @@ def test_both_forms_agree_that_surfaces_meet_which_only_touch(monkeypatch: pytes
         assert come_within(first, first._replace(place=np.array([2.0, 0.0, 0.0])), 0.0)
         assert not come_within(first, first._replace(place=np.array([0.0, 0.0, 1e-6])), 0.0)
         assert not come_within(first, Placed(none, np.eye(3), np.zeros(3)), 9.0)
+
+
+def shapes(random: Random) -> str:
+    """A scene of many shapes near each other, and planes that some of them touch."""
+    bodies: list[str] = []
+    for number in range(24):
+        kind = random.choice(["box", "sphere", "capsule", "cylinder", "ellipsoid", "plane"])
+        x, y, z = random.uniform(-1, 1, 3)
+        a, b, c = random.uniform(-180, 180, 3)
+        size = " ".join(str(each) for each in random.uniform(0.05, 0.4, 3))
+        pose = f'pos="{x} {y} {z}" euler="{a} {b} {c}"'
+        bodies.append(f'<body name="b{number}" {pose}><geom type="{kind}" size="{size}"/></body>')
+    return f"<mujoco><worldbody>{''.join(bodies)}</worldbody></mujoco>"
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_both_forms_leave_out_the_same_pairs_and_none_that_meet(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "shapes.xml"
+    file.write_text(shapes(np.random.default_rng(seed)), encoding="utf-8")
+    instant = world_of(file).instants.now()
+    first, second = np.triu_indices(instant.model.ngeom, 1)
+    pairs = GeomPairs(instant, first, second)
+    for margin in (0.0, 0.05):
+        found: list[list[int]] = []
+        for form in ("python", ""):
+            monkeypatch.setenv(loading.VARIABLE, form)
+            found.append(pairs.possible(instant, margin))
+        assert found[0] == found[1]
+        assert 0 < len(found[0]) < len(pairs)
+        for pair in set(range(len(pairs))) - set(found[0]):
+            geoms = pairs.geoms(pair)
+            assert not geoms_meet(instant, *geoms, margin)
+
+
+def test_pairs_of_geoms_that_do_not_fit_are_refused() -> None:
+    one, other = np.array([0, 1]), np.array([1, 2])
+    fits: list[Any] = [
+        one,
+        other,
+        np.ones(2),
+        np.zeros((3, 3)),
+        np.zeros((3, 9)),
+        np.ones((3, 6)),
+        np.zeros(3, bool),
+    ]
+    possible: Any = compiled.possible_pairs
+    assert possible(*fits, 0.0) == [0, 1]
+    for number, wrong in (
+        *((place, each[:-1]) for place, each in enumerate(fits)),
+        *((place, each.astype(np.float32)) for place, each in enumerate(fits)),
+        *((0, np.array(each)) for each in ([0, 3], [-1, 0])),
+    ):
+        with pytest.raises(ValueError, match="do not fit"):
+            possible(*fits[:number], wrong, *fits[number + 1 :], 0.0)
 
 
 def test_arrays_that_do_not_fit_are_refused() -> None:

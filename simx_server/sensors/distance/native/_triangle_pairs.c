@@ -7,6 +7,8 @@
    left out here: bounds are computed no further than they are needed, and pairs that are surely farther apart than the
    best one of their batch.
 
+   `possible_pairs` does what `GeomPairs` in ../meeting.py does: it leaves out pairs of geoms by balls and boxes around them.
+
    The interpreter's lock is released during a search: it reads nothing but arrays that never change. */
 
 #define PY_SSIZE_T_CLEAN
@@ -678,6 +680,76 @@ static int come_within_margin(Search* s, double margin) {
 }
 
 
+//------------------------------------------ boxes around geoms ------------------------------------
+
+typedef struct {
+  Py_ssize_t count, geoms;
+  const Py_ssize_t *first, *second; /* (count,) */
+  const double* reach; /* (count,) sum of the radii of the balls */
+  const double *places, *turns, *boxes; /* (geoms, 3), (geoms, 9), (geoms, 6) */
+  const char* is_plane; /* (geoms,) */
+} Geoms;
+
+/* The middle of the box around a geom, in the world. */
+static void middle_of_box(double* found, const Geoms* g, Py_ssize_t geom) {
+  turn_back(found, g->boxes + 6 * geom, g->turns + 9 * geom);
+  for (int i = 0; i < 3; i++) {
+    found[i] += g->places[3 * geom + i];
+  }
+}
+
+/* Whether a plane is surely farther from the box around a geom than `most`; it is endless. */
+static int is_above_plane(const Geoms* g, Py_ssize_t geom, Py_ssize_t plane, double most) {
+  const double *turn_of_plane = g->turns + 9 * plane, *half = g->boxes + 6 * geom + 3;
+  double normal[3] = {turn_of_plane[2], turn_of_plane[5], turn_of_plane[8]}, height[3], reach[3];
+  middle_of_box(height, g, geom);
+  subtract(height, height, g->places + 3 * plane);
+  turn(reach, normal, g->turns + 9 * geom);
+  return dot(height, normal) - (fabs(reach[0]) * half[0] + fabs(reach[1]) * half[1] + fabs(reach[2]) * half[2]) > most;
+}
+
+/* `are_apart` of one pair, with the margin in `most`. */
+static int geoms_are_apart(const Geoms* g, Py_ssize_t first, Py_ssize_t second, double most) {
+  if (g->is_plane[first]) {
+    return is_above_plane(g, second, first, most);
+  }
+  if (g->is_plane[second]) {
+    return is_above_plane(g, first, second, most);
+  }
+  const double *mine = g->turns + 9 * first, *theirs = g->turns + 9 * second;
+  const double *half = g->boxes + 6 * first + 3, *other_half = g->boxes + 6 * second + 3;
+  double away[3], middle[3], along[3], spread[9];
+  middle_of_box(middle, g, first);
+  middle_of_box(away, g, second);
+  subtract(away, away, middle);
+  for (int i = 0; i < 3; i++) {
+    double side[3] = {mine[i], mine[3 + i], mine[6 + i]};
+    turn(spread + 3 * i, side, theirs);
+    for (int j = 0; j < 3; j++) {
+      spread[3 * i + j] = fabs(spread[3 * i + j]);
+    }
+    if (fabs(dot(side, away)) - half[i] - dot(spread + 3 * i, other_half) > most) {
+      return 1;
+    }
+  }
+  turn(along, away, theirs);
+  turn(middle, half, spread);
+  for (int i = 0; i < 3; i++) {
+    if (fabs(along[i]) - other_half[i] - middle[i] > most) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
+static int is_possible(const Geoms* g, Py_ssize_t pair, double most) {
+  Py_ssize_t first = g->first[pair], second = g->second[pair];
+  double away[3], reach = g->reach[pair] + most;
+  subtract(away, g->places + 3 * first, g->places + 3 * second);
+  return dot(away, away) <= reach * reach && !geoms_are_apart(g, first, second, most);
+}
+
+
 //------------------------------------------ Python ------------------------------------------------
 
 enum { CORNERS, BOXES, TURN, PLACE, ARRAYS };
@@ -840,9 +912,81 @@ static PyObject* come_within(PyObject* module, PyObject* args) {
   return found;
 }
 
+PyDoc_STRVAR(possible_pairs_doc, "possible_pairs(first, second, reach, places, turns, boxes, is_plane, margin)\n\n"
+"Return a list of those pairs of geoms that may come nearer than the margin (m): indices of `first` and `second`.");
+
+enum { FIRST, SECOND, REACH, PLACES, TURNS, GEOM_BOXES, IS_PLANE, GEOM_ARRAYS };
+
+/* Return whether the arrays have the types and the sizes that fit each other. */
+static int set_geoms(Geoms* g, const Py_buffer* views) {
+  static const char kinds[] = "iidddd?";
+  const Py_ssize_t size = sizeof(double);
+  for (int i = 0; i < GEOM_ARRAYS; i++) {
+    const char* format = views[i].format;
+    int fits = format && (kinds[i] == 'i' ? *format == 'l' || *format == 'q' : *format == kinds[i]);
+    if (!fits || views[i].itemsize != (kinds[i] == '?' ? 1 : size)) {
+      return 0;
+    }
+  }
+  *g = (Geoms){
+    views[FIRST].len / (Py_ssize_t)sizeof(Py_ssize_t), views[IS_PLANE].len, views[FIRST].buf, views[SECOND].buf,
+    views[REACH].buf, views[PLACES].buf, views[TURNS].buf, views[GEOM_BOXES].buf, views[IS_PLANE].buf,
+  };
+  if (views[SECOND].len != views[FIRST].len || views[REACH].len != g->count * size ||
+      views[PLACES].len != 3 * g->geoms * size || views[TURNS].len != 9 * g->geoms * size ||
+      views[GEOM_BOXES].len != 6 * g->geoms * size) {
+    return 0;
+  }
+  for (Py_ssize_t i = 0; i < g->count; i++) {
+    if (g->first[i] < 0 || g->first[i] >= g->geoms || g->second[i] < 0 || g->second[i] >= g->geoms) {
+      return 0;
+    }
+  }
+  return 1;
+}
+
+static PyObject* possible_pairs(PyObject* module, PyObject* args) {
+  (void)module;
+  PyObject* a[GEOM_ARRAYS];
+  double margin;
+  if (!PyArg_ParseTuple(args, "OOOOOOOd", a, a + 1, a + 2, a + 3, a + 4, a + 5, a + 6, &margin)) {
+    return NULL;
+  }
+  Py_buffer views[GEOM_ARRAYS];
+  int taken = 0;
+  PyObject* found = NULL;
+  Geoms g;
+  for (; taken < GEOM_ARRAYS; taken++) {
+    if (PyObject_GetBuffer(a[taken], views + taken, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0) {
+      goto end;
+    }
+  }
+  if (!set_geoms(&g, views)) {
+    PyErr_SetString(PyExc_ValueError, "the arrays of pairs and geoms do not fit each other");
+    goto end;
+  }
+  found = PyList_New(0);
+  for (Py_ssize_t i = 0; found && i < g.count; i++) {
+    if (!is_possible(&g, i, margin + ROUNDING)) {
+      continue;
+    }
+    PyObject* number = PyLong_FromSsize_t(i);
+    if (!number || PyList_Append(found, number) < 0) {
+      Py_CLEAR(found);
+    }
+    Py_XDECREF(number);
+  }
+end:
+  while (taken) {
+    PyBuffer_Release(views + --taken);
+  }
+  return found;
+}
+
 static PyMethodDef functions[] = {
   {"least_gap", least_gap, METH_VARARGS, least_gap_doc},
   {"come_within", come_within, METH_VARARGS, come_within_doc},
+  {"possible_pairs", possible_pairs, METH_VARARGS, possible_pairs_doc},
   {NULL, NULL, 0, NULL},
 };
 

@@ -1,5 +1,8 @@
 """Types of the compiled module; `_triangle_pairs.c` documents it."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simx_server.scene.geometry.triangles import Array
 
 SOURCE_HASH: str
@@ -30,3 +33,14 @@ def come_within(
     margin: float,
     /,
 ) -> bool: ...
+def possible_pairs(
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+    reach: Array,
+    places: Array,
+    turns: Array,
+    boxes: Array,
+    is_plane: NDArray[np.bool_],
+    margin: float,
+    /,
+) -> list[int]: ...
