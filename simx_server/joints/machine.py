@@ -275,10 +275,13 @@ class Machine:
 
     def hold_inert(self, handles: Collection[int]) -> None:
         """Hold these joints where they are, in any mode; release all others that were held so."""
-        for handle, state in self._states.items():
-            if state.inert != (handle in handles):
-                state.inert = handle in handles
-                self._apply(handle)
+        changed = [handle for handle, state in self._states.items() if state.inert != (handle in handles)]
+        for handle in changed:
+            self._states[handle].inert = handle in handles
+            self._write(handle)
+        if changed:
+            self._write_weights()
+            self._rebuild()
 
     def fix(self, handle: int, fixed: bool) -> None:
         """Let physics leave a joint where it is, in any mode, or move it."""
@@ -407,18 +410,22 @@ class Machine:
 
     def _apply(self, handle: int, *, rebuild: bool = True) -> None:
         """Apply changed settings."""
+        self._write(handle, may_hold=rebuild)
+        if rebuild:
+            self._write_weights()
+            self._rebuild()
+
+    def _write(self, handle: int, *, may_hold: bool = True) -> None:
+        """Write a joint's settings into the model. `may_hold`: a joint that is to be held now is held where it is."""
         binding, state = self._bindings[handle], self._states[handle]
         rule = rule_of(binding, state)
-        if rule == Rule.HOLD and rebuild:
+        if rule == Rule.HOLD and may_hold:
             state.held = self._raw_position(binding) + state.offset
         write_actuator(binding, state, rule, self._sim.model, self._sim.data)
         master = self._bindings.get(state.master)
         write_equality(binding, state, rule, master, self._sim.model, self._sim.data)
         if binding.element == "joint":
             self._write_gravcomp(binding.body)
-        if rebuild:
-            self._write_weights()
-            self._rebuild()
 
     def _write_weights(self, *, always: bool = False) -> None:
         kinematic = frozenset(
