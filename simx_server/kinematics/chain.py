@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
 
-_SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+_SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), _SLIDE)
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 
 
@@ -145,26 +146,22 @@ def make_arms(
             f"no joint that inverse kinematics may move lies above '{sim.scene.get(elements[0].tip).name}'; "
             "joints that take part are annotated mode=ik, or set to that mode, or listed in the call"
         )
-    ids = [joint for joint in every if int(model.jnt_type[joint]) in _SINGLE]
-    turning = [joint for joint in every if int(model.jnt_type[joint]) not in _SINGLE]
+    kinds: dict[int, int] = dict(zip(every, model.jnt_type[every].tolist(), strict=True))
+    ids = [joint for joint in every if kinds[joint] in _SINGLE]
+    turning = [joint for joint in every if kinds[joint] not in _SINGLE]
     owners = [*ids, *(joint for joint in turning for _ in range(3))]
+    axes = [0] * len(ids) + [0, 1, 2] * len(turning)
     handles = tuple(_handle(sim, joint) for joint in ids)
     bounds = [_limits(sim, handle) for handle in handles]
-    is_hinge = [model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_SLIDE for joint in owners]
+    is_hinge = [kinds[joint] != _SLIDE for joint in owners]
     joints = Joints(
         handles=handles,
-        addresses=np.array([model.jnt_qposadr[joint] for joint in ids], dtype=np.intp),
-        dofs=np.array(
-            [
-                *(model.jnt_dofadr[joint] for joint in ids),
-                *(model.jnt_dofadr[joint] + axis for joint in turning for axis in range(3)),
-            ],
-            dtype=np.intp,
-        ),
+        addresses=model.jnt_qposadr[owners][: len(ids)].astype(np.intp),
+        dofs=(model.jnt_dofadr[owners] + axes).astype(np.intp),
         low=np.array([*(low for low, _ in bounds), *[-math.inf] * 3 * len(turning)], dtype=float),
         high=np.array([*(high for _, high in bounds), *[math.inf] * 3 * len(turning)], dtype=float),
         is_hinge=np.array(is_hinge, dtype=bool),
-        max_step=np.array([largest_step(is_hinge=bool(each)) for each in is_hinge], dtype=float),
+        max_step=np.array([largest_step(is_hinge=each) for each in is_hinge], dtype=float),
         weights=np.array([sim.joints.ik_weight(_handle(sim, joint)) for joint in owners], dtype=float),
         balls=tuple(Ball(_handle(sim, joint), int(model.jnt_qposadr[joint])) for joint in turning),
     )
