@@ -24,7 +24,7 @@ from ..scene.registered import Registry
 from .chain import Ball, Constraint, Element, Joints, NothingMovesError, is_in_ik_mode, make_arms
 from .sampling import turned_back
 from .saving import note_of
-from .scratch import Scratch
+from .scratch import Scratch, Trials
 from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
@@ -102,6 +102,8 @@ class IkGroups(Part):
         self._collections = collections
         self._first_seed = self._seed = self._seed_before_run = seed
         self.scratch = Scratch(sim)
+        self.trials = Trials()
+        """The state in which searches and planners look whether something collides."""
         self._random: np.random.Generator | None = None
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
         self._made: dict[int, Group] = {}

@@ -52,6 +52,49 @@ class Scratch:
         return self.data
 
 
+class Trials:
+    """A state that several users share, one after the other: a new one takes longer than many trials."""
+
+    def __init__(self) -> None:
+        """Make none yet."""
+        self._data: mujoco.MjData | None = None
+        self._model: mujoco.MjModel | None = None
+        self._user: object = None
+
+    def of(self, user: object, model: mujoco.MjModel, positions: Snapshot) -> mujoco.MjData:
+        """Return the state for a user.
+
+        Args:
+            user: the state is as it was left by this object, unless others have used it since.
+            model: the model of the state.
+            positions: those of the state for a new user, or after others have used it.
+        """
+        data = self._data
+        if data is None or self._model is not model:
+            self._model, self._user = model, None
+            data = self._data = mujoco.MjData(model)
+        if self._user is not user:
+            self._user = user
+            positions.write(data)
+        return data
+
+
+class Snapshot:
+    """Everything that the kinematics of a state depend on, apart from the model."""
+
+    def __init__(self, data: mujoco.MjData) -> None:
+        """Copy the positions of a state."""
+        self._qpos, self._mocap_pos, self._mocap_quat = (
+            each.copy() for each in (data.qpos, data.mocap_pos, data.mocap_quat)
+        )
+
+    def write(self, data: mujoco.MjData) -> None:
+        """Bring a state to these positions."""
+        data.qpos[:] = self._qpos
+        data.mocap_pos[:] = self._mocap_pos
+        data.mocap_quat[:] = self._mocap_quat
+
+
 def copy_positions(source: mujoco.MjData, target: mujoco.MjData) -> None:
     """Copy everything that the kinematics depend on."""
     target.qpos[:] = source.qpos

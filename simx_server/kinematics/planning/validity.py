@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.kinematics.chain import Joints
-from simx_server.kinematics.scratch import Array, copy_positions
+from simx_server.kinematics.scratch import Array, Snapshot
 from simx_server.sensors.distance.meeting import GeomPairs, Indices
 from simx_server.simulation.sleepers import kinematics
 
@@ -66,8 +66,12 @@ class Validity:
         sim = world.simulation
         instant = world.instants.now()  # first: it may renew the model
         self.model = copy.copy(sim.model) if own_model else sim.model
-        self._data = mujoco.MjData(self.model)
-        copy_positions(sim.data, self._data)
+        self._positions = Snapshot(sim.data)
+        self._trials = world.ik_groups.trials
+        self._own_data: mujoco.MjData | None = None
+        if own_model:
+            self._own_data = mujoco.MjData(self.model)
+            self._positions.write(self._own_data)
         self._instants = world.instants
         self.checks = 0
         """Number of calls."""
@@ -86,9 +90,12 @@ class Validity:
         self.checks += 1
         if not len(self._pairs):
             return True
-        place(self._data)
-        kinematics(self.model, self._data)
-        return not self._pairs.meet(self._instants.of(self._data), margin)
+        data = self._own_data
+        if data is None:
+            data = self._trials.of(self, self.model, self._positions)
+        place(data)
+        kinematics(self.model, data)
+        return not self._pairs.meet(self._instants.of(data), margin)
 
 
 def of_joints(
@@ -110,10 +117,11 @@ def of_joints(
 
 def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> Indices:
     """Return for each body (nbody,) the moved body that it is, or is fixed to; 0: it does not move."""
-    parts = np.zeros(model.nbody, dtype=np.intp)
-    for body in range(1, model.nbody):
-        parts[body] = body if body in moved else parts[model.body_parentid[body]]
-    return parts
+    parts: list[int] = []
+    above: int
+    for body, above in enumerate(model.body_parentid.tolist()):
+        parts.append(body if body in moved else parts[above] if body else 0)
+    return np.array(parts, dtype=np.intp)
 
 
 def _of_geoms(world: PlanningWorld, instant: Instant, pairs: Pairs) -> tuple[Indices, Indices]:

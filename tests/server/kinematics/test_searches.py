@@ -6,13 +6,16 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from sim_api_calls import ScriptWorld
 from test_listed_joints import ARM, BEGIN, BENT, aim, put
 
 from simx_server.kinematics import sampling
+from simx_server.kinematics.planning.validity import as_pairs, of_joints
 from simx_server.kinematics.sampling import Nearness
+from simx_server.kinematics.scratch import Snapshot, Trials
 from simx_server.kinematics.search import find_configs
 from simx_server.kinematics.solver import Solution, Solver
 from simx_server.scene.poses.frames import set_position
@@ -151,3 +154,28 @@ def test_a_seed_holds_until_the_stop_or_for_all_later_runs(world: ScriptWorld) -
     world.parts.ik_groups.seed(5)
     assert found_in_a_new_run() == of_seed
     assert found_in_a_new_run() == of_seed
+
+
+def test_a_check_starts_where_the_scene_was_whatever_other_checks_have_tried(world: ScriptWorld) -> None:
+    model, data, trials = world.sim.model, world.sim.data, Trials()
+    one, other, positions = object(), object(), Snapshot(data)
+    present = data.qpos.copy()
+    trials.of(one, model, positions).qpos[:2] = 7.0, 8.0
+    assert trials.of(one, model, positions).qpos[:2].tolist() == [7.0, 8.0]
+    data.qpos[:] = 0.5  # the scene moves on
+    assert trials.of(other, model, positions).qpos.tolist() == present.tolist()
+    assert trials.of(one, model, positions).qpos.tolist() == present.tolist()
+    newer = mujoco.MjModel.from_xml_string("<mujoco><worldbody/></mujoco>")
+    assert trials.of(one, newer, Snapshot(mujoco.MjData(newer))).qpos.size == 0
+
+
+def test_checks_of_two_searches_at_once_do_not_disturb_each_other(world: ScriptWorld) -> None:
+    groups, handles = world.parts.ik_groups, [world.handle(f"j{number}") for number in range(1, 7)]
+    group = groups.get(groups.find("arm"))
+    pairs = as_pairs([world.handle("link5"), world.handle("base")])
+    all_joints, last = (groups.solver(group, some)[0] for some in (handles, handles[3:]))
+    first, second = (of_joints(world.parts, joints, pairs) for joints in (all_joints, last))
+    folded = np.array([0.0, 2.0, 2.6, -1.46, 0.0, 0.0])
+    assert not first(folded)
+    assert second(folded[3:]), "the other joints are where the scene has them"
+    assert not first(folded)
