@@ -45,25 +45,25 @@ class Weights:
 
     def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
         """Write the inertia of kinematic joints; `kinematic`: ids of the joints that physics does not move."""
+        is_kinematic = np.zeros(model.njnt, dtype=bool)
+        is_kinematic[list(kinematic)] = True
         if model.nv:
-            dofs = np.flatnonzero(np.isin(model.dof_jntid, list(kinematic)))
+            dofs = is_kinematic[model.dof_jntid]
             model.dof_armature[:] = self.armature
             model.dof_armature[dofs] = KINEMATIC_ARMATURE
             model.dof_M0[:] = self.inertia + (model.dof_armature - self.armature)
             model.dof_invweight0[:] = self.dofs
             model.dof_invweight0[dofs] = 0.0
         model.body_invweight0[:] = self.bodies
-        model.body_invweight0[_immovable_bodies(model, kinematic)] = 0.0
+        model.body_invweight0[_immovable_bodies(model, is_kinematic)] = 0.0
 
 
-def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> np.ndarray:
-    """Return the ids of the bodies that only such joints move, or none."""
+def _immovable_bodies(model: mujoco.MjModel, is_kinematic: np.ndarray) -> np.ndarray:
+    """Return (nbody,) which bodies only such joints (njnt,) move, or none."""
     moves = np.zeros(model.nbody, dtype=bool)
-    if model.njnt:
-        count: int = model.njnt
-        moves[model.jnt_bodyid[~np.isin(np.arange(count), list(kinematic))]] = True
+    moves[model.jnt_bodyid[~is_kinematic]] = True
     above = model.body_parentid
     while above.any():  # each round looks twice as far up the tree
         moves |= moves[above]
         above = above[above]
-    return np.flatnonzero(~moves)
+    return ~moves
