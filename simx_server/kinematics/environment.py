@@ -23,11 +23,11 @@ from simx_server.simulation.sleepers import kinematics
 from ..errors import CommandError
 from ..joints import JointMode
 from ..scene.objects import ObjectKind
-from .chain import Element, Joints, fixed_pose, make_arms
+from .chain import Arm, Element, Joints, fixed_pose, make_arms
 from .groups import must_stay
 from .least_squares.problem import pose_of_body
 from .own_objects import OwnJoint, OwnObjects
-from .scratch import Array, Scratch
+from .scratch import Array, Positions, Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
@@ -232,7 +232,7 @@ class Environment:
         Raises:
             CommandError: there are none.
         """
-        return self.solver(group)[0]
+        return self._prepared(group)[1]
 
     def solver(
         self, group: EnvironmentGroup, only: tuple[int, ...] | None = None, limits: bool = True
@@ -244,6 +244,15 @@ class Environment:
             only: handles of the joints that move; the others stay.
             limits: whether the limits of the joints count.
         """
+        place, joints, arms = self._prepared(group, only, limits)
+        if place is self._scratch:
+            self._load()
+        return joints, Solver(place, joints, arms)
+
+    def _prepared(
+        self, group: EnvironmentGroup, only: tuple[int, ...] | None = None, limits: bool = True
+    ) -> tuple[Positions, Joints, list[Arm]]:
+        """Return what a solver needs."""
         if not group.elements:
             raise CommandError(
                 f"the group '{group.name}' has no element; add one with simIK.addElementFromScene"
@@ -257,7 +266,6 @@ class Environment:
             place, joints, arms = self.own.arms(elements, takes_part)
         else:
             joints, arms = make_arms(self._sim, elements, takes_part)
-            self._load()
             place = self._scratch
         with_margin = bool(group.flags & GroupFlag.AVOID_LIMITS)
         bounds = [
@@ -268,7 +276,7 @@ class Environment:
         joints = replace(
             joints, low=low, high=high, max_step=self._steps(group, joints), weights=self._weighted(joints)
         )
-        return joints, Solver(place, joints, arms)
+        return place, joints, arms
 
     def goals(self, group: EnvironmentGroup) -> list[Pose]:
         """Return the world poses of the targets."""
