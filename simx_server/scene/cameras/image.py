@@ -12,7 +12,7 @@ Rules, the same for OpenGL and for ray casting:
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -133,6 +133,12 @@ class CameraView:
             return self.viewpoint.pose()
         return data.cam_xpos[self.camera_id], data.cam_xmat[self.camera_id].reshape(3, 3)
 
+    @property
+    def place(self) -> Hashable:
+        """Return what all views have in common that show the same geoms in the same pixels, whatever their colours."""
+        shape = self.width, self.height, self.fovy_deg, self.near, self.far, self.orthographic_size
+        return self.camera_id, self.viewpoint, shape, self.only, self.is_users
+
     def half_extent(self) -> tuple[float, float]:
         """Return half width and half height of the visible area, metres: at 1 m depth, or anywhere if orthographic."""
         if self.orthographic_size is not None:
@@ -190,6 +196,16 @@ class Renderer(Protocol):
         let_in: Callable[[], None] = nothing,
     ) -> CameraImage:
         """Return an image; `let_in` is called between its parts, and may render other images of the same model."""
+        ...
+
+    def render_both(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        coded: CameraView,
+        let_in: Callable[[], None] = nothing,
+    ) -> tuple[CameraImage, CameraImage]:
+        """Return the images of a view of colours and of one of codes with the same `place`, with all channels."""
         ...
 
     def rest(self) -> None:

@@ -7,18 +7,24 @@ with depth.
 
 MuJoCo draws a mesh by calling a display list, whose number the geom has. A geom with the number of another list runs
 the commands in that list when its turn comes, and draws nothing.
+
+Such a geom before each other one gives its number to the stencil buffer, which then says what each pixel shows.
 """
 
 from __future__ import annotations
 
 import ctypes
+import functools
 import importlib
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from .drawn_geoms import DrawnGeoms
 
 _FAR = 1e15
 """Distance beyond everything; MuJoCo takes 1e10 for planes that are seen from behind."""
@@ -30,6 +36,9 @@ Color = tuple[float, float, float]
 
 COUNT = 5
 """Geoms that are added to a scene."""
+
+MOST_NUMBERS = 255
+"""Geoms that can be numbered in one image: the stencil buffer has a byte for each pixel, and 0 is nothing."""
 
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _SOLIDS = {
@@ -53,6 +62,9 @@ class Commands:
         # Imported late: a back end must choose PyOpenGL's platform before.
         self._gl: Any = importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_1")
         gl = self._gl
+        self._numbering: list[int] = []
+        """The lists that number geoms: that of number 1, 2, ..."""
+
         self.drawing, self._numbers = drawing, list[int]()
         self._background: Color | None = None
         self._tinted: dict[int, tuple[tuple[Any, ...], int]] = {}
@@ -67,19 +79,28 @@ class Commands:
             self.free()  # later, with another context current, its numbers would be those of others
             raise
 
-    def add(self, scene: mujoco.MjvScene, background: Color) -> None:
+    def add(self, scene: mujoco.MjvScene, geoms: DrawnGeoms, background: Color) -> None:
         """Add the commands to a scene that is drawn with colours.
 
         Args:
             scene: the scene, with room for `COUNT` geoms.
+            geoms: its geoms.
             background: RGB 0..1.
         """
         self._set_start(background)
         eye = np.mean([camera.pos for camera in scene.camera], axis=0)
+        added = slice(scene.ngeom, scene.ngeom + COUNT)
+        geoms.rows[added] = self._commands.rows[:COUNT]
+        geoms.pos[added] += eye
+        scene.ngeom += COUNT
+
+    @cached_property
+    def _commands(self) -> DrawnGeoms:
+        """Return the geoms that `add` adds to a scene whose eye is at 0, and behind them the one of `number`."""
+        scene = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), COUNT + 1)
         # MuJoCo draws a reflecting plane before all others. It is level and below the eye, so it is seen from above.
-        below = eye - (0.0, 0.0, 1.0)
-        first = _add(scene, mujoco.mjtGeom.mjGEOM_PLANE, below, self._start - self.drawing.basePlane - 1)
-        first.reflectance = 1.0
+        first = _add(scene, mujoco.mjtGeom.mjGEOM_PLANE, self._start - self.drawing.basePlane - 1)
+        first.pos[2], first.reflectance = -1.0, 1.0
         # Transparent geoms are drawn from near to far, without effect here, and then from far to near.
         before, behind = _BEFORE_PLANES
         for distance, commands in (
@@ -88,12 +109,50 @@ class Commands:
             (behind, self._without_depth),
             (_FAR, self._show),
         ):
-            geom = _add(scene, mujoco.mjtGeom.mjGEOM_MESH, eye, commands - self.drawing.baseMesh)
+            geom = _add(scene, mujoco.mjtGeom.mjGEOM_MESH, commands - self.drawing.baseMesh)
             geom.rgba[3] = 0.5
             if distance < 0:  # MuJoCo subtracts the size
                 geom.size[:] = -distance
             else:
-                geom.pos[0] += distance
+                geom.pos[0] = distance
+        _add(scene, mujoco.mjtGeom.mjGEOM_MESH, 0)
+        return DrawnGeoms(scene)
+
+    def number(self, scene: mujoco.MjvScene, geoms: DrawnGeoms) -> None:
+        """Have each pixel of the next image numbered by the geom that it shows: 1 for the first one.
+
+        Args:
+            scene: the scene, with at most `MOST_NUMBERS` geoms, and room for as many more; each becomes the second
+                one of a pair.
+            geoms: its geoms.
+        """
+        count = scene.ngeom
+        while len(self._numbering) < count:
+            self._numbering.append(self._list_of(functools.partial(self._number, len(self._numbering) + 1)))
+        drawn = geoms.rows[:count].copy()
+        geoms.rows[: 2 * count : 2] = self._commands.rows[COUNT]
+        geoms.dataid[: 2 * count : 2] = np.array(self._numbering[:count]) - self.drawing.baseMesh
+        geoms.rows[1 : 2 * count : 2] = drawn
+        scene.ngeom = 2 * count
+
+    def _number(self, number: int) -> None:
+        gl = self._gl
+        if number == 1:
+            gl.glClearStencil(0)
+            gl.glClear(gl.GL_STENCIL_BUFFER_BIT)
+            gl.glEnable(gl.GL_STENCIL_TEST)
+            gl.glStencilOp(gl.GL_KEEP, gl.GL_KEEP, gl.GL_REPLACE)
+        gl.glStencilFunc(gl.GL_ALWAYS, number, MOST_NUMBERS)
+
+    def read_numbers(self, height: int, width: int) -> NDArray[np.uint8]:
+        """Return the numbers of the image that was drawn last, (height, width), its lowest row first."""
+        numbers = np.empty((height, width), np.uint8)
+        framebuffer, gl = importlib.import_module("OpenGL.raw.GL.VERSION.GL_3_0"), self._gl
+        framebuffer.glBindFramebuffer(framebuffer.GL_READ_FRAMEBUFFER, self.drawing.offFBO)
+        gl.glPixelStorei(gl.GL_PACK_ALIGNMENT, 1)
+        place = ctypes.c_void_p(numbers.ctypes.data)
+        gl.glReadPixels(0, 0, width, height, gl.GL_STENCIL_INDEX, gl.GL_UNSIGNED_BYTE, place)
+        return numbers
 
     def tint(self, geom: Any, color: NDArray[np.float64]) -> None:
         """Give a geom of a scene highlights of a colour, RGB 0..1; those of planes and capsules stay white."""
@@ -126,8 +185,9 @@ class Commands:
         return geom.matid >= 0 and self.drawing.mat_texid[_ROLES * geom.matid + _RGB] >= 0
 
     def end(self) -> None:
-        """Show colours again, after a scene has been drawn."""
+        """Show colours again, and end numbering, after a scene has been drawn."""
         self._gl.glColorMask(True, True, True, True)
+        self._gl.glDisable(self._gl.GL_STENCIL_TEST)
 
     def _set_start(self, background: Color) -> None:
         """Fill the list that runs after MuJoCo has cleared the image and before it draws."""
@@ -174,10 +234,10 @@ class Commands:
         raise mujoco.FatalError("OpenGL gives no display list; its context is lost")
 
 
-def _add(scene: mujoco.MjvScene, kind: mujoco.mjtGeom, place: np.ndarray, number: int) -> Any:
+def _add(scene: mujoco.MjvScene, kind: mujoco.mjtGeom, number: int) -> Any:
     """Add a geom that runs the list with this number, counted from MuJoCo's first one of its kind; return it."""
     geom = scene.geoms[scene.ngeom]
-    mujoco.mjv_initGeom(geom, kind, np.ones(3), place, _NO_ROTATION, np.ones(4, np.float32))
+    mujoco.mjv_initGeom(geom, kind, np.ones(3), np.zeros(3), _NO_ROTATION, np.ones(4, np.float32))
     geom.dataid = number
     # MuJoCo leaves these as they were in memory; by the kind of object it decides how far away a geom is.
     geom.objtype, geom.objid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1

@@ -11,9 +11,12 @@ cleared pixels mean that nothing is seen.
 Round geoms get half the corners where the difference is invisible (see `roundness`).
 """
 
+from __future__ import annotations
+
 import importlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -28,13 +31,20 @@ from simx_server.scene.cameras.image import (
     RenderError,
     nothing,
 )
-from simx_server.scene.cameras.visibility import SENSORS_GROUP, VISIBLE_GROUPS, drawn, near_the_view
+from simx_server.scene.cameras.visibility import (
+    OPAQUE_ALPHA,
+    SENSORS_GROUP,
+    VISIBLE_GROUPS,
+    drawn,
+    near_the_view,
+)
 from simx_server.scene.geometry import lights
 from simx_server.scene.geometry.highlights import highlights_of
 
 from .backend import make_gl_context
-from .commands import COUNT, Commands
+from .commands import COUNT, MOST_NUMBERS, Commands
 from .drawings import OFFSCREEN, drawing_of, have_one_drawing, textures_of
+from .drawn_geoms import DrawnGeoms
 from .roundness import may_be_coarse, round_geoms
 
 logger = logging.getLogger(__name__)
@@ -108,7 +118,9 @@ class OpenGLRenderer:
         self._model = model
         self._round = round_geoms(model)
         self._highlights = highlights_of(model)
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16 + COUNT)
+        most = model.ngeom + model.nskin + model.nflex + 16
+        self._scene = mujoco.MjvScene(model, maxgeom=2 * most + COUNT)
+        self._geoms = DrawnGeoms(self._scene)
         self._scene.flags[:] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
 
@@ -143,33 +155,64 @@ class OpenGLRenderer:
             mujoco.FatalError: OpenGL failed; make a new renderer.
         """
         view.check_camera(self._model)
-        masked = rgb and view.codes is not None
-        colours = np.empty((view.height, view.width, 3), np.uint8) if rgb else None
-        nearness = np.empty((view.height, view.width), np.float32) if depth or masked else None
-        rows_at_once = max(1, PART // view.width)
-        for first in range(0, view.height, rows_at_once):
-            if first:
-                let_in()
-            rows = slice(first, min(first + rows_at_once, view.height))
-            self._render_rows(data, view, rows, colours, nearness)
+        is_flat = not rgb or view.codes is not None
+        pixels = _Pixels.of(view, rgb=rgb, depth=depth or (rgb and is_flat))
+        for rows in _parts(view, let_in):
+            commands = self._compose(data, view, rows, is_flat=is_flat)
+            self._fill(commands, view, pixels, rows)
+        if pixels.colours is not None and is_flat:
+            pixels.fill_background(view)
+        return pixels.image(view, with_depth=depth)
 
-        if masked and colours is not None and nearness is not None:
-            # MuJoCo clears to black. Filling each pixel as one item is seven times as fast as three bytes.
-            background = np.array(view.background_bytes(), np.uint8)
-            colours.view("V3")[..., 0][nearness == 0.0] = background.view("V3")
-        if not depth or nearness is None:
-            return CameraImage(colours, None)
-        return CameraImage(colours, _linear_depth(nearness, view))
-
-    def _render_rows(
+    def render_both(
         self,
         data: mujoco.MjData,
         view: CameraView,
-        rows: slice,
-        colours: NDArray[np.uint8] | None,
-        nearness: NDArray[np.float32] | None,
-    ) -> None:
-        """Fill these rows of an image."""
+        coded: CameraView,
+        let_in: Callable[[], None] = nothing,
+    ) -> tuple[CameraImage, CameraImage]:
+        """Return the image of `view`, and that of codes of the same place, each with both channels.
+
+        Most pairs are drawn once: drawing numbers the geoms, and the numbers of the pixels give the codes.
+
+        Args:
+            data: the state (forward kinematics done).
+            view: a view of colours.
+            coded: a view of codes with the same `place`.
+            let_in: called between parts of an image; it may render other images.
+
+        Raises:
+            RenderError: the model does not have the camera.
+            mujoco.FatalError: OpenGL failed; make a new renderer.
+        """
+        view.check_camera(self._model)
+        pixels = _Pixels.of(view, rgb=True, depth=True)
+        codes = np.empty((view.height, view.width, 3), np.uint8)
+        coded_pixels = _Pixels(codes, pixels.nearness)
+        for rows in _parts(view, let_in):
+            commands = self._compose(data, view, rows, is_flat=False)
+            if not self._can_be_numbered(data, view):
+                image = self.render(data, view, True, True, let_in)
+                return image, self.render(data, coded, True, True, let_in)
+            codes_of_numbers = np.array([NO_CODE, *self._codes(coded.codes or ())], "<u4")
+            commands.number(self._scene, self._geoms)
+            self._fill(commands, view, pixels, rows)
+            numbers = commands.read_numbers(rows.stop - rows.start, view.width)
+            codes[rows] = codes_of_numbers.view(np.uint8).reshape(-1, 4)[:, :3][numbers]
+        coded_pixels.fill_background(coded)
+        image = pixels.image(view, with_depth=True)
+        return image, CameraImage(codes, image.depth)
+
+    def _compose(self, data: mujoco.MjData, view: CameraView, rows: slice, *, is_flat: bool) -> Commands:
+        """Fill the scene with what these rows of an image show; return what to draw it with.
+
+        Args:
+            data: the state.
+            view: the camera view.
+            rows: the rows.
+            is_flat: whether the image lacks colours, so that light and textures are not needed: constant colours are
+                much cheaper.
+        """
         self._gl.make_current()
         self._upload_textures()
         near = near_the_view(self._model, data, view)
@@ -177,25 +220,27 @@ class OpenGLRenderer:
         self._option.geomgroup[_LAST_GROUP] = has_others
         if self._option.geomgroup[_LAST_GROUP]:  # MuJoCo takes several groups for the last one
             near &= drawn(self._model, view)
-        height = rows.stop - rows.start
-        commands = self._commands_for(data, view, height, near)
+        commands = self._commands_for(data, view, rows.stop - rows.start, near)
         self._take_scene(data, view, rows)
-        # Without colour, light and textures are not needed: constant colours are much cheaper.
-        flat = colours is None or view.codes is not None
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
-        self._leave_out(data, view, near, flat)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = is_flat
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = is_flat
+        self._leave_out(data, view, near, is_flat)
+        return commands
+
+    def _fill(self, commands: Commands, view: CameraView, pixels: _Pixels, rows: slice) -> None:
+        """Draw the scene, and read these rows of an image."""
         if view.codes is not None:
-            self._write_codes(view.codes)
-        if not flat:
+            # MuJoCo draws the number after it.
+            self._geoms.segid[: self._scene.ngeom] = self._codes(view.codes) - 1
+        if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT]:
             self._tint(commands)
-            commands.add(self._scene, view.background)
-        rect = mujoco.MjrRect(0, 0, view.width, height)
+            commands.add(self._scene, self._geoms, view.background)
+        rect = mujoco.MjrRect(0, 0, view.width, rows.stop - rows.start)
         mujoco.mjr_render(rect, self._scene, commands.drawing)
         commands.end()
         mujoco.mjr_readPixels(
-            None if colours is None else colours[rows],
-            None if nearness is None else nearness[rows],
+            None if pixels.colours is None else pixels.colours[rows],
+            None if pixels.nearness is None else pixels.nearness[rows],
             rect,
             commands.drawing,
         )
@@ -265,19 +310,48 @@ class OpenGLRenderer:
             eye.frustum_near = view.near
             eye.frustum_far = view.far
 
-    def _leave_out(self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_], flat: bool) -> None:
+    def _leave_out(
+        self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_], is_flat: bool
+    ) -> None:
         """Leave out geoms that need not be drawn.
 
         Geoms beside the view: their vertices cost as much as in the middle, and a hand camera has its robot behind
         it. Flat drawing makes everything solid, so planes that leave no depth in a coloured image are left out too.
         """
-        eye, _ = view.pose(data)
-        for geom in self._scene.geoms[: self._scene.ngeom]:
-            beside = not near[geom.objid] if geom.objtype == _GEOM else view.only is not None
-            unseen = flat and _is_back(geom, eye)
-            geom.reflectance = 0.0  # MuJoCo draws one reflecting geom before all others
-            if beside or unseen:
-                geom.type = _NOTHING
+        scene, geoms = self._scene, self._geoms
+        present = slice(scene.ngeom)
+        is_geom = geoms.objtype[present] == _GEOM
+        kept = is_geom if view.only is not None else np.ones(scene.ngeom, bool)
+        kept[is_geom] = near[geoms.objid[present][is_geom]]
+        if is_flat:
+            kept &= ~self._backs(data, view)
+        geoms.reflectance[present] = 0.0  # MuJoCo draws one reflecting geom before all others
+        count = int(np.count_nonzero(kept))
+        geoms.rows[:count] = geoms.rows[present][kept]
+        scene.ngeom = count
+
+    def _backs(self, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
+        """Return which geoms of the scene are planes seen from behind, which MuJoCo draws see-through."""
+        present = slice(self._scene.ngeom)
+        found = self._geoms.type[present] == _PLANE
+        if found.any():
+            towards = view.pose(data)[0] - self._geoms.pos[present]
+            found &= np.einsum("gi,gi->g", towards, self._geoms.mat[present, :, 2]) < 0.0
+        return found
+
+    def _can_be_numbered(self, data: mujoco.MjData, view: CameraView) -> bool:
+        """Return whether the scene's geoms are few, and opaque: others are drawn in the order of their distance."""
+        count = self._scene.ngeom
+        is_opaque = bool(np.all(self._geoms.rgba[:count, 3] >= OPAQUE_ALPHA))
+        return count <= MOST_NUMBERS and is_opaque and not self._backs(data, view).any()
+
+    def _codes(self, codes: tuple[int, ...]) -> NDArray[np.int32]:
+        """Return the codes of the scene's geoms."""
+        present = slice(self._scene.ngeom)
+        is_geom = self._geoms.objtype[present] == _GEOM
+        found = np.full(self._scene.ngeom, NO_CODE, np.int32)
+        found[is_geom] = np.array(codes, np.int32)[self._geoms.objid[present][is_geom]]
+        return found
 
     def _tint(self, commands: Commands) -> None:
         """Give the geoms whose material says so highlights of a colour."""
@@ -290,17 +364,42 @@ class OpenGLRenderer:
                 if color is not None:
                     commands.tint(geom, color)
 
-    def _write_codes(self, codes: tuple[int, ...]) -> None:
-        for geom in self._scene.geoms[: self._scene.ngeom]:
-            code = (  # pyright: ignore[reportUnknownVariableType]  # the index is of no type
-                codes[geom.objid] if geom.objtype == _GEOM else NO_CODE
-            )
-            geom.segid = code - 1  # MuJoCo draws the number after it
+
+@dataclass
+class _Pixels:
+    """The channels of an image that is made in parts."""
+
+    colours: NDArray[np.uint8] | None
+    nearness: NDArray[np.float32] | None
+
+    @classmethod
+    def of(cls, view: CameraView, *, rgb: bool, depth: bool) -> _Pixels:
+        shape = view.height, view.width
+        return cls(
+            np.empty((*shape, 3), np.uint8) if rgb else None, np.empty(shape, np.float32) if depth else None
+        )
+
+    def fill_background(self, view: CameraView) -> None:
+        """Fill the pixels that show nothing, which MuJoCo makes black."""
+        assert self.colours is not None
+        assert self.nearness is not None
+        background = np.array(view.background_bytes(), np.uint8)
+        # Filling each pixel as one item is seven times as fast as three bytes.
+        self.colours.view("V3")[..., 0][self.nearness == 0.0] = background.view("V3")
+
+    def image(self, view: CameraView, *, with_depth: bool) -> CameraImage:
+        if not with_depth or self.nearness is None:
+            return CameraImage(self.colours, None)
+        return CameraImage(self.colours, _linear_depth(self.nearness, view))
 
 
-def _is_back(geom: mujoco.MjvGeom, eye: NDArray[np.float64]) -> bool:
-    """Return whether it is a plane seen from behind, which MuJoCo draws see-through."""
-    return geom.type == _PLANE and float((eye - geom.pos) @ geom.mat[:, 2]) < 0.0
+def _parts(view: CameraView, let_in: Callable[[], None]) -> Iterator[slice]:
+    """Yield the rows of the parts of an image; call `let_in` between two parts."""
+    rows_at_once = max(1, PART // view.width)
+    for first in range(0, view.height, rows_at_once):
+        if first:
+            let_in()
+        yield slice(first, min(first + rows_at_once, view.height))
 
 
 def _visible_things() -> mujoco.MjvOption:

@@ -80,6 +80,16 @@ class RaycastRenderer:
                 depths[rows] = linear.reshape(-1, view.width)
         return CameraImage(colours, depths)
 
+    def render_both(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        coded: CameraView,
+        let_in: Callable[[], None] = nothing,
+    ) -> tuple[CameraImage, CameraImage]:
+        """Return the images of a view of colours and of one of codes."""
+        return self.render(data, view, True, True, let_in), self.render(data, coded, True, True, let_in)
+
     def rest(self) -> None:
         """Do nothing: no memory is held between two images."""
 

@@ -30,6 +30,7 @@ from .image_queue import ImageQueue
 from .newest import NewestImages
 from .shared_cameras import CameraPlaces
 from .state_copies import Snapshot, SnapshotPool
+from .view_pairs import Requested, ViewPairs
 
 logger = logging.getLogger(__name__)
 
@@ -83,6 +84,23 @@ class _Job:
     future: "Future[CameraImage]" = field(default_factory=Future[CameraImage])
     is_given_up: bool = False
     """It has failed although it is in progress."""
+    twin: "_Job | None" = None
+    """The image of codes that belongs to colours, or the other way round; both come from one drawing."""
+
+    def expect(self, other: Requested) -> "_Job":
+        """Make the other image of a pair, which waits for this one and fails with it."""
+        self.rgb = self.depth = True
+        twin = self.twin = _Job(
+            self.model, other.view, self.version, True, True, set(), {other.camera}, None, self.asker
+        )
+
+        def fail(done: "Future[CameraImage]") -> None:
+            error = done.exception()
+            if error is not None:
+                twin.future.set_exception(error)
+
+        self.future.add_done_callback(fail)
+        return twin
 
     @property
     def key(self) -> tuple[int, CameraView, Hashable]:
@@ -144,6 +162,7 @@ class RenderThread:
         self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
         self._newest: NewestImages[_Job] = NewestImages()
         self._places = CameraPlaces()
+        self._pairs = ViewPairs()
         self._running: _Job | None = None
         self._doing: _Doing | None = None
         self._is_hanging = False
@@ -238,7 +257,7 @@ class RenderThread:
         camera, asked = view.camera_id, _names(rgb, depth)
         view = self._places.by_first(model, data, view)
         key = (id(model), view, version)
-        before = self._newest.of(camera)
+        before, other = self._newest.of(camera), self._pairs.requested(view, camera, version)
         known = self._pending.get(key) or self._newest.find(key)
         if known is not None and not known.future.cancelled():
             known.asked |= asked
@@ -255,6 +274,9 @@ class RenderThread:
         snapshot = self._pool.take(model, data, version)
         job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot, asker)
         self._pending[key] = job
+        if other is not None and rgb:
+            twin = job.expect(other)
+            self._pending.setdefault(twin.key, twin)
         failed = self._waiting.put(job, asker)
         if failed is not None:
             self._forget(failed)
@@ -322,7 +344,7 @@ class RenderThread:
         if job is None or job.is_given_up:
             return None
         job.is_given_up = True
-        self._pending.pop(job.key, None)
+        self._unlist(job)
         return job
 
     def close(self) -> None:
@@ -458,24 +480,26 @@ class RenderThread:
         try:
             renderer = self._renderer_for(job.model)
             self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
-            image = renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)
+            images = _rendered(renderer, job, snapshot, let_in)
             took = time.perf_counter() - began
             self.times.made(_camera_name(job), took)
         except Exception as error:
-            self._end_job(job, time.perf_counter() - began, None)
+            self._end_job(job, time.perf_counter() - began, {})
             self._tell_failure(job, error)
             raise
-        self._end_job(job, took, image)
+        self._end_job(job, took, images)
         if not job.is_given_up:
-            job.future.set_result(image)
+            for made, image in images.items():
+                made.future.set_result(image)
 
-    def _end_job(self, job: _Job, took: float, image: CameraImage | None) -> None:
+    def _end_job(self, job: _Job, took: float, images: dict[_Job, CameraImage]) -> None:
         with self._wake:
             self._forget(job)
             self._running = None
             self._waiting.took(job.asker, took)
-            if image is not None and not self._closing.is_set() and not job.is_given_up:
-                self._newest.keep(job, image.nbytes)
+            if not self._closing.is_set() and not job.is_given_up:
+                for made, image in images.items():
+                    self._newest.keep(made, image.nbytes)
 
     def _tell_failure(self, job: _Job, error: Exception) -> None:
         explained = _explained(job, self._backend, error)
@@ -485,11 +509,16 @@ class RenderThread:
 
     def _forget(self, job: _Job) -> None:
         """Release what a job holds while it is pending. Needs the lock."""
-        if self._pending.get(job.key) is job:
-            del self._pending[job.key]
+        self._unlist(job)
         if job.snapshot is not None:
             self._pool.give_back(job.snapshot)
             job.snapshot = None
+
+    def _unlist(self, job: _Job) -> None:
+        """Have no later request share a job. Needs the lock."""
+        for each in (job, job.twin):
+            if each is not None and self._pending.get(each.key) is each:
+                del self._pending[each.key]
 
     def _prepare(self, preparation: _Preparation) -> None:
         try:
@@ -553,6 +582,19 @@ class RenderThread:
         except Exception:
             # After a failure of the driver closing may fail too; a new context does not depend on it.
             logger.exception("a renderer did not close cleanly")
+
+
+def _rendered(
+    renderer: Renderer, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]
+) -> dict[_Job, CameraImage]:
+    """Return the images of a job and its twin."""
+    twin = job.twin
+    if twin is None:
+        return {job: renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)}
+    colours, coded = (job, twin) if job.view.codes is None else (twin, job)
+    made = renderer.render_both(snapshot.data, colours.view, coded.view, let_in)
+    # The twin is done first: the conversions of the other image may take long.
+    return dict(zip((twin, job), made if twin is colours else made[::-1], strict=True))
 
 
 def _names(rgb: bool, depth: bool) -> set[str]:

@@ -42,6 +42,7 @@ class ScriptedRenderer:
         self.seen: list[tuple[float, int, bool, bool]] = []
         self.made = 0
         self.turned = 0
+        self.together = 0
         self.closed = 0
         self.fail_next = False
         self.missing: int | None = None
@@ -79,6 +80,16 @@ class ScriptedRenderer:
         return CameraImage(
             np.zeros((*size, 3), np.uint8) if rgb else None, np.ones(size, np.float32) if depth else None
         )
+
+    def render_both(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        coded: CameraView,
+        let_in: Callable[[], None] = nothing,
+    ) -> tuple[CameraImage, CameraImage]:
+        self.together += 1
+        return self.render(data, view, True, True, let_in), self.render(data, coded, True, True, let_in)
 
     def rest(self) -> None:
         self.threads.add(threading.get_ident())
@@ -171,7 +182,7 @@ def test_different_views_of_one_version_render_each(scripted: ScriptedRenderer, 
 
 
 def test_two_cameras_in_one_place_share_an_image(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    asker = Asker(thread, SCENE.replace("<camera", TWIN + "<camera", 1))
+    asker = Asker(thread, WITH_TWIN)
     twins = FRONT, dataclasses.replace(FRONT, camera_id=1)
     colours, depths = (asker.ask(1.0, view, depth=True) for view in twins)
     assert colours.result(WAIT) is depths.result(WAIT)
@@ -181,6 +192,39 @@ def test_two_cameras_in_one_place_share_an_image(scripted: ScriptedRenderer, thr
     # Neither takes the other's newest picture away.
     assert asker.ask(1.0, twins[0]).result(WAIT) is colours.result(WAIT)
     assert len(scripted.seen) == 2
+
+
+CODED = dataclasses.replace(FRONT, camera_id=1, codes=(1, 2, 3, 4, 5), background=(1.0, 1.0, 1.0))
+WITH_TWIN = SCENE.replace("<camera", TWIN + "<camera", 1)
+
+
+def test_colours_and_codes_that_are_requested_together_are_rendered_together(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread, WITH_TWIN)
+    for time in (1.0, 2.0, 3.0):
+        colours = asker.ask(time, FRONT, depth=True).result(WAIT)
+        codes = asker.ask(time, CODED, depth=True).result(WAIT)
+        assert codes is not colours
+        assert asker.ask(time, CODED).result(WAIT) is codes
+    assert scripted.together == 2
+    assert len(scripted.seen) == 6
+
+
+def test_an_error_while_two_images_are_rendered_together_fails_both(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread, WITH_TWIN)
+    for view in (FRONT, CODED):
+        asker.ask(1.0, view).result(WAIT)
+    scripted.go.clear()
+    scripted.fail_next = True
+    both = [asker.ask(2.0, view) for view in (FRONT, CODED)]
+    scripted.go.set()
+    for future in both:
+        with pytest.raises(RenderError, match="lost its mind"):
+            future.result(WAIT)
+    assert asker.ask(2.0, CODED).result(WAIT).rgb is not None, "a later request tries again"
 
 
 def test_small_images_are_made_between_the_parts_of_a_large_one(
