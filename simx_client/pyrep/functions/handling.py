@@ -16,9 +16,6 @@ _AS_STRING = 1
 _CODED_STRING = 0x400000
 """sim.handleflag_codedstring: bytes in place of a table, for depths."""
 
-_LEVELS = np.arange(256, dtype=np.float32) / np.float32(255.0)
-"""The numbers of the C library for the bytes of an image; programs decode masks from these."""
-
 
 @c_function()
 def simHandleVisionSensor(call: Call, sensor: int, values: c.C, counts: c.C) -> int:
@@ -44,9 +41,14 @@ def _packets(results: tuple[Any, ...], values: c.C, counts: c.C) -> int:
 
 @c_function(c.NULL)
 def simGetVisionSensorImage(call: Call, sensor: int) -> c.C:
-    """Return the pixels of an image, 0 to 1, red, green, blue, the lowest row first."""
+    """Return the pixels of an image, 0 to 1, red, green, blue, the lowest row first.
+
+    Programs decode masks from these numbers.
+    """
     (pixels,) = call("sim.getVisionSensorImage", [int(sensor), 0, 0, 0, 0, _AS_STRING])
-    return c.ffi.from_buffer("float[]", _LEVELS[np.frombuffer(pixels, np.uint8)])
+    numbers = np.frombuffer(pixels, np.uint8).astype(np.float32)
+    numbers /= np.float32(255.0)
+    return c.ffi.from_buffer("float[]", numbers)
 
 
 @c_function(c.NULL)

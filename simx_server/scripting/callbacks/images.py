@@ -28,6 +28,8 @@ def wait_for(sim: Simulation, future: Future[_T]) -> _T:
     Raises:
         CommandError: the time-out passed without a result.
     """
+    if future.done():
+        return future.result()
     end, began = time.monotonic() + TIMEOUT, time.thread_time()
     try:
         while time.monotonic() < end:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from simx_server.scene.cameras.image import NO_CODE, CameraImage, depth_as_grey, grey
@@ -14,18 +15,23 @@ def statistics(image: CameraImage, shows_depth: bool) -> list[float]:
     """Return the 15 numbers of V-REP's first auxiliary packet."""
     assert image.depth is not None
     pixels = shown(image, shows_depth)
-    channels = [grey(pixels), pixels[..., 0], pixels[..., 1], pixels[..., 2]]
-    found: list[float] = []
-    for measure in (np.min, np.max, _mean):
-        found += [int(measure(channel)) / 255 for channel in channels]
-        found.append(float(measure(image.depth)))
-    return found
+    # Whole channels are much faster than every third byte.
+    channels = [grey(pixels), *cv2.split(pixels)]
+    depth = image.depth
+    least = [*(int(channel.min()) / 255 for channel in channels), float(depth.min())]
+    greatest = [*(int(channel.max()) / 255 for channel in channels), float(depth.max())]
+    means = [int(channel.sum(dtype=np.int64)) // channel.size / 255 for channel in channels]
+    # Double precision: a large image's sum would lose digits in single.
+    return [*least, *greatest, *means, float(depth.mean(dtype=np.float64))]
 
 
 def _handles_in(image: CameraImage) -> list[float]:
     """Return the handles in an image, in order; V-REP adds a half so that rounding down cannot change them."""
     assert image.rgb is not None
-    codes = np.unique(image.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
+    pixels = cv2.cvtColor(image.rgb, cv2.COLOR_RGB2RGBA).view("<u4").ravel()
+    # Most pixels equal the one before.
+    firsts = pixels[np.flatnonzero(pixels[1:] != pixels[:-1]) + 1]
+    codes = np.unique(np.append(firsts, pixels[0])) & NO_CODE
     return [code + 0.5 for code in codes.tolist() if code != NO_CODE]
 
 
@@ -64,11 +70,6 @@ def judged(
         detects = detects if verdict.detects is None else verdict.detects
         packets += verdict.packets
     return detects, packets
-
-
-def _mean(values: np.ndarray) -> float:
-    """Return the mean in double precision: a large image's sum would lose digits in single."""
-    return float(values.mean(dtype=np.float64))
 
 
 def shown(image: CameraImage, shows_depth: bool) -> np.ndarray:

@@ -36,6 +36,17 @@ class Sensor(NamedTuple):
     settings: VisionSettings
 
 
+class _Owners(NamedTuple):
+    """The shapes that the geoms of a model belong to."""
+
+    scene: Scene
+    model: mujoco.MjModel
+    handles: NDArray[np.int64]
+    """(ngeom,) the handle of each geom's shape, -1 for those without one."""
+    codes: tuple[int, ...]
+    """The same for images of handles."""
+
+
 class SensorSettings:
     """Settings by handle; those of the file until they are changed."""
 
@@ -45,7 +56,7 @@ class SensorSettings:
         self.background = BLACK
         """RGB 0..1 where nothing is seen; V-REP uses the colour of the scene's fog, at first black."""
         self._settings: dict[int, VisionSettings] = {}
-        self._known_owners: tuple[Scene, mujoco.MjModel, NDArray[np.int64]] | None = None
+        self._known_owners: _Owners | None = None
 
     def settings(self, handle: int) -> VisionSettings:
         """Return the settings of a sensor, for reading.
@@ -167,24 +178,20 @@ class SensorSettings:
             return WHITE
         return self.background if settings.background is None else settings.background
 
-    def _codes(self) -> tuple[int, ...]:
-        """Return the handle of each geom's shape."""
-        return tuple(owner if owner >= 0 else NO_CODE for owner in self._owners().tolist())
-
-    def _owners(self) -> NDArray[np.int64]:
-        """Return (ngeom,) the handle of each geom's shape, -1 for those without one."""
+    def _owners(self) -> _Owners:
         scene, model = self._sim.scene, self._sim.model
         known = self._known_owners
-        if known is None or known[0] is not scene or known[1] is not model:
-            owners = np.array([scene.owner_of_geom(geom, model) for geom in range(model.ngeom)], np.int64)
-            known = self._known_owners = scene, model, owners
-        return known[2]
+        if known is None or known.scene is not scene or known.model is not model:
+            handles = [scene.owner_of_geom(geom, model) for geom in range(model.ngeom)]
+            codes = tuple(handle if handle >= 0 else NO_CODE for handle in handles)
+            known = self._known_owners = _Owners(scene, model, np.array(handles, np.int64), codes)
+        return known
 
     def _only(self, entity: int) -> frozenset[int] | None:
         """Return the ids of the geoms of an entity; None for everything."""
         if entity == ALL:
             return None
-        members = np.isin(self._owners(), self._collections.entity(entity))
+        members = np.isin(self._owners().handles, self._collections.entity(entity))
         return frozenset(np.flatnonzero(members).tolist())
 
     def view(self, handle: int, size: tuple[int, int] | None = None, entity: int | None = None) -> CameraView:
@@ -206,7 +213,7 @@ class SensorSettings:
                 far=settings.far,
                 background=self._background_of(settings),
                 orthographic_size=settings.orthographic_size,
-                codes=self._codes() if settings.shows_handles else None,
+                codes=self._owners().codes if settings.shows_handles else None,
                 unlit=settings.unlit,
                 is_users=item.kind == ObjectKind.CAMERA,
                 only=self._only(self._entity_of(settings) if entity is None else entity),
