@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from concurrent import futures
-from concurrent.futures import Future
+from concurrent.futures import Future, TimeoutError
+from contextlib import suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from simx_server.errors import CommandError
@@ -33,7 +33,9 @@ def wait_for(sim: Simulation, future: Future[_T]) -> _T:
     end, began = time.monotonic() + TIMEOUT, time.thread_time()
     try:
         while time.monotonic() < end:
-            if futures.wait([future], _GLANCE).done:
+            with suppress(TimeoutError):
+                future.exception(_GLANCE)
+            if future.done():
                 return future.result()
             sim.interruptions.serve_others()
         raise CommandError(f"the picture was not ready within {TIMEOUT:.0f} s; try it again later")

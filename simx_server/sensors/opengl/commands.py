@@ -61,6 +61,7 @@ class Commands:
     def __init__(self, drawing: mujoco.MjrContext) -> None:
         # Imported late: a back end must choose PyOpenGL's platform before.
         self._gl: Any = importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_1")
+        self._framebuffers: Any = importlib.import_module("OpenGL.raw.GL.VERSION.GL_3_0")
         gl = self._gl
         self._numbering: list[int] = []
         """The lists that number geoms: that of number 1, 2, ..."""
@@ -147,8 +148,8 @@ class Commands:
     def read_numbers(self, height: int, width: int) -> NDArray[np.uint8]:
         """Return the numbers of the image that was drawn last, (height, width), its lowest row first."""
         numbers = np.empty((height, width), np.uint8)
-        framebuffer, gl = importlib.import_module("OpenGL.raw.GL.VERSION.GL_3_0"), self._gl
-        framebuffer.glBindFramebuffer(framebuffer.GL_READ_FRAMEBUFFER, self.drawing.offFBO)
+        buffers, gl = self._framebuffers, self._gl
+        buffers.glBindFramebuffer(buffers.GL_READ_FRAMEBUFFER, self.drawing.offFBO)
         gl.glPixelStorei(gl.GL_PACK_ALIGNMENT, 1)
         place = ctypes.c_void_p(numbers.ctypes.data)
         gl.glReadPixels(0, 0, width, height, gl.GL_STENCIL_INDEX, gl.GL_UNSIGNED_BYTE, place)
