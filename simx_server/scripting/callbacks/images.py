@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 
-TIMEOUT = 10.0
+TIMEOUT = 60.0
 """Time-out in seconds; the first image of a server may have to wait until a back end has been tried."""
 
 _GLANCE = 0.01

@@ -29,6 +29,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from simx_server.processes.delays import delay
 from simx_server.scripting.interpreter import ENDING_LIMIT, TIMEOUT, ScriptError
 
 from .python_limits import NOT_CONFINED
@@ -292,7 +293,7 @@ class PythonProcess:
     def _be_patient(self) -> None:
         """Serve other clients during a long request and check the time limit."""
         if not self._is_long:  # most requests end before, and need no look at a file
-            self._is_long, self._delay_before = True, self._delay()
+            self._is_long, self._delay_before = True, delay(self._child.pid)
         self._serve_others()
         now = time.monotonic()
         self._next_service = now + TIMEOUT
@@ -300,7 +301,7 @@ class PythonProcess:
         if now < self._look_at and not is_late:
             return
         left = self._processor_end - self._processor_time()
-        wall_end = self._wall_end + self._delay() - self._delay_before
+        wall_end = self._wall_end + delay(self._child.pid) - self._delay_before
         if left < 0 or now > wall_end or is_late:
             place = self._place() or self.name
             raise self.kill(f"{place}: took too long and was stopped (an endless loop?)")
@@ -312,13 +313,6 @@ class PythonProcess:
         except OSError:  # the process has ended; the pipe will report it
             return 0.0
 
-    def _delay(self) -> float:
-        """Return the seconds in which the process was ready and had no processor; 0 where the system does not count."""
-        try:
-            return int(Path(f"/proc/{self._child.pid}/schedstat").read_text().split()[1]) / 1e9
-        except (OSError, IndexError, ValueError):  # also if the process has ended; the pipe will report it
-            return 0.0
-
     def _place(self) -> str:
         """Return the ``file:line`` where the script is now; empty when it does not report it.
 
@@ -328,9 +322,9 @@ class PythonProcess:
         ready = select.poll()
         ready.register(self._errors, select.POLLIN)
         text = ""
-        end = time.monotonic() + _LAST_WORDS - self._delay()
+        end = time.monotonic() + _LAST_WORDS - delay(self._child.pid)
         while len(text) < _LONGEST_WORDS and not _OUTERMOST.search(text):
-            left = end + self._delay() - time.monotonic()
+            left = end + delay(self._child.pid) - time.monotonic()
             if left <= 0:
                 break
             if not ready.poll(1000 * left):

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from simx_server.errors import RenderError
+from simx_server.processes.delays import delay
 
 from .libraries import INSTALL_HINT, why_it_fails
 
@@ -42,7 +43,7 @@ _ASKED_FOR = {name: name for name in _CONTEXT_MODULES} | {
     **dict.fromkeys(("", "enable", "enabled", "on", "true", "1"), None),
 }
 PROBE_LIMIT = 20.0
-"""Time-out in seconds for one back end; on a busy machine, working ones have needed five."""
+"""Time-out in seconds for one back end, without the time in which its process waits for a processor."""
 
 DIES_WITHIN = 1.0
 """Seconds to wait for a killed probe.
@@ -173,7 +174,7 @@ def probe_in_child(name: str, give_up: threading.Event) -> str | None:
             _, complaint = child.communicate(timeout=0.1)
             break
         except subprocess.TimeoutExpired:
-            if time.monotonic() > deadline or give_up.is_set():
+            if time.monotonic() > deadline + delay(child.pid) or give_up.is_set():
                 child.kill()
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     child.communicate(timeout=DIES_WITHIN)

@@ -19,6 +19,7 @@ from typing import NoReturn
 from simx_client.protocol.files import is_vrep_name
 from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
+from simx_server.processes.delays import delay
 
 from .backend import (
     DIES_WITHIN,
@@ -79,6 +80,10 @@ def may_have_cameras(scene: Path, depth: int = 0) -> bool:
     return depth < _DEEPEST and any(may_have_cameras(each, depth + 1) for each in included)
 
 
+_LONGEST = 120
+"""Seconds until the child ends on its own: `PROBE_LIMIT`, and the wait for processors of a busy machine."""
+
+
 class EarlyProbe:
     """The running probe of the first back end. It is callable as a `Probe`; other back ends are tried as usual."""
 
@@ -95,7 +100,7 @@ class EarlyProbe:
         if name != self._name or self._child is None:
             return probe_in_child(name, give_up)
         said, limit = b"", time.monotonic() + PROBE_LIMIT
-        while time.monotonic() < limit and not give_up.is_set():
+        while time.monotonic() < limit + delay(self._child) and not give_up.is_set():
             if select.select([self._reader], [], [], _GLANCE)[0]:
                 part = os.read(self._reader, 4096)
                 if not part:
@@ -132,7 +137,7 @@ def _become_probe(name: str, writer: int) -> NoReturn:
             os.close(wakeup)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.alarm(round(PROBE_LIMIT))  # ends it, even if the server is gone
+        signal.alarm(_LONGEST)  # ends it, even if the server is gone
         for standard in (1, 2):  # the ready line's pipe must not stay open here; a driver may write anything
             os.dup2(writer, standard)
         wrong = what_is_wrong(name)

@@ -34,8 +34,11 @@ from .view_pairs import Requested, ViewPairs
 
 logger = logging.getLogger(__name__)
 
-CHOSEN_WITHIN = 10.0
-"""Seconds until a back end must be chosen; after that, images fail until it is."""
+CHOSEN_WITHIN = 60.0
+"""Seconds until a back end must be chosen; after that, images fail until it is.
+
+Eight programs that start at once on two busy processors need half a minute.
+"""
 
 DRAWN_WITHIN = 30.0
 """The same for making a renderer or one image: a large scene by ray casting on a busy machine takes long."""

@@ -124,6 +124,12 @@ def test_a_probe_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -
     assert "no answer" in (probe_in_child("egl", threading.Event()) or "")
 
 
+def test_a_probe_that_waits_for_a_processor_has_more_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gl_backend, "PROBE_LIMIT", 0.0)
+    monkeypatch.setattr(gl_backend, "delay", lambda _process: 1000.0)
+    assert "no answer" not in (probe_in_child("no such back end", threading.Event()) or "no answer")
+
+
 def without_libraries(monkeypatch: pytest.MonkeyPatch, *absent: str) -> None:
     """The system's loader finds none whose name starts so."""
 

@@ -74,10 +74,9 @@ def test_time_in_which_a_busy_machine_ran_other_programs_is_not_the_scripts(
     interpreter = script(
         "import select\ndef wait(): return len(select.select([], [], [], 0.3))", time_limit=0.05
     )
-    process = python_process.PythonProcess
-    monkeypatch.setattr(process, "_delay", lambda self: time.monotonic())
+    monkeypatch.setattr(python_process, "delay", lambda _process: time.monotonic())
     assert interpreter.call("wait") == [3]
-    monkeypatch.setattr(process, "_delay", lambda self: 0.0)
+    monkeypatch.setattr(python_process, "delay", lambda _process: 0.0)
     with pytest.raises(ScriptError, match="took too long"):
         interpreter.call("wait")
 
