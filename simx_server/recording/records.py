@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, cast
 
-BEHAVIOUR = 6
+BEHAVIOUR = 7
 """Counts up when the same calls may lead to other states than before.
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
@@ -17,9 +17,10 @@ as in CoppeliaSim, and closed fingers press with no more than their friction.
 5: loops of V-REP's files are rigid and solved with the full matrix, stiff springs are motors, the velocity of a shape
 is that of its mass centre, an old joint call-back that returns nothing leaves its joint free, images, which scripts may
 use, have V-REP's light, and physics steps with hundreds of shapes that all touch each other are solved by other means.
-6: joints without a motor in V-REP's files rest where they are almost balanced, sensors detect dummies, searches of
-inverse kinematics and planners count their work in place of their time, and inverse kinematics adds in a fixed order,
-not in that of a library of linear algebra.
+6: joints without a motor in V-REP's files rest where they are almost balanced, sensors detect dummies, and searches of
+inverse kinematics and planners count their work in place of their time.
+7: static shapes that are reset before they are moved drag nothing, free bodies below free bodies in the tree move along
+with what is above them, and inverse kinematics adds in a fixed order, not in that of a library of linear algebra.
 """
 
 

@@ -9,7 +9,7 @@ then follow exactly as if the body had this velocity.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -58,6 +58,8 @@ class Surfaces(Part):
         self._world: tuple[Array, Array] = (np.zeros((0, 3)), np.zeros((0, 4)))
         self._local: tuple[Array, Array] = (np.zeros((0, 3)), np.zeros((0, 4)))
         """Their poses after the last simulation step, in the world and in their parents."""
+        self._put: set[int] = set()
+        """Handles of objects that were reset since the last simulation step: they are put where they go."""
         self._velocities: dict[int, list[float]] = {}
         """Linear and angular velocity about its origin of each body that moves, by MuJoCo's id."""
         self._motion: _Motion | None = None
@@ -96,6 +98,13 @@ class Surfaces(Part):
             self._own[handle] = tuple(velocity)
         else:
             self._own.pop(handle, None)
+
+    def put(self, handles: Iterable[int]) -> None:
+        """Have objects be at their places of the next simulation step from its start, without a way there.
+
+        In V-REP a reset removes a shape from the physics engine, which gets it again at its new place.
+        """
+        self._put.update(handles)
 
     @property
     def has_work(self) -> bool:
@@ -144,6 +153,7 @@ class Surfaces(Part):
         local_before = self._local
         self._world, self._local = (places, turns), local
         is_moved = _differ(places, before) | _differ(turns, before_turns)
+        is_moved &= ~np.isin(self._bodies, self._put_bodies())
         if not self._collide(self._bodies[is_moved]):
             return {}
         velocities: dict[int, list[float]] = {}
@@ -161,6 +171,13 @@ class Surfaces(Part):
             self._bodies[slid], local_before[0][slid], local[0][slid], local_before[1][slid], local[1][slid]
         )
         return velocities
+
+    def _put_bodies(self) -> list[int]:
+        """Return the bodies of the objects that were reset since the last simulation step, and forget them."""
+        found = (self._sim.scene.objects.get(handle) for handle in self._put)
+        bodies = [item.id for item in found if item is not None and item.element == "body"]
+        self._put.clear()
+        return bodies
 
     def _collide(self, bodies: NDArray[np.intp]) -> bool:
         """Return whether anything may touch one of these bodies."""
@@ -195,6 +212,7 @@ class Surfaces(Part):
         """Take the present poses as those after the last simulation step."""
         sim = self._sim
         self._rest()
+        self._put.clear()
         sim.refresh()
         model, data = sim.model, sim.data
         if self._model is not model:

@@ -64,8 +64,13 @@ def set_object_pose(world: World, handle: int, relative_to: int, pose: Pose) -> 
 
 
 def reset_dynamic_object(world: World, handle: int) -> None:
-    """Reset the object and all below it as at the start of physics: at rest, or with the first velocity."""
-    placing.rest(world.simulation, world.simulation.scene.get(handle))
+    """Reset the object and all below it as at the start of physics: at rest, or with the first velocity.
+
+    Static shapes of it that a program moves before the next simulation step drag nothing on their ways.
+    """
+    sim = world.simulation
+    placing.rest(sim, sim.scene.get(handle))
+    sim.surfaces.put([handle, *sim.scene.descendants(handle)])
     _launch(world, handle)
 
 

@@ -159,7 +159,7 @@ def free_joint(model: mujoco.MjModel, body: int) -> int:
 
 
 def _followers(sim: LiveScene, item: SceneObject) -> tuple[int, ...]:
-    """Return the uppermost objects below that the model does not carry along."""
+    """Return the objects below that the model carries along with neither the object nor another of them."""
     known = sim.scene.carried_apart.get(item.handle)
     if known is None or known[0] is not sim.model:
         known = sim.scene.carried_apart[item.handle] = sim.model, tuple(_carried_apart(sim, item))
@@ -177,7 +177,7 @@ def _carried_apart(sim: LiveScene, item: SceneObject) -> list[int]:
         if carries and is_carried(sim.model, child.body, item.body):
             pending.extend(sim.scene.children(child.handle))
         else:
-            found.append(child.handle)
+            found += [child.handle, *_carried_apart(sim, child)]
     return found
 
 

@@ -113,7 +113,10 @@ class PoseFunctions(ApiPart, effect="changes"):
         return handlers.get_velocity(self._world, self._self(shape))
 
     def resetDynamicObject(self, handle: int) -> int:
-        """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means all objects."""
+        """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means all objects.
+
+        Static shapes of them that are moved before the next simulation step are put there, and drag nothing.
+        """
         handles = self._sim.scene.children(-1) if handle == -2 else [self._self(handle)]
         for each in handles:
             handlers.reset_dynamic_object(self._world, each)

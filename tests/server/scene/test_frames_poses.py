@@ -199,6 +199,22 @@ def test_placing_a_moving_body_takes_its_velocity_and_leaves_other_bodies_alone(
     assert not sim.data.qvel[sim.model.joint(sim.model.body("cube").jntadr[0]).dofadr[0] :][:6].any()
 
 
+def test_free_bodies_below_free_bodies_are_placed_with_what_is_above_them() -> None:
+    world = world_of(
+        """<mujoco><worldbody>
+             <body name="base" pos="0 0 1"><geom size="0.1"/></body>
+             <body name="dirt" pos="0.5 0 1"><freejoint/><geom size="0.1"/></body>
+             <body name="crumb" pos="0.5 0.5 1"><freejoint/><geom size="0.1"/></body>
+           </worldbody>
+           <custom><text name="simx:object:dirt" data="parent=base"/>
+                   <text name="simx:object:crumb" data="parent=dirt"/></custom></mujoco>"""
+    )
+    sim = world.simulation
+    frames.set_orientation(sim, sim.scene.resolve("base"), -1, [0, 0, math.pi / 2])
+    assert at(sim, "dirt") == pytest.approx([0, 0.5, 1])
+    assert at(sim, "crumb") == pytest.approx([-0.5, 0.5, 1])
+
+
 def test_moved_static_body_collides_at_its_new_place() -> None:
     world = arm()
     sim = world.simulation

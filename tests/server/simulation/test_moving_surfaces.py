@@ -9,6 +9,8 @@ import pytest
 from handler_calls import World
 from sim_api_calls import ScriptWorld
 
+from simx_server.handlers.objects.poses import reset_dynamic_object
+
 SCENE = """
 <mujoco>
   <option timestep="0.005" {option}/>
@@ -110,6 +112,35 @@ def test_what_is_put_far_away_throws_nothing() -> None:
     world.run(20)
     assert position(world, "other")[2] < 0.4
     assert max(map(abs, position(world, "other")[:1])) < 0.2
+
+
+def test_a_shape_that_is_reset_before_it_is_moved_drags_nothing() -> None:
+    world = World(SCENE.format(option=""))
+    world.run(1)
+    belt, box = world.handle("belt"), world.handle("box")
+    reset_dynamic_object(world.parts, belt)
+    world.call("simxSetObjectPosition", belt, -1, [0.2, 0.1, 0.5])
+    world.call("simxSetObjectPosition", box, -1, [0.2, 0.1, 0.6])
+    world.run(1)
+    assert position(world, "box") == pytest.approx([0.2, 0.1, 0.6], abs=1e-3)
+    world.call("simxSetObjectPosition", belt, -1, [0.21, 0.1, 0.5])  # the reset was for one simulation step
+    world.run(1)
+    assert position(world, "box")[0] == pytest.approx(0.21, abs=3e-3)
+
+
+def test_a_shape_that_a_configuration_brings_back_drags_nothing(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path, SCENE.format(option=""), owner="belt")
+    world.passes(1)
+    world.lua("kept = sim.getConfigurationTree(sim.getObjectHandle('belt'))")
+    world.lua("sim.setObjectPosition(sim.getObjectHandle('belt'), -1, {0.1, 0, 0.45})")
+    world.passes(20)
+    before = position(world, "box")
+    world.lua(
+        "sim.setConfigurationTree(kept) sim.setObjectPosition(sim.getObjectHandle('box'), -1, {0, 0, 0.6})"
+    )
+    world.passes(2)
+    assert before[2] == pytest.approx(0.55, abs=2e-3)
+    assert position(world, "box") == pytest.approx([0, 0, 0.6], abs=2e-3)
 
 
 def test_what_sleeps_on_a_belt_wakes_when_it_starts() -> None:
