@@ -437,9 +437,10 @@ class Machine:
 
     def _retarget(self, binding: Binding, state: JointState, value: float) -> None:
         state.target_position = value
-        if state.spring and rule_of(binding, state) == Rule.SPRING:
+        rule = rule_of(binding, state)
+        if rule == Rule.SPRING and state.spring:
             self._sim.data.ctrl[binding.ctrl] = spring_control(binding, state)
-        if self._stepper is not None:
+        if self._stepper is not None and rule != Rule.HOLD:
             self._stepper.retarget(binding.handle, value)
 
     def _place(self, handle: int, move: Callable[[], None]) -> None:

@@ -54,9 +54,10 @@ def tasks_of(rlbench: Path, wanted: list[str]) -> list[str]:
 class Trial:
     """One task in an environment."""
 
-    def __init__(self, environment: Any, name: str, resets: int) -> None:
+    def __init__(self, environment: Any, name: str, resets: int, *, is_demonstrated: bool) -> None:
         self.outcome: dict[str, Any] = {"task": name, "loads": False, "resets": 0, "demonstrated": False}
         self._environment, self._name, self._resets = environment, name, resets
+        self._is_demonstrated = is_demonstrated
 
     def run(self) -> dict[str, Any]:
         """Load, reset, demonstrate; return what came of it."""
@@ -74,6 +75,8 @@ class Trial:
                     task.sample_variation()
                 task.reset()
                 self.outcome["resets"] += 1
+        if not self._is_demonstrated:
+            return self.outcome
         left = count(MOST_STEPS, -1)
 
         def count_step() -> None:
@@ -109,7 +112,7 @@ class _Timed:
         return isinstance(error, Exception) and not isinstance(error, NoSimulation)
 
 
-def outcomes(rlbench: Path, names: list[str], resets: int) -> Iterator[dict[str, Any]]:
+def outcomes(names: list[str], resets: int, *, are_demonstrated: bool) -> Iterator[dict[str, Any]]:
     """Yield what came of each task."""
     from rlbench.action_modes.action_mode import MoveArmThenGripper
     from rlbench.action_modes.arm_action_modes import JointVelocity
@@ -125,7 +128,7 @@ def outcomes(rlbench: Path, names: list[str], resets: int) -> Iterator[dict[str,
     environment.launch()
     try:
         for name in names:
-            yield Trial(environment, name, resets).run()
+            yield Trial(environment, name, resets, is_demonstrated=are_demonstrated).run()
     finally:
         environment.shutdown()
 
@@ -136,13 +139,15 @@ def main() -> int:
     parser.add_argument("checkout", metavar="PATH", type=Path)
     parser.add_argument("tasks", metavar="TASK", nargs="*")
     parser.add_argument("--resets", type=int, default=10)
+    parser.add_argument("--no-demonstrations", action="store_true", help="load and reset the tasks only")
     options = parser.parse_intermixed_args()
     simx_client.pyrep.activate()
     sys.path.insert(0, str(options.checkout.resolve()))
     rlbench = options.checkout.resolve() / "rlbench"
     with_base_scene(rlbench)
     loaded = reset = demonstrated = tried = 0
-    for outcome in outcomes(rlbench, tasks_of(rlbench, options.tasks), options.resets):
+    names = tasks_of(rlbench, options.tasks)
+    for outcome in outcomes(names, options.resets, are_demonstrated=not options.no_demonstrations):
         print(json.dumps(outcome), flush=True)
         tried += 1
         loaded += outcome["loads"]

@@ -108,6 +108,17 @@ def test_target_position_is_stored_but_does_not_move_a_velocity_controlled_joint
     assert sim.joints.target_position(rail(sim)) == 1
 
 
+def test_a_target_position_is_stored_and_does_not_move_a_joint_that_holds_its_place() -> None:
+    world = slider(actuator=VELOCITY, note="control=velocity lock=on")
+    sim = world.simulation
+    run(world, 1)
+    before = sim.joints.position(rail(sim))
+    sim.joints.set_target_position(rail(sim), 0.3)
+    run(world, 10)
+    assert sim.joints.target_position(rail(sim)) == 0.3
+    assert sim.joints.position(rail(sim)) == pytest.approx(before, abs=1e-3)
+
+
 def test_lock_holds_the_place_where_the_velocity_became_zero() -> None:
     positions = {}
     for lock in ("on", "off"):
