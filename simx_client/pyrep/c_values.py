@@ -6,6 +6,7 @@ An array that a function returns owns its memory, which lives as long as the pro
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -35,6 +36,14 @@ def text(value: Any) -> bytes | None:
     if isinstance(value, str):
         return value.encode()
     return None if value == NULL else ffi.string(value)
+
+
+def path(value: Any) -> str | None:
+    """Return the name of a file as a path from the root: the server does not know the program's working folder."""
+    name = text(value)
+    if not name:
+        return None if name is None else ""
+    return os.path.abspath(os.fsdecode(name))
 
 
 def content(value: Any) -> bytes | None:

@@ -2,7 +2,7 @@
 
 A row has a letter for each argument, and one for the result behind the colon:
 
-    i integer   f float   s text   y bytes   I integers   F floats   B truth values   _ reserved, or a length
+    i integer   f float   s text   p file   y bytes   I integers   F floats   B truth values   _ reserved, or a length
     >   receives the next result of ``sim``'s function; >2: its result number 2, from 0
     #   receives the number of elements of the returned array
 
@@ -33,11 +33,11 @@ ROWS: Mapping[str, str] = MappingProxyType(
         "simPauseSimulation": ": 1",
         "simGetSimulationTime": ": f",
         "simGetSimulationTimeStep": ": f",
-        "simLoadScene": "s : 1",
+        "simLoadScene": "p : 1",
         "simCloseScene": ": 1",
-        "simSaveScene": "s : i",
-        "simLoadModel": "s : i",
-        "simSaveModel": "i s : i",
+        "simSaveScene": "p : i",
+        "simLoadModel": "p : i",
+        "simSaveModel": "i p : i",
         "simAddStatusbarMessage": "s : 1",
         # --- parameters
         "simGetArrayParameter": "i > : 1",
@@ -141,14 +141,14 @@ ROWS: Mapping[str, str] = MappingProxyType(
         "simBreakForceSensor": "i : 1",
         # --- shapes and looks
         "simCreatePureShape": "i i F f I : i",
-        "simImportShape": "i s i f f : i",
+        "simImportShape": "i p i f f : i",
         "simCreateMeshShape": "i f F _ I _ _ : i",
         "simConvexDecompose": "i i I F : i",
         "simUngroupShape": "i # : I",
         "simReorientShapeBoundingBox": "i i i : 1",
         "simGetShapeColor": "i s i > : i",
         "simSetShapeColor": "i s i F : 1",
-        "simCreateTexture": "s i _ _ _ _ _ _ _ : i",
+        "simCreateTexture": "p i _ _ _ _ _ _ _ : i",
         "simSetShapeTexture": "i i i i F F F : 1",
         "simGetShapeTextureId": "i : i",
         "simApplyTexture": "i F _ y I i : 1",
@@ -200,7 +200,8 @@ def _code(value: Any) -> int:
 
 
 _ARGUMENTS: Mapping[str, Callable[[Any], Any]] = {
-    "i": _integer, "f": float, "s": c.text, "y": c.content, "I": c.integers, "F": c.floats, "B": c.flags,
+    "i": _integer, "f": float, "s": c.text, "p": c.path, "y": c.content,
+    "I": c.integers, "F": c.floats, "B": c.flags,
 }  # fmt: skip
 
 

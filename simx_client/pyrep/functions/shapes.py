@@ -23,7 +23,7 @@ def simImportMesh(
 ) -> int:  # fmt: skip
     """Read the meshes of a file; return how many there are."""
     found = call(
-        "sim.importMesh", [int(file_format), c.text(path), int(options), float(tolerance), float(scaling)]
+        "sim.importMesh", [int(file_format), c.path(path), int(options), float(tolerance), float(scaling)]
     )
     points, faces = found[0], found[1]
     kept = [c.array("float", each) for each in points], [c.array("int", each) for each in faces]

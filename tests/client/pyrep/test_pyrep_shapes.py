@@ -132,6 +132,20 @@ def test_textures_are_made_set_and_read(program: CProgram, tmp_path: Path) -> No
     assert lib.simGetShapeTextureId(box(program)) == -1
 
 
+def test_relative_paths_of_files_start_in_the_working_folder(
+    program: CProgram, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = obj_file(tmp_path).name
+    cv2.imwrite(str(tmp_path / "red.png"), np.full((4, 4, 3), 9, np.uint8))
+    (tmp_path / "below").mkdir()
+    monkeypatch.chdir(tmp_path / "below")
+    nothing = [ffi.NULL] * 3
+    assert program.lib.simCreateTexture(b"../red.png", 0, *nothing, 0, *nothing) > 0
+    assert program.lib.simImportShape(0, f"../{name}".encode(), 0, 0.0001, 1.0) > 0
+    assert program.lib.simSaveScene(b"kept.simx-scene") != -1
+    assert (tmp_path / "below" / "kept.simx-scene").exists()
+
+
 def test_a_texture_of_pixels_is_applied(program: CProgram) -> None:
     shape = program.lib.simCreateMeshShape(0, 0.3, TETRAHEDRON, 12, FACES, 12, ffi.NULL)
     coordinates = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0] * 4
