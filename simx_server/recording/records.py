@@ -20,8 +20,8 @@ use, have V-REP's light, and physics steps with hundreds of shapes that all touc
 6: joints without a motor in V-REP's files rest where they are almost balanced, sensors detect dummies, and searches of
 inverse kinematics and planners count their work in place of their time.
 7: static shapes that are reset before they are moved drag nothing, free bodies below free bodies in the tree move along
-with what is above them, a target position does not move a joint that is locked in velocity control, and inverse
-kinematics adds in a fixed order, not in that of a library of linear algebra.
+with what is above them, a target position does not move a joint that is locked in velocity control, inverse
+kinematics adds in a fixed order, not in that of a library of linear algebra, and `sysCall_joint` controls joints.
 """
 
 
