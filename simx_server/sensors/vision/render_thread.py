@@ -28,9 +28,9 @@ from simx_server.service.monitoring.durations import ImageTimes
 
 from .image_queue import ImageQueue
 from .newest import NewestImages
-from .shared_cameras import CameraPlaces
+from .sharing.shared_cameras import CameraPlaces
+from .sharing.view_pairs import Requested, ViewPairs
 from .state_copies import Snapshot, SnapshotPool
-from .view_pairs import Requested, ViewPairs
 
 logger = logging.getLogger(__name__)
 
