@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 from example_modules import import_from
 
-pytestmark = [pytest.mark.slow, pytest.mark.system]
-
-pytest.importorskip(
-    "stable_baselines3", reason="needs the extra learning: Stable-Baselines3 is not installed"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.system,
+    pytest.mark.skipif(
+        find_spec("stable_baselines3") is None,  # an import takes two seconds of each worker
+        reason="needs the extra learning: Stable-Baselines3 is not installed",
+    ),
+]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "reach"
 COUNT = 2

@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,10 @@ from simx_client.connection.discovery import find_servers
 from simx_client.fleet import cluster as fleets
 from simx_client.fleet.command import main
 
-ray: Any = pytest.importorskip("ray", reason="needs the extra ray: Ray is not installed")
-cloudpickle: Any = import_module("ray.cloudpickle")
-Cluster: Any = import_module("ray.cluster_utils").Cluster
-
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.system,
+    pytest.mark.skipif(find_spec("ray") is None, reason="needs the extra ray: Ray is not installed"),
     pytest.mark.skipif(sys.platform != "linux", reason="Ray's test cluster needs Linux"),
     # Of Ray: warnings about itself, and files and sockets of processes that it has not closed at the end.
     pytest.mark.filterwarnings("ignore"),
@@ -52,7 +50,7 @@ def ray_cluster() -> Iterator[Any]:
     checks = {"initial_delay_ms": 0, "period_ms": 500, "failure_threshold": 3}
     settings = {f"health_check_{name}": value for name, value in checks.items()}
     head = {**NODE, "include_dashboard": False, "_system_config": settings}
-    cluster = Cluster(initialize_head=True, head_node_args=head)
+    cluster = import_module("ray.cluster_utils").Cluster(initialize_head=True, head_node_args=head)
     yield cluster
     cluster.shutdown()
     patch.undo()
@@ -146,7 +144,9 @@ def test_a_training_loses_a_node_and_goes_on_with_equal_results(
     ray_cluster: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     train = import_from(Path(__file__).parents[3] / "examples" / "ray", "train", monkeypatch)
-    cloudpickle.register_pickle_by_value(train)  # Ray's processes do not import from there
+    ray: Any = import_module("ray")
+    pickling = import_module("ray.cloudpickle")
+    pickling.register_pickle_by_value(train)  # Ray's processes do not import from there
     alone = train.Player(60)
     expected = list(train.learn(lambda tasks: [alone.play(*task) for task in tasks], 3, seed=1))
     node = ray_cluster.add_node(**NODE)

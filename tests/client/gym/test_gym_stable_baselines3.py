@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +15,30 @@ import gymnasium
 import numpy as np
 import pytest
 
-pytest.importorskip(
-    "stable_baselines3", reason="needs the extra learning: Stable-Baselines3 is not installed"
-)
-
 from simx_client.gym import TASKS
-from simx_client.gym.stable_baselines3 import VecAdapter
 
-pytestmark = [pytest.mark.slow, pytest.mark.gl]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.gl,
+    pytest.mark.skipif(
+        find_spec("stable_baselines3") is None,
+        reason="needs the extra learning: Stable-Baselines3 is not installed",
+    ),
+]
 
-check_env: Any = import_module("stable_baselines3.common.env_checker").check_env
 README = Path(__file__).parents[3] / "README.md"
+
+
+def adapted(vector: Any) -> Any:
+    """Return the adapter of a vector. Its import takes two seconds, so that it is not for all workers."""
+    return import_module("simx_client.gym.stable_baselines3").VecAdapter(vector)
 
 
 @pytest.mark.parametrize("name", [environment for environment, _ in TASKS.values()])
 def test_registered_environments_pass_the_checker_of_stable_baselines3(name: str) -> None:
     environment = gymnasium.make(name, render_mode="rgb_array", timeout=60.0)
-    check_env(environment, skip_render_check=False)
+    checker = import_module("stable_baselines3.common.env_checker")
+    checker.check_env(environment, skip_render_check=False)
     environment.close()
 
 
@@ -38,7 +46,7 @@ def test_the_adapter_hands_on_last_observations_and_information() -> None:
     vector = gymnasium.make_vec(
         "simx/Reach-v0", 2, processes=0, autoreset_mode="SameStep", max_episode_steps=2
     )
-    adapter = VecAdapter(vector)
+    adapter = adapted(vector)
     adapter.seed(3)
     first = adapter.reset()
     _, _, done, infos = adapter.step(np.ones((2, 6), np.float32))
@@ -59,7 +67,7 @@ def test_the_adapter_hands_on_last_observations_and_information() -> None:
 def test_the_adapter_refuses_an_environment_that_restarts_in_another_step() -> None:
     vector = gymnasium.make_vec("simx/CartPole-v0", 1, processes=0)
     with pytest.raises(ValueError, match=r"AutoresetMode.SAME_STEP; this one has AutoresetMode.NEXT_STEP"):
-        VecAdapter(vector)
+        adapted(vector)
     vector.close()
 
 
