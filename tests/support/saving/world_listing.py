@@ -32,6 +32,9 @@ _NOT_COMPARED = {
 _OF_HANDLES = ("entity", "link_dummy", "dependency_id", "handle")
 """Parts of the names of parameters whose values are handles."""
 
+_FEW = 16
+"""Numbers that are compared faster one by one than as an array."""
+
 _OPTIONS = ("gravity", "wind", "density", "viscosity", "impratio", "iterations", "integrator", "timestep")
 _CONSTANTS = (
     *("qpos0", "body_mass", "body_inertia", "dof_M0", "dof_armature", "dof_damping", "eq_data"),
@@ -69,7 +72,14 @@ def _are_equal(one: Any, other: Any) -> bool:
     if isinstance(one, float) and isinstance(other, (float, int)):
         return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9) or (math.isnan(one) and math.isnan(other))
     if isinstance(one, (list, tuple)) and isinstance(other, (list, tuple)):
-        return len(one) == len(other) and all(map(_are_equal, one, other))
+        if len(one) != len(other):
+            return False
+        kinds = {*map(type, one), *map(type, other)} if len(one) > _FEW else set()
+        if kinds == {int}:
+            return list(one) == list(other)
+        if kinds == {float}:
+            return np.allclose(one, other, rtol=1e-9, atol=1e-9, equal_nan=True)
+        return all(map(_are_equal, one, other))
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_are_equal(one[key], other[key]) for key in one)
     return type(one) is not np.ndarray and bool(one == other)
