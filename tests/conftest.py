@@ -64,7 +64,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config, "workerinput"):
         return
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
-    for package in ("simx_client", "simx_server", "bench"):
+    for package in ("simx_client", "simx_server", "bench", "tests/support", "tests/fuzz"):
         compileall.compile_dir(TESTS.parent / package, quiet=2)
     if missing := set(LONGEST) - {path.name for path in TESTS.rglob("test_*.py")}:
         raise pytest.UsageError(
@@ -142,11 +142,13 @@ def shared_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"
 
 
-@pytest.fixture(autouse=True)
-def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch, shared_cache: Path) -> None:
-    for variable in [name for name in os.environ if name.startswith("SIMX_")]:
-        monkeypatch.delenv(variable)
-    monkeypatch.setenv("SIMX_CACHE", str(shared_cache))  # not in the folder of that person
+@pytest.fixture(autouse=True, scope="session")
+def no_settings_from_outside(shared_cache: Path) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        for variable in [name for name in os.environ if name.startswith("SIMX_")]:
+            patch.delenv(variable)
+        patch.setenv("SIMX_CACHE", str(shared_cache))  # not in the folder of that person
+        yield
 
 
 @pytest.fixture(autouse=True)
@@ -156,13 +158,14 @@ def logging_ends_with_the_test() -> Iterator[None]:
     before = [(logger, logger.level, list(logger.handlers)) for logger in loggers]
     yield
     for logger, level, handlers in before:
-        logger.setLevel(level)
+        if logger.level != level:  # to set it takes a millisecond
+            logger.setLevel(level)
         logger.handlers[:] = handlers
 
 
-@pytest.fixture(autouse=True)
-def no_stage_is_missed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Fail where a part has something to do in simulation steps, or nothing more, and did not call `replan`."""
+@pytest.fixture(scope="session")
+def missed_stages() -> Iterator[list[str]]:
+    """The simulation steps of which `no_stage_is_missed` tells."""
     missed: list[str] = []
     step = composition.World.step
 
@@ -173,9 +176,18 @@ def no_stage_is_missed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
             missed.append(f"listed: {known}, to do: {present}")
         step(self)
 
-    monkeypatch.setattr(composition.World, "step", compare_and_step)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(composition.World, "step", compare_and_step)
+        yield missed
+
+
+@pytest.fixture(autouse=True)
+def no_stage_is_missed(missed_stages: list[str]) -> Iterator[None]:
+    """Fail where a part has something to do in simulation steps, or nothing more, and did not call `replan`."""
     yield
-    assert not missed
+    found = missed_stages.copy()
+    missed_stages.clear()
+    assert not found
 
 
 @pytest.fixture
