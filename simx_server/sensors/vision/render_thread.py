@@ -28,8 +28,7 @@ from simx_server.service.monitoring.durations import ImageTimes
 
 from .image_queue import ImageQueue
 from .newest import NewestImages
-from .sharing.shared_cameras import CameraPlaces
-from .sharing.view_pairs import Requested, ViewPairs
+from .shared_cameras import CameraPlaces, Requested, ViewPairs
 from .state_copies import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
