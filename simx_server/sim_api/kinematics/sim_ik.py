@@ -240,6 +240,8 @@ class IkEnvironmentFunctions(ApiPart, effect="changes"):
             chosen.give_back(wanted)
         return answer
 
+    handleIkGroups = handleGroups
+
     def applyIkEnvironmentToScene(self, environment: int, group: int, only_success: bool = False) -> int:
         """Copy the scene's state, handle the group and move the scene's joints; return the result."""
         chosen, wanted = self._environment(environment), [self._group(environment, group)]

@@ -26,7 +26,7 @@ from simx_server.scene.poses.poses import Pose
 from simx_server.scripting.interpreter import Function, Plain
 
 from .ik import joint_order
-from .sim_ik_objects import IkObjectFunctions
+from .sim_ik_joints import IkJointFunctions
 
 _PASSIVE, _IK = 0, 2
 _WORLD, _PARENT = -1, -11
@@ -43,7 +43,7 @@ _SECONDS = 0.5
 _Judge = Callable[[list[float]], bool]
 
 
-class SimIk(IkObjectFunctions, effect="changes"):
+class SimIk(IkJointFunctions, effect="changes"):
     """All functions of ``simIK``."""
 
     def getObjectHandle(self, environment: int, name: str) -> int:

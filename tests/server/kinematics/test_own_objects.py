@@ -221,3 +221,40 @@ simIK.handleGroup(env, group)
 return math.abs(simIK.getJointPosition(env, first))
 """
 SMALL_STEPS = "simIK.setGroupFlags(env, group, 1) simIK.setJointMaxStepSize(env, first, 0.001)"
+
+
+def test_joints_tell_what_they_move_and_follow(world: ScriptWorld) -> None:
+    matrix, (place, quat, euler), followed, lead = world.lua(
+        TWO_LINKS
+        + """
+local slide = simIK.createJoint(env, simIK.jointtype_prismatic)
+simIK.setJointPosition(env, slide, 0.25)
+simIK.setJointScrewLead(env, slide, 0)
+simIK.setJointDependency(env, second, -1)
+return simIK.getJointMatrix(env, slide), {simIK.getJointTransformation(env, second)},
+    {simIK.getJointDependency(env, second)}, simIK.getJointScrewLead(env, slide)
+"""
+    )
+    assert matrix == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.25]
+    assert place == [0, 0, 0]
+    assert quat == pytest.approx([0, 0, 0.247404, 0.968912], abs=1e-6)
+    assert euler == pytest.approx([0, 0, 0.5])
+    assert (followed, lead) == ([-1, 0, 1], 0)
+    world.lua(TWO_LINKS.replace("local ", ""))
+    world.goes_on("simIK.setJointScrewLead(env, first, 0.1)", "are not screws", 1)
+    world.goes_on(
+        "simIK.setJointDependency(env, second, first, 0, 2)", "follows another one as in the scene", 1
+    )
+
+
+def test_joints_at_a_limit_are_told_of(world: ScriptWorld) -> None:
+    hits, beyond, same = world.lua(
+        TWO_LINKS
+        + """
+simIK.setJointInterval(env, second, false, {0.4, 0.2})
+simIK.handleIkGroups(env, {group})
+local hits, beyond = simIK.getGroupJointLimitHits(env, group)
+return #hits, #beyond, hits[1] == second
+"""
+    )
+    assert (hits, beyond, same) == (1, 1, True)
