@@ -268,7 +268,8 @@ def _grasps(stock: Path | None) -> list[str]:
         "carried, and in the 30 s. The force is the greatest mean of a motor, with its standard deviation.\n\n"
         "In brackets: the friction that the closed fingers can give, as a part of the object's weight. Holding it\n"
         "against gravity alone needs 1, to turn and swing it needs more: motors of 10 N cannot hold 1 kg.\n"
-        "Fingers of the simplified Barrett hand have two free joints each, and yield before their tips slip.\n",
+        "Fingers of the simplified Barrett hand have two free joints each, and yield before their tips slip.\n"
+        "[grasps.md](grasps.md) has PyRep's grippers, and what to tune.\n",
         _table(("gripper", "held, of 12", "lost", "while carried", "in 30 s", "force"), rows),
     ]
 
