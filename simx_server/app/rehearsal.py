@@ -148,6 +148,18 @@ class _Blank:
         shape = view.height, view.width
         return CameraImage(np.zeros((*shape, 3), np.uint8), np.ones(shape, np.float32))
 
+    def render_both(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        coded: CameraView,
+        let_in: Callable[[], None] = nothing,
+    ) -> tuple[CameraImage, CameraImage]:
+        return (
+            self.render(data, view, rgb=True, depth=True),
+            self.render(data, coded, rgb=True, depth=True),
+        )
+
     def rest(self) -> None: ...
 
     def close(self) -> None: ...

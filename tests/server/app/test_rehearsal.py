@@ -80,3 +80,27 @@ def test_stops_before_the_end_of_a_killed_process_are_reported() -> None:
     assert "memory" in ended.ended_by
     assert "A is stopped" in ended.as_text()
     assert "ended early" in ended.as_text()
+
+
+def test_colours_and_codes_of_one_place_are_images_of_nothing_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = file_with(
+        tmp_path,
+        """
+        function sysCall_init()
+            for number = 1, 2 do
+                _G['eye' .. number] = sim.createVisionSensor(3, {16, 16, 0, 0}, {0.01, 5, 1, 0.1, 0, 0, 0, 0, 0, 0, 0})
+            end
+            sim.setObjectInt32Param(eye2, sim.visionintparam_render_mode, 6)
+        end
+        function sysCall_actuation()
+            for _, eye in ipairs{eye1, eye2} do
+                sim.handleVisionSensor(eye)
+                assert(#sim.getVisionSensorImg(eye) == 16 * 16 * 3)
+            end
+        end
+        """,
+    )
+    assert cli.main([str(file), "--import-report"]) == 0
+    assert "no script is stopped in the first 2 s of a run" in capsys.readouterr().out
