@@ -92,7 +92,7 @@ def test_colours_and_codes_of_one_place_are_images_of_nothing_too(
             for number = 1, 2 do
                 _G['eye' .. number] = sim.createVisionSensor(3, {16, 16, 0, 0}, {0.01, 5, 1, 0.1, 0, 0, 0, 0, 0, 0, 0})
             end
-            sim.setObjectInt32Param(eye2, sim.visionintparam_render_mode, 6)
+            sim.setObjectInt32Param(eye2, sim.visionintparam_render_mode, 2)
         end
         function sysCall_actuation()
             for _, eye in ipairs{eye1, eye2} do
