@@ -14,6 +14,12 @@ Array = NDArray[np.float64]
 
 WORLD = -1
 
+_SCENE = -12
+"""`sim.handle_scene`."""
+
+_STIFF_FRICTION = 100.0
+"""MuJoCo's `impratio` of V-REP's files; the shipped scenes have 10."""
+
 
 class Program:
     """A program with its simulation; a context, at whose end the simulation is closed."""
@@ -22,6 +28,7 @@ class Program:
         """Open a scene: a name or file."""
         self._server = start_server([scene, "--workspace", "/", "--allow-code"])
         self._library = self._server.library("1", "grasps")
+        self.call("setFloatProperty", _SCENE, "mujoco.impratio", _STIFF_FRICTION)
 
     def __enter__(self) -> Program:
         return self

@@ -21,8 +21,7 @@ use, have V-REP's light, and physics steps with hundreds of shapes that all touc
 inverse kinematics and planners count their work in place of their time.
 7: static shapes that are reset before they are moved drag nothing, free bodies below free bodies in the tree move along
 with what is above them, a target position does not move a joint that is locked in velocity control, inverse
-kinematics adds in a fixed order, not in that of a library of linear algebra, `sysCall_joint` controls joints, and
-friction in the shipped scenes is as stiff as in V-REP's files.
+kinematics adds in a fixed order, not in that of a library of linear algebra, and `sysCall_joint` controls joints.
 """
 
 

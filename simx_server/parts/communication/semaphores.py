@@ -9,7 +9,6 @@ import hashlib
 import os
 import tempfile
 from pathlib import Path
-from typing import IO
 
 from simx_server.errors import CommandError
 
@@ -26,7 +25,8 @@ class Semaphores:
     """The semaphores that this simulation has."""
 
     def __init__(self) -> None:
-        self._held: dict[str, IO[bytes]] = {}
+        self._held: dict[str, int] = {}
+        """File descriptors by key."""
 
     def acquire(self, key: str) -> bool:
         """Take a semaphore; return False while this or another simulation has it. Raises CommandError."""
@@ -37,13 +37,13 @@ class Semaphores:
         if len(self._held) >= _MOST:
             raise CommandError(f"a simulation has at most {_MOST} semaphores at a time; release some")
         try:
-            file = self._path(key).open("ab")
+            file = os.open(self._path(key), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         except OSError as error:
             raise CommandError(f"the semaphore has no file: {error.strerror}") from None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            file.close()
+            os.close(file)
             return False
         self._held[key] = file
         return True
@@ -53,7 +53,11 @@ class Semaphores:
         file = self._held.pop(key, None)
         if file is None:
             raise CommandError(f"this simulation has not acquired the semaphore '{key[:80]}'")
-        file.close()
+        os.close(file)
+
+    def __del__(self) -> None:
+        for file in self._held.values():
+            os.close(file)
 
     @staticmethod
     def _path(key: str) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Annotated, Any
 
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import objects
@@ -17,6 +17,7 @@ from simx_server.parts.custom_data import (
     SCENE,
 )
 from simx_server.scene.objects import ObjectKind
+from simx_server.scripting.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.packing import pack, unpack
@@ -26,6 +27,8 @@ _PERSISTENT = HIDDEN + "persistent/"
 """Prefixes of the names under which these are stored."""
 
 _PATTERN = re.compile(r"\^?(?:\\.|\.\*|\.|[^][\\^$.|?*+(){}])*\$?")
+_LONGEST_PATTERN = 1000
+
 _ESCAPED = re.compile(r"\\(.)")
 
 _MOST_REPEATS = 3
@@ -119,7 +122,7 @@ class CustomDataFunctions(ApiPart, effect="changes"):
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
 
     @reads
-    def getMatchingPersistentDataTags(self, pattern: str) -> list[str]:
+    def getMatchingPersistentDataTags(self, pattern: Annotated[str, Most(_LONGEST_PATTERN)]) -> list[str]:
         """Return the names of stored data in which a pattern occurs: characters, ``.`` for any character, ``.*`` for
         any number of them, ``^`` and ``$`` for start and end, ``\\`` before a character that means itself.
 

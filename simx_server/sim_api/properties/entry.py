@@ -28,6 +28,8 @@ class Property:
     set: Setter | None = None
     is_large: bool = False
     """Whether `sim.getProperties` may leave it out."""
+    waits: bool = False
+    """Whether reading it waits for an image."""
 
 
 _QUANTITIES: Mapping[str, Quantity] = {
@@ -106,7 +108,7 @@ def bit_of(flags: Property, name: str, bit: int, *, inverted: bool = False) -> P
 
 def renamed(one: Property, name: str, type_: PropertyType | None = None) -> Property:
     """Return the same property under another name, and perhaps with another type of the same family."""
-    return Property(name, type_ or one.type, one.get, one.set, one.is_large)
+    return Property(name, type_ or one.type, one.get, one.set, one.is_large, one.waits)
 
 
 def _shown(value: Any) -> str:

@@ -30,9 +30,6 @@ _MOST = 1000
 _MOST_VALUES = 20_000
 """Most properties that a script watches; each is read in every simulation step."""
 
-_LARGE = 0x100
-"""sim.propertyinfo_largedata: such properties are not watched."""
-
 
 class EventFunctions(ApiPart, effect="changes"):
     """Functions for ``sysCall_event(events)``: the script gets a list of events as CBOR after each simulation step, and
@@ -138,11 +135,11 @@ def _wanted(filters: Mapping[Any, Any] | Sequence[Any] | None) -> dict[int, tupl
 
 
 def _values(target: Target, names: Sequence[str]) -> dict[str, Any]:
-    """Return the properties that can be read now. Raises UnknownHandle."""
+    """Return the properties that can be read now, without large ones and images. Raises UnknownHandle."""
     found: dict[str, Any] = {}
     for name in names or access.names(target):
-        information = access.information(target, name)
-        if information is None or information[1] & _LARGE:
+        entry = target.table.get(name)
+        if entry is not None and (entry.is_large or entry.waits):
             continue
         try:
             found[name] = access.read(target, name, None)

@@ -24,6 +24,9 @@ _RGBA_OUT, _WITHIN, _COVERING, _NEAREST = 2, 4, 8, 16
 
 _VERTICAL, _HORIZONTAL = 0, 1
 
+_MOST_SCALED = 1 << 20
+"""Most pixels of a scaled image: a small one may be made very large."""
+
 _IN_MEMORY = b"@mem"
 """Follows the content of an image file that stands in place of its name."""
 
@@ -90,6 +93,8 @@ class ImageFileFunctions(ApiPart, effect="changes"):
             shares = [new / old for new, old in zip(size, resolution, strict=False)]
             share = min(shares) if options & _WITHIN else max(shares)
             size = _size([max(round(old * share), 1) for old in resolution[:2]])
+        if size[0] * size[1] > _MOST_SCALED:
+            raise CommandError(f"a scaled image has up to {_MOST_SCALED} pixels, not {size[0]} x {size[1]}")
         shrinks = size[0] < resolution[0] or size[1] < resolution[1]
         smooth = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
         scaled = cv2.resize(pixels, size, interpolation=cv2.INTER_NEAREST if options & _NEAREST else smooth)

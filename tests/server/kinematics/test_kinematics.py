@@ -460,7 +460,7 @@ def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> Non
     world.fails("simIK.createGroup(5)", "no environment 5")
     world.fails(ENVIRONMENT + "simIK.handleGroup(env, 9)", "no group 9")
     world.fails(ENVIRONMENT + "simIK.eraseEnvironment(env) simIK.handleGroup(env, group)", "no environment")
-    world.fails("simIK.createDebugOverlay(0, 0)", "not provided")
+    world.fails("simIK.computeJacobian(0, 0)", "not provided")
     world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 7, 0.1, 10)", "no method")
     world.fails(ENVIRONMENT + "simIK.setObjectPose(env, target, {0, 0, 'up', 0, 0, 0, 1})", "a pose is")
     world.fails(ENVIRONMENT + "simIK.setObjectMatrix(env, target, -1, 5)", "a matrix is")

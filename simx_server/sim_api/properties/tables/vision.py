@@ -162,8 +162,8 @@ VISION = (
         is_large=True,
     ),
     Property("packedDepthBuffer", BUFFER, _depth, is_large=True),
-    Property("triggerState", BOOL, lambda world, handle: _reading(world, handle)[0]),
-    Property("packet1", FLOAT_ARRAY, _packet(0)),
-    Property("packet2", FLOAT_ARRAY, _packet(1)),
+    Property("triggerState", BOOL, lambda world, handle: _reading(world, handle)[0], waits=True),
+    Property("packet1", FLOAT_ARRAY, _packet(0), waits=True),
+    Property("packet2", FLOAT_ARRAY, _packet(1), waits=True),
 )
 """Images are rows of RGB bytes, the lowest first; the depth is 0 at the near clipping plane, 1 at the far one."""
