@@ -405,7 +405,11 @@ class Joints(Machine):
 
     def _is_served(self, handle: int) -> bool:
         """Return whether a script's call-back serves the target of a joint, which is in kinematic mode."""
-        return handle in self._served and self._states[handle].mode == JointMode.PASSIVE
+        return (
+            handle in self._served
+            and self._states[handle].mode == JointMode.PASSIVE
+            and self._bindings[handle].element == "joint"
+        )
 
     def moves_by_profile(self, handle: int) -> bool:
         """Return whether a target starts a motion profile: outside force mode, with a greatest acceleration."""

@@ -67,4 +67,4 @@ class Semaphores:
         folder.mkdir(mode=0o700, exist_ok=True)
         if folder.is_symlink() or folder.stat().st_uid != user:
             raise CommandError(f"the folder '{folder.name}' for semaphores belongs to somebody else")
-        return folder / hashlib.sha256(key.encode()).hexdigest()
+        return folder / hashlib.sha256(key.encode("utf-8", "surrogateescape")).hexdigest()

@@ -77,9 +77,10 @@ class JointCallBacks:
             return
         joints = self._sim.joints
         for handle, request in joints.requests():
-            if (
-                answer := self._answer(self._chains.get(handle, ()), self._kinematic(handle, request))
-            ) is None:
+            if handle not in self._sim.scene.objects:  # the call-back for another joint has removed it
+                continue
+            answer = self._answer(self._chains.get(handle, ()), self._kinematic(handle, request))
+            if answer is None or handle not in self._sim.scene.objects:
                 continue
             position = number(answer.get("pos"))
             if position is not None:

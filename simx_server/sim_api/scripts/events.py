@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.parts.custom_data import SCENE
+from simx_server.parts.custom_data import APPLICATION, SCENE
 from simx_server.scripting.interpreter import Plain
 from simx_server.scripting.signature import to_text
 from simx_server.sim_api.base import ApiPart
@@ -27,7 +27,7 @@ _MERGED = 1
 _MOST = 1000
 """Most events that wait for a script."""
 
-_MOST_VALUES = 20_000
+_MOST_VALUES = 5_000
 """Most properties that a script watches; each is read in every simulation step."""
 
 
@@ -64,7 +64,7 @@ class EventFunctions(ApiPart, effect="changes"):
         Partly: without filters a script gets no changes, in CoppeliaSim all.
         """
         wanted = _wanted(filters)
-        watch = _Watch(self._world, self._signal_owner, wanted) if wanted else None
+        watch = _Watch(self._world, self._signal_owner, wanted, self._say_once) if wanted else None
         self._script.changes = watch and watch.changes
         self._sim.replan()
 
@@ -73,8 +73,8 @@ class EventFunctions(ApiPart, effect="changes"):
         """Return the events that would make this scene, as CBOR: ``objectAdded`` with the properties of each object,
         and ``sceneChanged`` and ``appChanged`` with those of the scene and the server. Large ones are left out.
         """
-        targets = [-13, SCENE, *self._sim.scene.objects]
-        names = {SCENE: "sceneChanged", -13: "appChanged"}
+        targets = [APPLICATION, SCENE, *self._sim.scene.objects]
+        names = {SCENE: "sceneChanged", APPLICATION: "appChanged"}
         events: list[Plain] = []
         for handle in targets:
             values = _values(Target(self._world, handle, self._signal_owner), ())
@@ -85,13 +85,21 @@ class EventFunctions(ApiPart, effect="changes"):
 class _Watch:
     """Compares properties with those of the last time."""
 
-    def __init__(self, world: World, owner: object, wanted: Mapping[int, Sequence[str]]) -> None:
-        self._world, self._owner, self._wanted = world, owner, wanted
+    def __init__(
+        self, world: World, owner: object, wanted: Mapping[int, Sequence[str]], say: Callable[[str], None]
+    ) -> None:
+        """Read them for the first time. Raises CommandError: they are too many."""
+        self._world, self._owner, self._wanted, self._say = world, owner, wanted, say
         self._known = self._read()
 
     def changes(self) -> list[bytes]:
-        """Return an event for each target with properties that have changed."""
-        now = self._read()
+        """Return an event for each target with properties that have changed; none any more once they are too many."""
+        try:
+            now = self._read()
+        except CommandError as error:
+            self._say(f"sim.setEventFilters: {error}; the script gets no more changes")
+            self._wanted, self._known = {}, {}
+            return []
         found: list[bytes] = []
         for handle, values in now.items():
             before = self._known.get(handle, {})

@@ -6,6 +6,7 @@ import pytest
 from handler_calls import World
 from scripted_world import evaluate, said, scripted
 
+from simx_server.sim_api.scripts import events
 from simx_server.sim_api.values.cbor import decode
 
 pytest.importorskip("lupa")
@@ -70,13 +71,25 @@ def test_events_of_a_script_reach_all_that_listen() -> None:
 def test_the_genesis_events_have_all_objects() -> None:
     world = listening()
     (data,) = evaluate(world, "return sim.getGenesisEvents()")
-    events = decode(data)
-    added = [event for event in events if event["event"] == b"objectAdded"]
+    found = decode(data)
+    added = [event for event in found if event["event"] == b"objectAdded"]
     assert [event["handle"] for event in added] == list(world.sim.scene.objects)
     assert all({"alias", "pose", "objectType"} <= event["data"].keys() for event in added)
-    assert len({event["seq"] for event in events}) == len(events)
+    assert len({event["seq"] for event in found}) == len(found)
 
 
 def test_wrong_filters_are_an_error() -> None:
     world = listening("function try() return pcall(sim.setEventFilters, {[1] = 'pose'}) end")
     assert evaluate(world, "return try()", on="plain")[0] is False
+
+
+def test_a_watch_that_grows_too_large_ends_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = listening()
+    evaluate(world, "return sim.setEventFilters({[sim.handle_sceneobject] = {'pose'}})")
+    monkeypatch.setattr(events, "_MOST_VALUES", len(world.sim.scene.objects))
+    evaluate(world, "return sim.createDummy(0.1)")
+    world.parts.step()
+    (line,) = said(world)
+    assert "the script gets no more changes" in line
+    world.parts.step()
+    assert said(world) == []

@@ -110,3 +110,14 @@ def test_a_position_that_is_set_ends_the_motion_of_a_script() -> None:
     world.call("simxSetJointPosition", hinge, -0.2)
     world.parts.step()
     assert world.call("simxGetJointPosition", hinge) == pytest.approx(-0.2)
+
+
+def test_a_call_back_may_remove_its_joint() -> None:
+    source = "function sysCall_joint(inData) sim.removeObjects({inData.handle}) return {pos = 1} end"
+    world = scripted({"lua:base": source}, custom=KINEMATIC)
+    hinge = world.handle("hinge")
+    world.run(0)
+    world.call("simxSetJointTargetPosition", hinge, 0.5)
+    world.parts.step()
+    assert hinge not in world.sim.scene.objects
+    world.parts.step()
