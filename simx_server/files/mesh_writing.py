@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.errors import CommandError
+
 _BINARY_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _BINARY_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
@@ -20,6 +22,24 @@ class Mesh(NamedTuple):
     """(vertices, 3)"""
     faces: NDArray[np.intp]
     """(triangles, 3) indices of vertices."""
+
+
+def mesh_of(numbers: Sequence[float], indices: Sequence[int], scaling: float = 1.0) -> Mesh:
+    """Return a mesh of flat lists; numbers after the last three are ignored, as in V-REP.
+
+    Args:
+        numbers: x, y, z of each point.
+        indices: of the points of each triangle, from 0.
+        scaling: of the points.
+
+    Raises:
+        CommandError: an index has no point.
+    """
+    points = np.array(numbers[: len(numbers) // 3 * 3], dtype=float).reshape(-1, 3)
+    faces = np.array(indices[: len(indices) // 3 * 3], dtype=np.intp).reshape(-1, 3)
+    if faces.size and not 0 <= faces.min() <= faces.max() < len(points):
+        raise CommandError(f"corners of triangles are indices of the {len(points)} points, from 0")
+    return Mesh(points * scaling, faces)
 
 
 def as_obj(meshes: Sequence[Mesh]) -> bytes:

@@ -6,20 +6,21 @@ from types import MappingProxyType
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simx_server.editing import shape_looks
 from simx_server.editing.imported_meshes import create_shape_of_parts
 from simx_server.errors import CommandError
-from simx_server.files.mesh_writing import WRITERS, Mesh
+from simx_server.files.mesh_writing import WRITERS, Mesh, mesh_of
 from simx_server.handlers.files import store_file
 from simx_server.handlers.mesh_files import parts_of_file, points_of_file
 from simx_server.handlers.saving import saved_name
 from simx_server.scene.poses.frames import get_pose
-from simx_server.scene.poses.poses import Pose, compose, inverse, matrix
+from simx_server.scene.poses.poses import compose, inverse
 from simx_server.scripting.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads, writes_files
+
+from .points import placed
 
 _MOST_MESHES = 10_000
 
@@ -110,7 +111,7 @@ class SimAssimp(ApiPart, effect="changes"):
             pose = get_pose(self._sim, shape)
             if origin is not None:
                 pose = compose(inverse(origin), pose)
-            meshes.append(Mesh(_placed(points, pose), faces.astype(np.intp)))
+            meshes.append(Mesh(placed(points, pose), faces.astype(np.intp)))
         self._write(meshes, file, form, scaling, up)
 
     @writes_files
@@ -127,13 +128,7 @@ class SimAssimp(ApiPart, effect="changes"):
         """Write meshes into a file of the workspace."""
         if len(vertices) != len(indices):
             raise CommandError(f"there are {len(vertices)} tables of vertices and {len(indices)} of indices")
-        meshes: list[Mesh] = []
-        for points, faces in zip(vertices, indices, strict=True):
-            corners = np.array(faces[: len(faces) // 3 * 3], dtype=np.intp).reshape(-1, 3)
-            places = np.array(points[: len(points) // 3 * 3], dtype=float).reshape(-1, 3)
-            if corners.size and not 0 <= corners.min() <= corners.max() < len(places):
-                raise CommandError(f"corners of triangles are indices of the {len(places)} points, from 0")
-            meshes.append(Mesh(places, corners))
+        meshes = [mesh_of(points, faces) for points, faces in zip(vertices, indices, strict=True)]
         self._write(meshes, file, form, scaling, up)
 
     @reads
@@ -171,7 +166,3 @@ class SimAssimp(ApiPart, effect="changes"):
 
 def _names(files: str) -> list[str]:
     return [name for each in files.split(";") if (name := each.strip())]
-
-
-def _placed(points: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
-    return points @ np.array(matrix(pose[1])).T + np.array(pose[0])

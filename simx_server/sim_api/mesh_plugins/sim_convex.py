@@ -15,10 +15,11 @@ from simx_server.scene.geometry.decimating import decimated
 from simx_server.scene.geometry.hulls import hull
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.frames import get_pose
-from simx_server.scene.poses.poses import Pose, matrix
 from simx_server.scripting.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
+
+from .points import placed
 
 _MOST_NUMBERS = 3_000_000
 
@@ -62,13 +63,13 @@ class SimConvex(ApiPart, effect="changes"):
         pose = get_pose(self._sim, handle)
         match item.kind:
             case ObjectKind.SHAPE:
-                return _placed(shape_looks.triangles(self._world, handle)[0], pose)
+                return placed(shape_looks.triangles(self._world, handle)[0], pose)
             case ObjectKind.DUMMY:
                 return np.array([pose[0]])
             case ObjectKind.OCTREE:
-                return _placed(self._world.clouds.voxels(handle).places, pose)
+                return placed(self._world.clouds.voxels(handle).places, pose)
             case ObjectKind.POINT_CLOUD:
-                return _placed(self._world.clouds.points(handle).places, pose)
+                return placed(self._world.clouds.points(handle).places, pose)
             case _:
                 raise CommandError(
                     f"'{item.name}' is a {item.kind.text}; hulls are made of shapes, dummies, octrees and point clouds"
@@ -90,7 +91,7 @@ class SimOpenMesh(ApiPart, effect="changes"):
         with self._at_no_cost():
             coarse, corners = decimated(points, faces, float(share))
         return creating.create_mesh(
-            self._world, _placed(coarse, get_pose(self._sim, handle)), corners, "Decimated", Body()
+            self._world, placed(coarse, get_pose(self._sim, handle)), corners, "Decimated", Body()
         )
 
 
@@ -100,8 +101,3 @@ def _grown(points: NDArray[np.float64], growth: float) -> tuple[NDArray[np.float
         away = corners - corners.mean(axis=0)
         corners = corners + growth * away / np.linalg.norm(away, axis=1, keepdims=True)
     return corners, faces
-
-
-def _placed(points: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
-    """Return points in the world that are given in a frame."""
-    return points @ np.array(matrix(pose[1])).T + np.array(pose[0])

@@ -13,7 +13,7 @@ from simx_server.editing import creating, shape_looks
 from simx_server.editing.creating import Body
 from simx_server.editing.imported_meshes import create_shape_of_parts
 from simx_server.errors import CommandError
-from simx_server.files.mesh_writing import WRITERS, Mesh
+from simx_server.files.mesh_writing import WRITERS, mesh_of
 from simx_server.handlers.files import store_file
 from simx_server.handlers.mesh_files import parts_of_file, points_of_file
 from simx_server.handlers.saving import saved_name
@@ -100,10 +100,7 @@ class MeshFunctions(ApiPart, effect="changes"):
             raise CommandError(
                 f"each mesh has vertices and indices; there are {len(vertices)} and {len(indices)} tables"
             )
-        meshes = [
-            Mesh(_threes(points, float) * scaling, _corners(faces, len(points) // 3))
-            for points, faces in zip(vertices, indices, strict=True)
-        ]
+        meshes = [mesh_of(points, faces, scaling) for points, faces in zip(vertices, indices, strict=True)]
         store_file(self._world, saved_name(self._world, file), WRITERS[form](meshes))
 
     def importShape(self, _format: int, path: str, options: int, _tolerance: float, scaling: float) -> int:
@@ -191,14 +188,6 @@ class MeshFunctions(ApiPart, effect="changes"):
 def _viz_options(settings: ObjectSettings, handle: int) -> int:
     culled, wireframe = (bool(settings.kept(handle, each, 0)) for each in (_CULLING, _WIREFRAME))
     return (_VIZ_CULLED if culled else 0) | (_VIZ_WIREFRAME if wireframe else 0)
-
-
-def _corners(indices: list[int], count: int) -> NDArray[np.intp]:
-    """Return the corners of triangles (triangles, 3), which must be indices of `count` points. Raises CommandError."""
-    faces = _threes(indices, int).astype(np.intp)
-    if faces.size and not (faces.min() >= 0 and faces.max() < count):
-        raise CommandError(f"corners of triangles are indices of the {count} points, from 0")
-    return faces
 
 
 def _threes(numbers: list[float] | list[int], kind: type[float] | type[int]) -> NDArray[Any]:

@@ -89,7 +89,8 @@ class _Watch:
         self, world: World, owner: object, wanted: Mapping[int, Sequence[str]], say: Callable[[str], None]
     ) -> None:
         """Read them for the first time. Raises CommandError: they are too many."""
-        self._world, self._owner, self._wanted, self._say = world, owner, wanted, say
+        self._world, self._owner, self._say = world, owner, say
+        self._wanted: Mapping[int, Sequence[str]] = wanted
         self._known = self._read()
 
     def changes(self) -> list[bytes]:
@@ -98,7 +99,8 @@ class _Watch:
             now = self._read()
         except CommandError as error:
             self._say(f"sim.setEventFilters: {error}; the script gets no more changes")
-            self._wanted, self._known = {}, {}
+            self._wanted = {}
+            self._known = {}
             return []
         found: list[bytes] = []
         for handle, values in now.items():
