@@ -36,6 +36,7 @@ from simx_client.protocol.files import UI_SUFFIXES as SUFFIXES
 from simx_client.protocol.files import VREP_UI_SUFFIX as VREP_SUFFIX
 from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
+from simx_server.scene.formats.texts.json_text import load_json
 from simx_server.scene.formats.texts.old_uis import FLAGS, KINDS, MAX_ELEMENTS, MAX_PROPERTIES, check_property
 
 from .custom_uis import MAX_LABEL, MAX_SLIDER, VISIBLE, Color, CustomUI, Element
@@ -109,7 +110,7 @@ def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
         if (path.stat().st_size if data is None else len(data)) > MAX_FILE:
             raise UIFileError(f"{path.name} is larger than {MAX_FILE} bytes")
         text = (path.read_bytes() if data is None else data).decode()
-        content: Any = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+        content: Any = load_json(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except (OSError, ValueError, RecursionError) as error:
         raise UIFileError(f"{path.name} cannot be read: {error}") from None
     where = path.name

@@ -9,11 +9,12 @@ The kinds and flags of a UI's elements are here too, since the importer of V-REP
 
 from __future__ import annotations
 
-import json
 from typing import Any, cast
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+
+from .json_text import load_json
 
 UI_TEXT = "old_ui"
 """Kind of these annotations."""
@@ -64,8 +65,8 @@ def read_ui_text(data: str) -> dict[str, str]:
     if len(data) > MAX_TEXT:
         raise ValueError(f"of at most {MAX_TEXT} characters, and has {len(data)}")
     try:
-        found: Any = json.loads(data)
-    except (ValueError, RecursionError) as error:
+        found: Any = load_json(data)
+    except ValueError as error:
         raise ValueError(f"a UI as JSON, {{...}}; {error}") from None
     if not isinstance(found, dict):
         raise ValueError("a UI as JSON, {...}")
