@@ -55,6 +55,8 @@ class Body:
     respondable: bool = False
     mass: float = 1.0
     """Mass in kilograms."""
+    lacks: tuple[str, ...] = ()
+    """Of collidable, measurable, detectable (`scene.abilities`): what the shape is not, until a program says so."""
 
 
 def add(
@@ -172,7 +174,8 @@ def create_height_field(world: World, heights: np.ndarray, width: float) -> int:
         geom.type, geom.hfieldname = _GEOM.mjGEOM_HFIELD, "heights"
         geom.pos[2] = low - middle
 
-    return _add_shape(world, "Heightfield", fill, Body(respondable=True), (0.0, 0.0, middle))
+    body = Body(respondable=True, lacks=("collidable", "measurable"))
+    return _add_shape(world, "Heightfield", fill, body, (0.0, 0.0, middle))
 
 
 def _add_shape(
@@ -190,7 +193,8 @@ def _add_shape(
         geom.contype = geom.conaffinity = int(body.respondable)
         fill(spec, geom)
 
-    return add(world, stem, "body", build)
+    notes: dict[str, Annotation] = {"shape": dict.fromkeys(body.lacks, False)} if body.lacks else {}
+    return add(world, stem, "body", build, notes)
 
 
 def _weigh_flat(geom: Any, sides: np.ndarray, mass: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, cast
 
-BEHAVIOUR = 7
+BEHAVIOUR = 8
 """Counts up when the same calls may lead to other states than before.
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
@@ -22,6 +22,8 @@ inverse kinematics and planners count their work in place of their time.
 7: static shapes that are reset before they are moved drag nothing, free bodies below free bodies in the tree move along
 with what is above them, a target position does not move a joint that is locked in velocity control, inverse
 kinematics adds in a fixed order, not in that of a library of linear algebra, and `sysCall_joint` controls joints.
+8: groups of inverse kinematics of V-REP's files keep or ignore the greatest steps of joints as the file says, and
+shapes of `sim.createPureShape` are not collidable, measurable or detectable.
 """
 
 

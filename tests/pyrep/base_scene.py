@@ -26,6 +26,9 @@ CAMERAS = {
 }
 """Places in the world; each camera looks at the middle of the workspace."""
 
+CINEMATIC = (1.5, 1.0, 1.9)
+_WATCHED = (WORKSPACE[0], WORKSPACE[1], TABLE + 0.1)
+
 ROOM = 3.0
 """Half the width of the room in m."""
 
@@ -48,9 +51,14 @@ def build(program: Any, robots: Path) -> None:
         _box(f"Wall{number}", size, (x, y, 1.5))
     _box("Roof", (2 * ROOM, 2 * ROOM, 0.05), (0.0, 0.0, 3.0))
     _box("Floor", (2 * ROOM, 2 * ROOM, 0.02), (0.0, 0.0, -0.02))
+    # Programs that film an episode turn the base, and put a camera of their own at the placeholder.
+    base = Dummy.create()
+    base.set_name("cam_cinematic_base")
+    base.set_position([WORKSPACE[0], WORKSPACE[1], TABLE])
     placeholder = Dummy.create()
     placeholder.set_name("cam_cinematic_placeholder")
-    placeholder.set_position([1.5, 1.0, 1.9])
+    placeholder.set_parent(base)
+    placeholder.set_matrix(_looking(CINEMATIC, _WATCHED))
     for name, place in CAMERAS.items():
         _camera(name, place)
         _camera(f"{name}_mask", place)
@@ -96,7 +104,7 @@ def _camera(name: str, place: tuple[float, float, float]) -> None:
     )
     camera.set_name(name)
     camera.set_position(list(place))
-    camera.set_matrix(_looking(place, (WORKSPACE[0], WORKSPACE[1], TABLE + 0.1)))
+    camera.set_matrix(_looking(place, _WATCHED))
 
 
 def _looking(place: tuple[float, float, float], target: tuple[float, float, float]) -> Any:

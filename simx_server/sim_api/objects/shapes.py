@@ -55,13 +55,19 @@ class ShapeFunctions(ApiPart, effect="changes"):
         self, kind: int, options: int, sizes: list[float], mass: float, _precision: list[int] | None = None
     ) -> int:
         """Create a shape and return its handle. `kind`: 0 cuboid, 1 sphere, 2 cylinder, 3 cone; `options`: bit 3
-        respondable, bit 4 static.
+        respondable, bit 4 static. As in V-REP the shape is not collidable, measurable or detectable until
+        sim.setObjectSpecialProperty says so.
 
         Partly: the drawing of edges and back faces, and open ends of cylinders, are ignored.
         """
         if not 0 <= kind < len(_PURE):
             raise CommandError(f"a pure shape is 0 cuboid, 1 sphere, 2 cylinder or 3 cone, not {kind}")
-        body = Body(static=bool(options & _STATIC), respondable=bool(options & _RESPONDABLE), mass=mass)
+        body = Body(
+            static=bool(options & _STATIC),
+            respondable=bool(options & _RESPONDABLE),
+            mass=mass,
+            lacks=("collidable", "measurable", "detectable"),
+        )
         return creating.create_primitive(self._world, _PURE[kind], sizes, body)
 
     def createPrimitiveShape(self, kind: int, sizes: list[float], _options: int = 0) -> int:
@@ -116,7 +122,8 @@ class ShapeFunctions(ApiPart, effect="changes"):
         x_size: float,
         heights: list[float],
     ) -> int:
-        """Create a static height field; `heights` are rows along y of `x_count` points each.
+        """Create a static height field, not collidable or measurable; `heights` are rows along y of `x_count` points
+        each.
 
         Partly: drawing options are ignored.
         """

@@ -112,13 +112,14 @@ class RestOfFile:
 
     def ik_group(
         self, name: str, elements: Sequence[Mapping[str, Any]], *, iterations: int = 3, damping: float = 0.1,
-        damped: bool = False, enabled: bool = True, explicit: bool = False,
+        damped: bool = False, enabled: bool = True, explicit: bool = False, limits_steps: bool = False,
     ) -> int:  # fmt: skip
         """Add a group of elements with tip, and perhaps base, constraints; returns its id."""
         number = 2030000 + self._next_id()
         records = self._numbers("Oid", "i", number) + chunk("Nme", text(name))
         records += self._numbers("Mit", "i", iterations) + self._numbers("Dpg", "r", damping)
-        records += self._numbers("Cmt", "i", int(damped)) + self._numbers("Var", "B", enabled + 64 * explicit)
+        flags = enabled + 32 * limits_steps + 64 * explicit
+        records += self._numbers("Cmt", "i", int(damped)) + self._numbers("Var", "B", flags)
         for each in elements:
             element = self._numbers("Ik2", "2i", each["tip"], each.get("base", -1))
             element += self._numbers("Ctr", "i", each.get("constraints", 0x1F)) + self._numbers("Var", "B", 1)

@@ -68,6 +68,23 @@ def test_a_pure_shape_falls_on_the_floor(world: ScriptWorld, kind: int, stem: st
     assert handle not in world.sim.scene.objects
 
 
+def test_a_pure_shape_is_not_collidable_measurable_or_detectable_until_a_program_says_so(
+    world: ScriptWorld,
+) -> None:
+    asked = "return sim.getObjectSpecialProperty(h)"
+    renderable = 512
+    assert world.lua("h = sim.createPureShape(0, 8, {0.2, 0.2, 0.2}, 1) " + asked) == [renderable]
+    world.lua("sim.setObjectSpecialProperty(h, sim.objectspecialproperty_collidable)")
+    (bits,) = world.lua(asked)
+    assert bits & 1
+    (bits,) = world.lua("h = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.2, 0.2, 0.2}) " + asked)
+    assert bits & 1
+    assert bits & 2
+    (bits,) = world.lua("h = sim.createHeightfieldShape(0, 0, 2, 2, 1, {0, 0, 0, 0}) " + asked)
+    assert bits & 3 == 0
+    assert bits > renderable, "detectable"
+
+
 def test_a_static_shape_stays_and_a_second_one_has_a_number(world: ScriptWorld) -> None:
     first, second = world.lua(
         "local one = sim.createPureShape(0, 16, {1, 2, 3}, 1) return one, sim.createPureShape(0, 16, {1, 2, 3}, 1)"

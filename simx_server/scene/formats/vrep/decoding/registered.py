@@ -18,7 +18,7 @@ from simx_server.scene.formats.vrep.objects import (
     PathPlanning,
 )
 
-RESTORES_POSITION, RESTORES_ORIENTATION, EXPLICIT = 2, 4, 0x40
+RESTORES_POSITION, RESTORES_ORIENTATION, LIMITS_STEPS, EXPLICIT = 2, 4, 0x20, 0x40
 """Bits of a group of inverse kinematics."""
 
 
@@ -56,6 +56,7 @@ def ik_group_of(chunks: Chunks) -> IkGroup:
     group.is_enabled = bool(flags & 1)
     group.restore = bool(flags & RESTORES_POSITION), bool(flags & RESTORES_ORIENTATION)
     group.is_explicit = bool(flags & EXPLICIT)
+    group.ignores_steps = not flags & LIMITS_STEPS
     (group.after,) = chunks.ints("Doo", -1)
     for each in chunks.each("Ike"):
         tip, base = each.ints("Ik2")

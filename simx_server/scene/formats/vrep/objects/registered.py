@@ -72,6 +72,8 @@ class IkGroup:
     """0 pseudo inverse, 1 damped least squares."""
     is_enabled: bool = True
     is_explicit: bool = False
+    ignores_steps: bool = True
+    """Whether the greatest steps of the joints in one iteration do not hold."""
     restore: tuple[bool, bool] = (False, False)
     """Whether the joints stay where they are when position, or orientation, is not reached."""
     after: int = -1

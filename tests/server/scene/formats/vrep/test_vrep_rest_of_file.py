@@ -193,6 +193,7 @@ def test_registered_things_are_read(ser: int) -> None:
     writer.distance("gap", base, threshold=0.25)
     elements = [{"tip": tip, "base": base, "constraints": 7}]
     writer.ik_group("ik", elements, iterations=9, damping=0.5, damped=True, explicit=True)
+    writer.ik_group("small steps", elements, limits_steps=True)
     file = read(writer)
     (collection,) = file.collections
     assert (collection.id, collection.name, collection.overrides) == (group, "robot", True)
@@ -200,9 +201,10 @@ def test_registered_things_are_read(ser: int) -> None:
     (collision,), (distance,) = file.collisions, file.distances
     assert (collision.name, collision.entity1, collision.entity2) == ("crash", group, base)
     assert (distance.name, distance.entity1, distance.entity2, distance.threshold) == ("gap", base, -1, 0.25)
-    (ik,) = file.ik_groups
+    ik, small = file.ik_groups
     assert (ik.name, ik.iterations, ik.damping, ik.method) == ("ik", 9, 0.5, 1)
-    assert (ik.is_enabled, ik.is_explicit) == (True, True)
+    assert (ik.is_enabled, ik.is_explicit, ik.ignores_steps) == (True, True, True)
+    assert not small.ignores_steps
     (element,) = ik.elements
     assert (element.tip, element.base, element.constraints, element.enabled) == (tip, base, 7, True)
 

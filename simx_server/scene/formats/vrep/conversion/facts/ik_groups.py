@@ -61,6 +61,7 @@ def _add(conversion: Conversion, group: IkGroup, elements: list[IkElement], afte
         iterations=min(max(group.iterations, 1), _MOST_ITERATIONS),
         handling="explicit" if group.is_explicit else "auto",
         enabled=None if group.is_enabled else False,
+        ignores_steps=group.ignores_steps or None,
         restore=",".join(restore) or None,
         after=after,
     )

@@ -124,7 +124,13 @@ def test_a_group_of_inverse_kinematics_moves_the_tip_to_its_linked_dummy() -> No
 def test_all_settings_of_a_group_arrive() -> None:
     element = IkElement(tip=TIP, base=BASE, constraints=0b11001, precision=(0.001, 0.1), weights=(0.5, 0.2))
     given = group(
-        elements=[element], method=1, damping=0.3, is_explicit=True, restore=(True, False), is_enabled=False
+        elements=[element],
+        method=1,
+        damping=0.3,
+        is_explicit=True,
+        restore=(True, False),
+        is_enabled=False,
+        ignores_steps=False,
     )
     world, _ = opened(ik_groups=[given, group(id=8, name="second", after=7)])
     groups = world.parts.ik_groups
@@ -132,6 +138,7 @@ def test_all_settings_of_a_group_arrive() -> None:
     assert first.how == Calculation(Method.DAMPED_LEAST_SQUARES, 0.3, 50)
     assert (first.explicit, first.enabled, first.restore) == (True, False, {"position"})
     assert (second.after, second.how.method) == ("ik", Method.PSEUDO_INVERSE)
+    assert (first.ignores_steps, second.ignores_steps) == (False, True)
     (found,) = first.elements
     assert found.constraints == Constraint.X | Constraint.ALPHA_BETA | Constraint.GAMMA
     assert (found.precision, found.weights, found.base) == ((0.001, 0.1), (0.5, 0.2), handle(world, "base"))
