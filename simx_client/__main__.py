@@ -28,6 +28,7 @@ COMMANDS = {
     "status": ("report health and metrics of simulators", "simx_client.cli.status.command"),
     "fleet": ("run servers on the hosts of a Ray cluster", "simx_client.fleet.command"),
     "classroom": ("run a class: a server for each student, and a page", "simx_client.cli.classroom"),
+    "diff": ("find the first step in which two recordings differ", "simx_client.cli.diff"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 

@@ -54,11 +54,14 @@ class Outcome(NamedTuple):
         return what + cut
 
 
-def replay(recording: Opened, world: World, history: float | None = None) -> Outcome:
+def replay(
+    recording: Opened, world: World, history: float | None = None, *, last_step: int | None = None
+) -> Outcome:
     """Replay all events, and compare the states.
 
     Args:
         history: simulated seconds of past steps that the recorded server kept, from which clients may have gone on.
+        last_step: end after this simulation step, counted from 1 over all runs.
 
     Raises:
         Divergence: the states differ.
@@ -99,6 +102,8 @@ def replay(recording: Opened, world: World, history: float | None = None) -> Out
             if kind not in (Kind.PASS, Kind.IDLE):
                 simulation.settle()
             states.compare(event, is_before_step=is_before_step, is_last=following is None)
+            if kind == Kind.PASS and steps == last_step:
+                return Outcome(steps, batches, states.compared, True, "")
         except Divergence as problem:
             raise Divergence(
                 f"in pass {steps} of the recording, {simulation.time:.3f} s after the start of that run: {problem}"

@@ -60,8 +60,9 @@ def of_help(parser: argparse.ArgumentParser) -> list[str]:
 COMMANDS = [
     example
     for name, (_, module) in simx.COMMANDS.items()
-    # A fleet needs a Ray cluster (tests/client/fleet/), a class serves until it is ended.
-    if name not in ("check", "classroom", "run", "fleet")
+    # A fleet needs a Ray cluster (tests/client/fleet/), a class serves until it is ended, two recordings
+    # have a test of their own (tests/server/recording/test_diff.py).
+    if name not in ("check", "classroom", "diff", "run", "fleet")
     for example in of_help(import_module(module).make_parser())
 ]
 PAGE = examples("examples:\n" + (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8"))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from simx_client import __main__ as simx
-from simx_client.cli import classroom as of_client
+from simx_client.cli import server_command
 from simx_server.classroom import command
 from simx_server.classroom.addresses import AddressError, claim, resolve, shown_address
 
@@ -115,6 +115,6 @@ def test_address_for_students_is_one_that_they_can_use() -> None:
 def test_client_alone_names_what_is_missing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(of_client, "entry_points", lambda **_: ())
+    monkeypatch.setattr(server_command, "entry_points", lambda **_: ())
     assert simx.main(["classroom", "scene.xml", "--seats", "3"]) == 1
     assert "install" in capsys.readouterr().err

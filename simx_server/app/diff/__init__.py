@@ -1,0 +1,1 @@
+"""``simx diff``: where two recordings differ for the first time."""
