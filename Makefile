@@ -86,6 +86,7 @@ new_page = $(1) > $(2).new && mv $(2).new $(2) || { rm -f $(2).new; exit 1; }
 
 generate: $(READY) ## write the files that follow from the table of functions: type stubs, pages of docs/
 	@$(BIN)/python -m simx_client.legacy.stubs
+	@$(BIN)/python -m simx_server.gateways.zmq.stubs
 	@$(call new_page,$(BIN)/python docs/reference.py,docs/api.md)
 	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
 	@$(call new_page,$(BIN)/python docs/pyrep_reference.py,docs/pyrep-functions.md)

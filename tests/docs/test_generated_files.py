@@ -8,7 +8,7 @@ import subprocess
 from processes import ROOT
 
 PAGE = re.compile(r"^Made by `(?P<command>[^`]+) > (?P<path>docs/[\w-]+\.md)`", re.MULTILINE)
-STUBS = re.compile(r'^"""Generated from the table by ``(?P<command>[^`]+)``')
+STUBS = re.compile(r'^"""[^`]*Generated (?:from the table )?by ``(?P<command>[^`]+)``')
 
 
 def test_make_generate_has_the_command_of_every_generated_file() -> None:
@@ -20,10 +20,11 @@ def test_make_generate_has_the_command_of_every_generated_file() -> None:
     ]
     stubs = [
         found
-        for stub in (ROOT / "simx_client").rglob("*.pyi")
+        for folder in ("simx_client", "packages/types")
+        for stub in (ROOT / folder).rglob("*.pyi")
         if (found := STUBS.match(stub.read_text("utf-8")))
     ]
-    assert (len(pages), len(stubs)) == (4, 2)
+    assert (len(pages), len(stubs)) == (4, 7)
     for page in pages:
         assert f"{page['command']} > {page['path']}.new && mv {page['path']}.new {page['path']} " in recipe
     for stub in stubs:

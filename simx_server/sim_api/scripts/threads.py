@@ -7,6 +7,7 @@ resumed once per simulation step, before the actuation of the scripts without th
 from __future__ import annotations
 
 import time
+from collections.abc import Generator
 
 from simx_server.errors import CommandError
 from simx_server.scripting.bodies import CALL_TYPES
@@ -25,17 +26,17 @@ class ThreadFunctions(ApiPart, effect="changes"):
 
     CONSTANTS = CALL_TYPES
 
-    def switchThread(self) -> Waiting:
+    def switchThread(self) -> Generator[None, None, tuple[()]]:
         """Suspend the thread until the next simulation step."""
         yield
         return ()
 
-    def step(self) -> Waiting:
+    def step(self) -> Generator[None, None, tuple[()]]:
         """Suspend the thread until the next simulation step: the later name of switchThread."""
         return self.switchThread()
 
     @reads
-    def wait(self, seconds: float, simulation_time: bool = True) -> Waiting:
+    def wait(self, seconds: float, simulation_time: bool = True) -> Generator[None, None, tuple[float]]:
         """Wait for this time, at least until the next simulation step; return the time by which the wait was too
         long.
 
@@ -136,7 +137,7 @@ class ThreadFunctions(ApiPart, effect="changes"):
         """Return 1, as sim.lockResources does."""
         return 1
 
-    def waitForSimulationStart(self) -> Waiting:
+    def waitForSimulationStart(self) -> Generator[None, None, tuple[()]]:
         """Wait until the simulation runs."""
         while not self._sim.is_running:
             yield

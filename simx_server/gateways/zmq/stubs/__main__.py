@@ -1,0 +1,5 @@
+"""Write the stubs into ``packages/types``."""
+
+from .files import write
+
+write()
