@@ -3290,9 +3290,33 @@ class Sim:
     def exportIk(self, path: str, /) -> int:
         """Write the scene's kinematics as a file of the workspace for V-REP's external kinematics; return
         1."""
+    def extOMPL_setGoalState(self, task: int, state: _Floats, /) -> bool: ...
+    def extOMPL_addGoalState(self, task: int, state: _Floats, /) -> bool: ...
+    def extOMPL_setGoalStates(self, task: int, states: Sequence[_Floats] | _Array, /) -> bool:
+        """Set several goal states; a path leads to one of them."""
+    def extOMPL_setGoal(self, task: int, robot: int, target: int, tolerance: _Float | None = 0.001, metric: _Floats | None = None, reference: int | None = -1, /) -> bool:
+        """Set as goal that an object of the robot is at another object, up to a distance of `tolerance`.
+        `metric`: factors of the distances along x, y, z (m) of the reference (-1: the world) and of the angle
+        (rad). Such goals are always searched by the server's planner, also with `--planner ompl`."""
+    def extOMPL_setGoalCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
+        """Set as goal what a function(state) calls so: it returns whether a state is a goal, and its distance
+        to one. Without a distance, or with a constant one, the search has no direction."""
+    def extOMPL_setValidStateSamplerCallback(self, task: int, callback: str | Callable[..., Any], near: str | Callable[..., Any] | None = None, /) -> bool:
+        """Set functions that return a state for the search to grow towards: callback() anywhere, near(state,
+        distance) within a distance of a state, which goals other than states use. The search checks what they
+        return."""
+    def extOMPL_hasSolution(self, task: int, /) -> bool:
+        """Return whether there is a path, to a goal or near to one."""
+    def extOMPL_hasExactSolution(self, task: int, /) -> bool:
+        """Return whether there is a path to a goal."""
+    def extOMPL_hasApproximateSolution(self, task: int, /) -> bool:
+        """Return whether the path ends near a goal only: where the time was over before an object or a
+        function was satisfied. A path to goal states always ends in one of them."""
+    def extOMPL_getGoalDistance(self, task: int, /) -> float:
+        """Return the distance of the path's end to the goal; -1 without a path."""
     def extOMPL_createTask(self, name: str, /) -> int: ...
     def extOMPL_destroyTask(self, task: int, /) -> bool: ...
-    def extOMPL_createStateSpace(self, name: str, kind: int, handle: int, low: _Floats, high: _Floats, projection: int | None = 0, weight: _Float | None = 1.0, reference: int | None = -1, /) -> int:
+    def extOMPL_createStateSpace(self, name: str, kind: int, handle: int, low: _Floats, high: _Floats, use_for_projection: int | None = 0, weight: _Float | None = 1.0, reference: int | None = -1, /) -> int:
         """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
         optionally with its rotation. In a dubins space it moves as a car that drives along its x axis. `low`
         and `high` are the bounds of the positions; rotations have none."""
@@ -3306,7 +3330,7 @@ class Sim:
         """Set the algorithm, one of simOMPL.Algorithm. Partly: RRT-Connect stands for all of them; a server
         with `--planner ompl`, which needs the extra `ompl`, has eight of them."""
     def extOMPL_setVerboseLevel(self, task: int, level: int, /) -> bool:
-        """Set the level of messages. Partly: nothing is printed at any level."""
+        """Set the level of messages: 0 none, from 1 on the status bar tells what a search has found."""
     def extOMPL_setCollisionPairs(self, task: int, pairs: _Ints, /) -> bool:
         """Set pairs {entity, entity, ...} that must not collide; sim.handle_all as second entity stands for
         all others."""
@@ -3318,13 +3342,12 @@ class Sim:
     def extOMPL_setStateValidationCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
         """Set a function(state) that returns whether a state is valid, in addition to the collision pairs."""
     def extOMPL_setStartState(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_setGoalState(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_addGoalState(self, task: int, state: _Floats, /) -> bool: ...
     def extOMPL_setup(self, task: int, /) -> bool:
         """Check that the task can be solved; return false when the start or all goals are invalid."""
     def extOMPL_solve(self, task: int, seconds: _Float | None = 1.0, /) -> bool:
         """Find a path within this wall time; return whether one was found. The server answers other clients
-        meanwhile."""
+        meanwhile. If the goal is an object or a function and is not reached in time, the path leads near to
+        it."""
     def extOMPL_simplifyPath(self, task: int, seconds: _Float | None = -1.0, /) -> bool:
         """Shorten the path within this wall time; the default takes about 1 s, and equal runs give equal
         paths."""
@@ -3341,9 +3364,6 @@ class Sim:
         """Return one state of the path; the index starts at 0."""
     def extOMPL_getReversedPath(self, task: int, path: _Floats, /) -> list[float]:
         """Return the states in reverse order."""
-    def extOMPL_hasExactSolution(self, task: int, /) -> bool: ...
-    def extOMPL_hasApproximateSolution(self, task: int, /) -> bool:
-        """Return false: a path always leads to its goal."""
     def extOMPL_isStateValid(self, task: int, state: _Floats, /) -> bool: ...
     def extOMPL_isStateWithinBounds(self, task: int, state: _Floats, /) -> bool: ...
     def extOMPL_readState(self, task: int, /) -> list[float]:
@@ -3917,7 +3937,7 @@ class SimOMPL:
     statespacetype_dubins: Final = 30006
     def createTask(self, name: str, /) -> int: ...
     def destroyTask(self, task: int, /) -> bool: ...
-    def createStateSpace(self, name: str, kind: int, handle: int, low: _Floats, high: _Floats, projection: int | None = 0, weight: _Float | None = 1.0, reference: int | None = -1, /) -> int:
+    def createStateSpace(self, name: str, kind: int, handle: int, low: _Floats, high: _Floats, use_for_projection: int | None = 0, weight: _Float | None = 1.0, reference: int | None = -1, /) -> int:
         """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
         optionally with its rotation. In a dubins space it moves as a car that drives along its x axis. `low`
         and `high` are the bounds of the positions; rotations have none."""
@@ -3931,7 +3951,7 @@ class SimOMPL:
         """Set the algorithm, one of simOMPL.Algorithm. Partly: RRT-Connect stands for all of them; a server
         with `--planner ompl`, which needs the extra `ompl`, has eight of them."""
     def setVerboseLevel(self, task: int, level: int, /) -> bool:
-        """Set the level of messages. Partly: nothing is printed at any level."""
+        """Set the level of messages: 0 none, from 1 on the status bar tells what a search has found."""
     def setCollisionPairs(self, task: int, pairs: _Ints, /) -> bool:
         """Set pairs {entity, entity, ...} that must not collide; sim.handle_all as second entity stands for
         all others."""
@@ -3943,13 +3963,12 @@ class SimOMPL:
     def setStateValidationCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
         """Set a function(state) that returns whether a state is valid, in addition to the collision pairs."""
     def setStartState(self, task: int, state: _Floats, /) -> bool: ...
-    def setGoalState(self, task: int, state: _Floats, /) -> bool: ...
-    def addGoalState(self, task: int, state: _Floats, /) -> bool: ...
     def setup(self, task: int, /) -> bool:
         """Check that the task can be solved; return false when the start or all goals are invalid."""
     def solve(self, task: int, seconds: _Float | None = 1.0, /) -> bool:
         """Find a path within this wall time; return whether one was found. The server answers other clients
-        meanwhile."""
+        meanwhile. If the goal is an object or a function and is not reached in time, the path leads near to
+        it."""
     def simplifyPath(self, task: int, seconds: _Float | None = -1.0, /) -> bool:
         """Shorten the path within this wall time; the default takes about 1 s, and equal runs give equal
         paths."""
@@ -3966,9 +3985,6 @@ class SimOMPL:
         """Return one state of the path; the index starts at 0."""
     def getReversedPath(self, task: int, path: _Floats, /) -> list[float]:
         """Return the states in reverse order."""
-    def hasExactSolution(self, task: int, /) -> bool: ...
-    def hasApproximateSolution(self, task: int, /) -> bool:
-        """Return false: a path always leads to its goal."""
     def isStateValid(self, task: int, state: _Floats, /) -> bool: ...
     def isStateWithinBounds(self, task: int, state: _Floats, /) -> bool: ...
     def readState(self, task: int, /) -> list[float]:
@@ -3979,15 +3995,61 @@ class SimOMPL:
         """Return the weighted Euclidean distance; angles count the short way, cars by their way."""
     def printTaskInfo(self, task: int, /) -> bool:
         """Print a description of the task to the status bar."""
+    def setGoalState(self, task: int, state: _Floats, /) -> bool: ...
+    def addGoalState(self, task: int, state: _Floats, /) -> bool: ...
+    def setGoalStates(self, task: int, states: Sequence[_Floats] | _Array, /) -> bool:
+        """Set several goal states; a path leads to one of them."""
+    def setGoal(self, task: int, robot: int, target: int, tolerance: _Float | None = 0.001, metric: _Floats | None = None, reference: int | None = -1, /) -> bool:
+        """Set as goal that an object of the robot is at another object, up to a distance of `tolerance`.
+        `metric`: factors of the distances along x, y, z (m) of the reference (-1: the world) and of the angle
+        (rad). Such goals are always searched by the server's planner, also with `--planner ompl`."""
+    def setGoalCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
+        """Set as goal what a function(state) calls so: it returns whether a state is a goal, and its distance
+        to one. Without a distance, or with a constant one, the search has no direction."""
+    def setValidStateSamplerCallback(self, task: int, callback: str | Callable[..., Any], near: str | Callable[..., Any] | None = None, /) -> bool:
+        """Set functions that return a state for the search to grow towards: callback() anywhere, near(state,
+        distance) within a distance of a state, which goals other than states use. The search checks what they
+        return."""
+    def hasSolution(self, task: int, /) -> bool:
+        """Return whether there is a path, to a goal or near to one."""
+    def hasExactSolution(self, task: int, /) -> bool:
+        """Return whether there is a path to a goal."""
+    def hasApproximateSolution(self, task: int, /) -> bool:
+        """Return whether the path ends near a goal only: where the time was over before an object or a
+        function was satisfied. A path to goal states always ends in one of them."""
+    def getGoalDistance(self, task: int, /) -> float:
+        """Return the distance of the path's end to the goal; -1 without a path."""
+    def createStateSpaceForJoint(self, name: str, joint: int, use_for_projection: int | None = 0, weight: _Float | None = 1.0, /) -> int:
+        """Create the state space of a joint, with its interval as bounds."""
+    def setStateSpaceForJoints(self, task: int, joints: _Ints, use_for_projection: _Ints | None = None, weights: _Floats | None = None, /) -> bool:
+        """Give a task a space for each joint. Without `use_for_projection` the first three are projected
+        on."""
+    def getStateSpaceDimension(self, task: int, /) -> int:
+        """Return the number of coordinates of a state."""
+    def enforceBounds(self, task: int, state: _Floats, /) -> list[float]:
+        """Return the nearest state within the bounds; angles without an end become those from -pi to pi."""
+    def setProjectionEvaluationCallback(self, task: int, callback: str | Callable[..., Any], size: int, /) -> bool:
+        """Set a function(state) that returns a point with `size` coordinates, in place of the default
+        projection. Partly: a search does not use projections; OMPL's algorithms choose theirs."""
+    def projectionSize(self, task: int, /) -> int:
+        """Return the number of coordinates of a projected state."""
+    def projectStates(self, task: int, states: _Floats, /) -> list[float]:
+        """Return the projections of one or more states, one after the other. The default projection is the
+        positions of the spaces that were created with a flag for it."""
+    def getProjectedPathLength(self, task: int, path: _Floats, /) -> float:
+        """Return the length of a path that is projected."""
     def drawPath(self, task: int, path: _Floats, width: _Float, color: _Floats, more: Any = None, /) -> list[int]:
         """Draw the positions of a path's states as a line; return the drawing objects. A path of joints has
         none."""
-    def getPlannerData(self, task: int, /) -> tuple[list[float], list[int], list[float], list[int], list[int]]:
-        """Return the states that a search has tried, and how they are joined. Stand-in: none are kept."""
-    def drawPlannerData(self, task: int, /, *how: Any) -> list[int]:
-        """Draw what simOMPL.getPlannerData returns. Stand-in: nothing."""
+    def getPlannerData(self, task: int, /) -> tuple[list[float], list[int], list[float], list[int], list[float], list[int], list[int]]:
+        """Return the states that the last search has reached, one after the other; two tags of each, 0; the
+        edges, by the indices of their ends, from 0; their lengths; the indices of starts and of goals. OMPL's
+        BITstar gives none."""
+    def drawPlannerData(self, task: int, point_size: _Float, width: _Float, color: _Floats, start_color: _Floats | None = None, goal_color: _Floats | None = None, /) -> list[int]:
+        """Draw the positions of the states that the last search has reached as spheres, with lines between
+        them; return the drawing objects. A search with joints alone has none."""
     def removeDrawingObjects(self, task: int, drawings: _Ints, /) -> None:
-        """Remove the drawing objects of simOMPL.drawPath."""
+        """Remove the drawing objects of simOMPL.drawPath and simOMPL.drawPlannerData."""
 
 class SimOpenMesh:
     """The functions and constants of `simOpenMesh`."""

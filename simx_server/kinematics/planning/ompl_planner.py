@@ -27,6 +27,7 @@ from simx_client.protocol.cli.installing import extra_line
 from simx_server.errors import CommandError
 from simx_server.kinematics.scratch import Array
 
+from .graphs import Graph
 from .paths import Failure, Planner, Progress, TimeIsUpError
 from .space import Space
 
@@ -40,6 +41,9 @@ ALGORITHMS: Sequence[str] = (
     "RRTConnect",
     "RRTstar",
 )
+
+_KEEPS_ITS_GRAPH = "BITstar"
+"""An algorithm that never frees a space whose graph was taken from it (module 2.0.1)."""
 
 _LONGEST_WAIT = 60.0
 """Maximum seconds for the end of a search in another world of this process: OMPL has one seed for all of them."""
@@ -80,6 +84,8 @@ class OmplPlanner(Planner):
                 f"{', '.join(ALGORITHMS)}; without --planner ompl the server's own planner stands for all of them"
             )
         self._algorithm = algorithm
+        self.graph = Graph()
+        """That of the last search; BITstar has none."""
         self._enough, self._late = math.inf, math.inf
         """Number of checks, and moment, from which on the search is over."""
 
@@ -132,6 +138,8 @@ class OmplPlanner(Planner):
         setup.setGoal(found)
         setup.setPlanner(getattr(geometric, self._algorithm)(information))
         setup.solve(base.PlannerTerminationCondition(self._is_over))
+        if self._algorithm != _KEEPS_ITS_GRAPH:
+            self.graph = _graph(base, setup, form)
         if not setup.haveExactSolutionPath():
             return Failure.TIME
         path = setup.getSolutionPath()
@@ -152,6 +160,18 @@ class _Form:
     """Number of coordinates that have bounds; they come first."""
     read: Callable[[Any], Sequence[float]]
     write: Callable[[Any, list[float]], object]
+
+
+def _graph(base: Any, setup: Any, form: _Form) -> Graph:
+    data = base.PlannerData(setup.getSpaceInformation())
+    setup.getPlannerData(data)
+    count = data.numVertices()
+    return Graph(
+        [np.array(form.read(data.getVertex(index).getState())) for index in range(count)],
+        [(index, other) for index in range(count) for other in data.getEdges(index)],
+        [data.getStartIndex(index) for index in range(data.numStartVertices())],
+        [data.getGoalIndex(index) for index in range(data.numGoalVertices())],
+    )
 
 
 def _as_ompl(base: Any, space: Space, ends: Sequence[Array]) -> _Form:

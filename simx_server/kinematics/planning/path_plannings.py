@@ -22,7 +22,8 @@ from simx_server.simulation.part import Part
 
 from .paths import Failure, Progress
 from .planning_world import PlanningWorld, entity
-from .tasks import ROTATIONS, Solving, SpaceKind, StateSpace, Task, coordinates, pose_at
+from .states import ROTATIONS, SpaceKind, StateSpace, Task, coordinates, pose_at
+from .tasks import Solving
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation

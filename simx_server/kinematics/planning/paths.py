@@ -43,7 +43,7 @@ class Failure(Enum):
 class Progress:
     """The findings of a search that ended in `Failure.TIME`, for the next one."""
 
-    trees: tuple[_Tree, _Tree] | None = None
+    trees: tuple[Tree, Tree] | None = None
 
 
 class Planner:
@@ -53,6 +53,9 @@ class Planner:
     checks. Where start or goal do not pass it, they must pass `is_valid`. `may_go_on` is called every few
     milliseconds; where it returns false, the time is over.
     """
+
+    sampler: Callable[[], Array] | None = None
+    """Returns states (n,) to grow towards; None: an even distribution in the space."""
 
     def __init__(
         self,
@@ -104,7 +107,7 @@ class Planner:
                 return good
             if progress.trees is not None:
                 return self._connect(progress.trees)
-            progress.trees = (_Tree([start]), _Tree(good, is_backward=bool(self._space.cars)))
+            progress.trees = (Tree([start]), Tree(good, is_backward=bool(self._space.cars)))
             lines = [(self._space.line(start, goal), goal) for goal in good]
             for line, goal in sorted(lines, key=lambda each: each[0].extent):
                 if self._is_free(line):
@@ -223,11 +226,11 @@ class Planner:
             self._ask_next = time.monotonic() + _TIMEOUT
         return self._check(state)
 
-    def _connect(self, trees: tuple[_Tree, _Tree]) -> list[Array]:
+    def _connect(self, trees: tuple[Tree, Tree]) -> list[Array]:
         grows_forward = True
         while True:
             one, other = trees if grows_forward else trees[::-1]
-            added = self._extend(one, self._space.sample(self._random))
+            added = self._extend(one, self._sampled())
             if added is not None:
                 while True:
                     reached = self._extend(other, one.states[added])
@@ -240,7 +243,10 @@ class Planner:
                         return [*forward, *backward[::-1][1:]]
             grows_forward = not grows_forward
 
-    def _extend(self, tree: _Tree, towards: Array) -> int | None:
+    def _sampled(self) -> Array:
+        return self._space.sample(self._random) if self.sampler is None else self.sampler()
+
+    def _extend(self, tree: Tree, towards: Array) -> int | None:
         """Add one branch from the nearest state; return its index, or None if something is in the way."""
         space = self._space
         near = int(np.argmin(space.distances(tree.array(), towards, is_backward=tree.is_backward)))
@@ -272,7 +278,7 @@ class TimeIsUpError(Exception):
     """The time for a plan is up."""
 
 
-class _Tree:
+class Tree:
     """States, each with the index of its parent; -1 for roots."""
 
     def __init__(self, roots: list[Array], *, is_backward: bool = False) -> None:
@@ -281,12 +287,12 @@ class _Tree:
         """
         self.states = list(roots)
         self.is_backward = is_backward
-        self._parents = [-1] * len(roots)
+        self.parents = [-1] * len(roots)
         self._array = np.array(roots)
 
     def add(self, state: Array, parent: int) -> int:
         self.states.append(state)
-        self._parents.append(parent)
+        self.parents.append(parent)
         count = len(self.states)
         if count > len(self._array):
             self._array = np.concatenate([self._array, np.zeros_like(self._array)])
@@ -305,7 +311,7 @@ class _Tree:
         states: list[Array] = []
         while index >= 0:
             states.append(self.states[index])
-            index = self._parents[index]
+            index = self.parents[index]
         return states[::-1]
 
 

@@ -22,7 +22,8 @@ from simx_server.kinematics.search import MOST_STATES, find_configs, straight_pa
 from simx_server.kinematics.solver import Calculation, Method, Result
 from simx_server.scene.poses.poses import Pose, blend, conjugate, multiply, rotation_vector
 
-from .tasks import Solving, SpaceKind, StateSpace, Task
+from .states import SpaceKind, StateSpace, Task
+from .tasks import Solving
 
 if TYPE_CHECKING:
     from .planning_world import PlanningWorld

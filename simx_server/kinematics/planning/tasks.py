@@ -1,11 +1,9 @@
-"""Path planning tasks as in `simOMPL`: state spaces over objects, pairs that must not collide, start, goals, path."""
+"""The solving of a planning task on the scene as it is now."""
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from enum import IntEnum
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -16,102 +14,25 @@ from simx_server.errors import CommandError
 from simx_server.kinematics.scratch import Array
 from simx_server.kinematics.search import MOST_STATES
 from simx_server.scene.objects import ObjectKind
-from simx_server.scene.poses.frames import (
-    euler_from_quat,
-    get_pose,
-    quat_from_euler,
-    set_pose,
-    xyzw_from_wxyz,
-)
+from simx_server.scene.poses.frames import get_pose
 from simx_server.scene.poses.joint_chain import body_pose
 from simx_server.scene.poses.placing import free_joint
-from simx_server.scene.poses.poses import Pose, compose, inverse, normalised
+from simx_server.scene.poses.poses import Pose, compose, inverse
 
+from .dummy_goals import at_dummy
+from .graphs import graph_of
 from .ompl_planner import OmplPlanner
 from .paths import Failure, Planner, Progress, interpolate
+from .regions import Reached, RegionPlanner
 from .space import Car, Space
-from .validity import Pairs, Validity
+from .states import FLAT_POSES, DummyGoal, SpaceKind, StateSpace, Task, pose_at
+from .validity import Validity
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
     from .planning_world import PlanningWorld
 
-
-class SpaceKind(IntEnum):
-    """The plugin's numbers of the supported kinds."""
-
-    POSITION2D = 30001
-    POSE2D = 30002
-    POSITION3D = 30003
-    POSE3D = 30004
-    JOINT = 30005
-    DUBINS = 30006
-
-
-_COUNTS = {
-    SpaceKind.POSITION2D: 2,
-    SpaceKind.POSE2D: 3,
-    SpaceKind.POSITION3D: 3,
-    SpaceKind.POSE3D: 7,
-    SpaceKind.JOINT: 1,
-    SpaceKind.DUBINS: 3,
-}
-
-ROTATIONS = {SpaceKind.POSE2D: (math.pi,), SpaceKind.DUBINS: (math.pi,), SpaceKind.POSE3D: (1.0,) * 4}
-"""Upper bounds of the coordinates that are a rotation, gamma or the quaternion x, y, z, w; the lower are the same below
-0.
-"""
-
-
-@dataclass(frozen=True)
-class StateSpace:
-    """A few coordinates of one object."""
-
-    name: str
-    kind: SpaceKind
-    handle: int
-    low: tuple[float, ...]
-    high: tuple[float, ...]
-    weight: float = 1.0
-    reference: int = -1
-    """Frame of positions; -1: the world."""
-    radius: float = 1.0
-    """Smallest radius of the turns of a DUBINS space in metres."""
-    is_symmetric: bool = False
-    """Ways in a DUBINS space may lead backwards."""
-
-    @property
-    def count(self) -> int:
-        return _COUNTS[self.kind]
-
-
-@dataclass
-class Task:
-    """One task. States are lists of the coordinates of all its spaces, one after the other."""
-
-    name: str
-    spaces: list[StateSpace] = field(default_factory=list[StateSpace])
-    pairs: Pairs = field(default_factory=Pairs)
-    start: list[float] = field(default_factory=list[float])
-    goals: list[list[float]] = field(default_factory=list[list[float]])
-    judge: Callable[[list[float]], bool] | None = None
-    """A further condition for a state."""
-    algorithm: str = ""
-    """Name of an algorithm of OMPL; it counts where OMPL plans. Empty: none was chosen, and our planner plans."""
-    resolution: float = 0.01
-    """Distance between two checks of a path as a share of the space's extent, as in OMPL."""
-    path: list[list[float]] = field(default_factory=list[list[float]])
-    problem: str = ""
-    """The reason why the last solving found nothing."""
-
-    @property
-    def count(self) -> int:
-        """Return the number of coordinates in a state."""
-        return sum(space.count for space in self.spaces)
-
-
-_FLAT_POSES = (SpaceKind.POSE2D, SpaceKind.DUBINS)
 
 _EFFORT, _TIMEOUT = 3000, 10.0
 """Number of checks for shortening a path, which takes about 1 s for a UR5, and maximum seconds on any machine."""
@@ -149,8 +70,8 @@ class Solving:
         self._addresses = np.array(addresses) if len(addresses) == len(self._writers) else None
         """Of the joints in qpos, where the state is only joints."""
         moved = [writer.body for writer in self._writers]
-        own_model = any(writer.is_fixed for writer in self._writers)
-        self._validity = Validity(world, moved, task.pairs, own_model=own_model) if task.pairs else None
+        self._own_model = any(writer.is_fixed for writer in self._writers)
+        self._validity = Validity(world, moved, task.pairs, own_model=self._own_model) if task.pairs else None
         self.space = self._space()
 
     def is_valid(self, state: Array, margin: float = 0.0) -> bool:
@@ -159,21 +80,21 @@ class Solving:
         """
         if self.space.cars and not self.space.contains(state):
             return False
-        if self._validity is not None and not self._validity.at(
-            lambda data: self._write(data, state), margin
+        validity = self._validity
+        if validity is not None and not validity.at(
+            lambda data: self._write(validity.model, data, state), margin
         ):
             return False
         return self._task.judge is None or self._task.judge(state.tolist())
 
-    def _write(self, data: mujoco.MjData, state: Array) -> None:
+    def _write(self, model: mujoco.MjModel, data: mujoco.MjData, state: Array) -> None:
         """Put the objects there on a scratch state, without kinematics."""
-        assert self._validity is not None
         if self._addresses is not None:
             data.qpos[self._addresses] = state
             return
         at = 0
         for writer in self._writers:
-            writer.write(self._validity.model, data, state[at : at + writer.space.count])
+            writer.write(model, data, state[at : at + writer.space.count])
             at += writer.space.count
 
     def solve(self, seconds: float, progress: Progress | None = None) -> bool:
@@ -186,13 +107,62 @@ class Solving:
         Raises:
             CommandError: start or goals are missing or have a wrong size, or OMPL cannot plan this.
         """
-        start, goals = self.ends()
-        found = self.planner().plan(start, goals, seconds, progress)
+        self._task.path, self._task.problem, self._task.is_approximate = [], "", False
+        self._task.distance = 0.0
+        found = self._search(seconds, progress) if self._task.region is None else self._reach(seconds)
         if isinstance(found, Failure):
-            self._task.path, self._task.problem = [], found.value
+            self._task.problem = found.value
             return False
-        self._task.path, self._task.problem = [state.tolist() for state in found], ""
+        self._task.path = [state.tolist() for state in found]
         return True
+
+    def _search(self, seconds: float, progress: Progress | None) -> list[Array] | Failure:
+        start, goals = self.ends()
+        planner, progress = self.planner(), progress or Progress()
+        found = planner.plan(start, goals, seconds, progress)
+        if isinstance(planner, OmplPlanner):
+            self._task.graph = planner.graph
+        elif progress.trees is not None:
+            self._task.graph = graph_of(progress.trees, [] if isinstance(found, Failure) else found)
+        return found
+
+    def _reach(self, seconds: float) -> list[Array] | Failure:
+        task = self._task
+        if not task.start:
+            raise CommandError(f"task '{task.name}' has no start state")
+        planner = RegionPlanner(
+            self.space, self.is_valid, self._random, self._sim.interruptions.may_go_on, self._is_clear
+        )
+        self._give_samplers(planner)
+        found = planner.reach(self.space.normalised(np.array(task.start)), self.goal(), seconds)
+        if isinstance(found, Failure):
+            return found
+        task.graph = graph_of([found.tree], [] if len(found.tree.states) == 1 else found.path)
+        task.is_approximate, task.distance = not found.is_exact, 0.0 if found.is_exact else found.distance
+        return found.path or Failure.TIME
+
+    def goal(self) -> Reached:
+        """Return the function that knows the goal of a task that has no goal states."""
+        region = self._task.region
+        if isinstance(region, DummyGoal):
+            model = copy.copy(self._sim.model) if self._own_model else self._sim.model
+            return at_dummy(self._sim, region, model, lambda data, state: self._write(model, data, state))
+        assert region is not None
+        return lambda state: region(state.tolist())
+
+    def _give_samplers(self, planner: Planner) -> None:
+        task = self._task
+        if task.sampler is not None:
+            sampler = task.sampler
+            planner.sampler = lambda: self._checked(sampler())
+        if task.near_sampler is not None and isinstance(planner, RegionPlanner):
+            near = task.near_sampler
+            planner.near = lambda state, distance: self._checked(near(state.tolist(), distance))
+
+    def _checked(self, state: list[float]) -> Array:
+        if len(state) != self._task.count:
+            raise CommandError(f"a sampler returns states of {self._task.count} numbers, not {len(state)}")
+        return self.space.normalised(np.array(state))
 
     def ends(self) -> tuple[Array, list[Array]]:
         """Return the first state (n,) and the goals. Raises CommandError: there are none."""
@@ -239,7 +209,9 @@ class Solving:
         may_go_on = self._sim.interruptions.may_go_on
         if self._by_name and self._task.algorithm:
             return OmplPlanner(self._task.algorithm, used, self.is_valid, dice, may_go_on, self._is_clear)
-        return Planner(used, self.is_valid, dice, may_go_on, self._is_clear)
+        planner = Planner(used, self.is_valid, dice, may_go_on, self._is_clear)
+        self._give_samplers(planner)
+        return planner
 
     def _is_clear(self, state: Array) -> bool:
         return self.is_valid(state, MARGIN)
@@ -302,7 +274,7 @@ class _Writer:
         self._above = body_pose(sim, parent)
         self._reference: Pose = get_pose(sim, space.reference) if space.reference != -1 else _WORLD
         self._pose = compose(inverse(self._reference), get_pose(sim, space.handle))
-        if space.kind in _FLAT_POSES:
+        if space.kind in FLAT_POSES:
             self.endless = [False, False, True]
         self._qpos = int(model.jnt_qposadr[self._free]) if self._free >= 0 else -1
 
@@ -322,51 +294,3 @@ class _Writer:
 
 
 _WORLD: Pose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
-
-
-def pose_at(kind: SpaceKind, present: Pose, values: Sequence[float] | Array) -> Pose:
-    """Return the pose that the coordinates mean; the other coordinates stay."""
-    (_, _, z), quat = present
-    if kind == SpaceKind.POSE3D:
-        x, y, z, *turn = map(float, values)
-        return (x, y, z), normalised((turn[3], *turn[:3]))
-    if kind == SpaceKind.POSITION3D:
-        return (float(values[0]), float(values[1]), float(values[2])), quat
-    if kind in _FLAT_POSES:
-        alpha, beta, _ = euler_from_quat(quat)
-        quat = quat_from_euler([alpha, beta, float(values[2])])
-    return (float(values[0]), float(values[1]), z), quat
-
-
-def read_state(sim: Simulation, task: Task) -> list[float]:
-    """Return the present state of the scene's objects."""
-    state: list[float] = []
-    for space in task.spaces:
-        if space.kind == SpaceKind.JOINT:
-            state.append(sim.joints.position(space.handle))
-            continue
-        state += coordinates(space.kind, get_pose(sim, space.handle, space.reference))
-    return state
-
-
-def coordinates(kind: SpaceKind, pose: Pose) -> list[float]:
-    """Return what the coordinates of a space of poses are at a pose."""
-    (x, y, z), quat = pose
-    if kind == SpaceKind.POSE3D:
-        return [x, y, z, *xyzw_from_wxyz(quat)]
-    if kind in _FLAT_POSES:
-        return [x, y, euler_from_quat(quat)[2]]
-    return [x, y, z] if kind == SpaceKind.POSITION3D else [x, y]
-
-
-def write_state(sim: Simulation, task: Task, state: Sequence[float]) -> None:
-    """Move the scene's objects to a state."""
-    at = 0
-    for space in task.spaces:
-        values = state[at : at + space.count]
-        at += space.count
-        if space.kind == SpaceKind.JOINT:
-            sim.joints.set_position(space.handle, values[0])
-        else:
-            present = get_pose(sim, space.handle, space.reference)
-            set_pose(sim, space.handle, space.reference, pose_at(space.kind, present, values))

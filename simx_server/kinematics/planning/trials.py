@@ -17,7 +17,8 @@ from simx_server.kinematics.scratch import Array
 
 from .paths import Failure, interpolate
 from .space import Space
-from .tasks import Solving, Task
+from .states import Task
+from .tasks import Solving
 
 if TYPE_CHECKING:
     from .planning_world import PlanningWorld

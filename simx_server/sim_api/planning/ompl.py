@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.kinematics.planning.tasks import (
+from simx_server.kinematics.planning.states import (
     ROTATIONS,
     SpaceKind,
     StateSpace,
@@ -25,6 +25,8 @@ from simx_server.kinematics.sampling import LONGEST
 from simx_server.scripting.interpreter import Function
 
 from .ompl_drawing import OmplDrawing
+from .ompl_goals import OmplGoals
+from .ompl_spaces import OmplSpaces
 
 ALGORITHMS = MappingProxyType(
     {
@@ -79,7 +81,7 @@ _FARTHEST = 1e6
 """Greatest bound accepted, in metres or radians."""
 
 
-class OmplFunctions(OmplDrawing, effect="changes"):
+class OmplFunctions(OmplGoals, OmplSpaces, OmplDrawing, effect="changes"):
     """All functions of ``simOMPL``."""
 
     CONSTANTS = MappingProxyType(
@@ -106,7 +108,7 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         handle: int,
         low: list[float],
         high: list[float],
-        _projection: int = 0,
+        use_for_projection: int = 0,
         weight: float = 1.0,
         reference: int = -1,
     ) -> int:
@@ -131,7 +133,11 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         if max(map(abs, (*low[:bounded], *high[:bounded]))) > _FARTHEST:
             raise CommandError(f"bounds are at most {_FARTHEST:.0f} away from 0")
         bounds = (*low[:bounded], *(-each for each in turn)), (*high[:bounded], *turn)
-        return self._add(self._spaces, StateSpace(name, space.kind, space.handle, *bounds, weight, reference))
+        low_bounds, high_bounds = bounds
+        projected = bool(use_for_projection)
+        return self._add(
+            self._spaces, replace(space, low=low_bounds, high=high_bounds, is_projected=projected)
+        )
 
     def setDubinsParams(self, space: int, radius: float, is_symmetric: bool = False) -> None:
         """Set the smallest radius of a turn in metres, 1 at first, of a dubins space, also in tasks that use it.
@@ -153,9 +159,8 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         return True
 
     def setStateSpace(self, task: int, spaces: list[int]) -> bool:
-        chosen = self._task(task)
-        chosen.spaces = [self._space(space) for space in spaces]
-        chosen.start, chosen.goals, chosen.path = [], [], []
+        self._task(task)
+        self._set_spaces(task, [self._space(space) for space in spaces])
         return True
 
     def setAlgorithm(self, task: int, algorithm: int) -> bool:
@@ -170,9 +175,9 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         chosen.algorithm = names[0]
         return True
 
-    def setVerboseLevel(self, task: int, _level: int) -> bool:
-        """Set the level of messages. Partly: nothing is printed at any level."""
-        self._task(task)
+    def setVerboseLevel(self, task: int, level: int) -> bool:
+        """Set the level of messages: 0 none, from 1 on the status bar tells what a search has found."""
+        self._task(task).verbosity = level
         return True
 
     def setCollisionPairs(self, task: int, pairs: list[int]) -> bool:
@@ -213,27 +218,22 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         self._task(task).start = self._state(task, state)
         return True
 
-    def setGoalState(self, task: int, state: list[float]) -> bool:
-        self._task(task).goals = [self._state(task, state)]
-        return True
-
-    def addGoalState(self, task: int, state: list[float]) -> bool:
-        self._task(task).goals.append(self._state(task, state))
-        return True
-
     def setup(self, task: int) -> bool:
         """Check that the task can be solved; return false when the start or all goals are invalid."""
         chosen, solving = self._task(task), self._solving(task)
-        return solving.is_valid(np.array(chosen.start)) and any(
-            solving.is_valid(np.array(goal)) for goal in chosen.goals
+        return solving.is_valid(np.array(chosen.start)) and (
+            chosen.region is not None or any(solving.is_valid(np.array(goal)) for goal in chosen.goals)
         )
 
     def solve(self, task: int, seconds: float = 1.0) -> bool:
         """Find a path within this wall time; return whether one was found. The server answers other clients
-        meanwhile.
+        meanwhile. If the goal is an object or a function and is not reached in time, the path leads near to it.
         """
         with self._planning(task) as solving:
-            return solving.solve(_limited(seconds))
+            is_solved = solving.solve(_limited(seconds))
+        if self._task(task).verbosity > 0:
+            self.printTaskInfo(task)
+        return is_solved
 
     def simplifyPath(self, task: int, seconds: float = -1.0) -> bool:
         """Shorten the path within this wall time; the default takes about 1 s, and equal runs give equal paths."""
@@ -281,14 +281,6 @@ class OmplFunctions(OmplDrawing, effect="changes"):
             value for start in range(len(path) - count, -1, -count) for value in path[start : start + count]
         ]
 
-    def hasExactSolution(self, task: int) -> bool:
-        return bool(self._task(task).path)
-
-    def hasApproximateSolution(self, task: int) -> bool:
-        """Return false: a path always leads to its goal."""
-        self._task(task)
-        return False
-
     def isStateValid(self, task: int, state: list[float]) -> bool:
         values = np.array(self._state(task, state))
         solving = self._solving(task)
@@ -315,7 +307,8 @@ class OmplFunctions(OmplDrawing, effect="changes"):
         chosen = self._task(task)
         spaces = ", ".join(f"{space.name} ({space.kind.name.lower()})" for space in chosen.spaces) or "none"
         self._world.status_bar.add(
-            f"task '{chosen.name}': spaces {spaces}; {len(chosen.goals)} goals, {len(chosen.path)} states of a path"
+            f"task '{chosen.name}': spaces {spaces}; {chosen.goal_text}, {len(chosen.path)} states of a path"
+            f", {len(chosen.graph.states)} states were reached"
             + (f"; {chosen.problem}" if chosen.problem else "")
         )
         return True

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.sim_api.base import ApiPart
 
 from .ompl import ALGORITHMS, SPACE_KINDS, OmplFunctions
+from .ompl_goals import OmplGoals
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
@@ -39,6 +40,6 @@ def _flat(member: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-for _name, _member in vars(OmplFunctions).items():
+for _name, _member in (vars(OmplGoals) | vars(OmplFunctions)).items():
     if not _name.startswith("_") and callable(_member):
         setattr(FlatOmplFunctions, f"extOMPL_{_name}", _flat(_member))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from simx_server.errors import CommandError
-from simx_server.kinematics.planning.tasks import Solving, StateSpace, Task
+from simx_server.kinematics.planning.states import StateSpace, Task
+from simx_server.kinematics.planning.tasks import Solving
 from simx_server.sim_api.base import ApiPart
 
 if TYPE_CHECKING:
@@ -55,6 +57,21 @@ class OmplTasks(ApiPart):
     def _space(self, handle: int) -> StateSpace:
         return _find(self._spaces, handle, "state space")
 
+    def _set_spaces(self, task: int, spaces: list[StateSpace]) -> None:
+        """Give a task other spaces, which its states, goals and path do not fit."""
+        chosen = self._task(task)
+        chosen.spaces = spaces
+        chosen.start, chosen.goals, chosen.path, chosen.region = [], [], [], None
+
+    def _rows(self, task: int, states: list[float]) -> list[list[float]]:
+        """Return the states that are listed one after the other."""
+        count = self._task(task).count
+        if not count or len(states) % count:
+            raise CommandError(
+                f"states of this task have {count} numbers each; {len(states)} are no multiple"
+            )
+        return [states[start : start + count] for start in range(0, len(states), count)]
+
     def _state(self, task: int, state: list[float]) -> list[float]:
         count = self._task(task).count
         if len(state) != count or not count:
@@ -62,6 +79,17 @@ class OmplTasks(ApiPart):
                 f"a state of this task is {count} numbers, not {len(state)}; set its state space first"
             )
         return state
+
+
+def numbers_of(results: list[Any], what: str) -> list[float]:
+    """Return the table of numbers that a call-back has given. Raises CommandError: it has given something else."""
+    given: Any = results[0] if results else None
+    if not isinstance(given, list):
+        raise CommandError(f"{what} returns a table of numbers")
+    found = cast("list[Any]", given)
+    if not all(type(each) in (int, float) and math.isfinite(each) for each in found):
+        raise CommandError(f"{what} returns a table of numbers")
+    return [float(each) for each in found]
 
 
 def _find(kept: dict[int, _Kept], handle: int, kind: str) -> _Kept:

@@ -10,7 +10,7 @@ import numpy as np
 from simx_client.protocol import constants as c
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
-from simx_server.kinematics.planning.tasks import SpaceKind, StateSpace, Task, coordinates
+from simx_server.kinematics.planning.states import SpaceKind, StateSpace, Task, coordinates
 from simx_server.kinematics.planning.trials import shortest_path
 from simx_server.kinematics.search import MOST_STATES
 from simx_server.scene.poses.frames import get_pose

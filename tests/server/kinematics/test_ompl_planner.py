@@ -83,6 +83,18 @@ def test_each_algorithm_finds_a_path_around_an_obstacle_and_the_same_from_a_seed
 
 
 @needs_ompl
+def test_the_graph_of_a_search_has_its_start_and_its_edges() -> None:
+    planner = OmplPlanner(
+        "RRT", space(-3, 3, 2), lambda state: bool(abs(state[0]) > 0.5), np.random.default_rng(0)
+    )
+    planner.plan(np.array([-2.0, 0.0]), [np.array([2.0, 0.0])], 20, checks=500)
+    graph = planner.graph
+    assert [graph.states[at].tolist() for at in graph.starts] == [[-2, 0]]
+    assert len(graph.edges) >= len(graph.states) - 1 > 5
+    assert all(0 <= end < len(graph.states) for edge in graph.edges for end in edge)
+
+
+@needs_ompl
 def test_an_angle_without_an_end_goes_the_short_way() -> None:
     path = find(
         "RRTConnect", space(-math.pi, math.pi, 1, endless=True), ([3.0], [-3.0]), blocked=lambda _: False

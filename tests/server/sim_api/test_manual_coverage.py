@@ -33,7 +33,7 @@ def support(space: str) -> dict[str, str]:
         ("sim", 0.8, 0.92),
         ("sim_older", 0.8, 0.9),
         ("simIK", 0.7, 0.8),
-        ("simOMPL", 0.6, 0.65),
+        ("simOMPL", 0.9, 0.98),
         ("simUI", 0.3, 0.4),
         ("simVision", 0.9, 0.95),
         ("simROS2", 0.25, 0.5),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from sim_api_calls import ScriptWorld, world
 
@@ -24,10 +26,35 @@ def test_a_path_of_positions_is_drawn_as_a_line_and_removed(world: ScriptWorld) 
     (handles,) = world.lua(code + "return drawn")
     ((drawing, items),) = world.parts.drawings.shown()
     assert (handles, items) == ([drawing.handle], [(0, 0, 0, 2, 0, 0), (2, 0, 0, 2, 3, 0)])
-    assert world.lua(
-        code + "simOMPL.removeDrawingObjects(task, drawn) return simOMPL.drawPlannerData(task)"
-    ) == [[]]
+    world.lua(code + "simOMPL.removeDrawingObjects(task, drawn)")
     assert len(world.parts.drawings.shown()) == 1
+
+
+def test_the_states_of_a_search_are_given_and_drawn(world: ScriptWorld) -> None:
+    code = (
+        TASK % "position2d"
+        + """
+    assert(#simOMPL.getPlannerData(task) == 0 and #simOMPL.drawPlannerData(task, 0.1, 2, {1, 0, 0}) == 0)
+    simOMPL.setStateValidationCallback(task, function(s) return math.abs(s[1]) > 0.1 or s[2] > 5 end)
+    simOMPL.setVerboseLevel(task, 1)
+    simOMPL.setStartState(task, {-3, 0}) simOMPL.setGoalState(task, {3, 0})
+    assert(simOMPL.solve(task, 10))
+    local drawn = simOMPL.drawPlannerData(task, 0.1, 2, {1, 0, 0}, {0, 1, 0}, {0, 0, 1})
+    return drawn, {simOMPL.getPlannerData(task)}, simOMPL.getPath(task), simOMPL.hasSolution(task)
+    """
+    )
+    drawn, (states, tags, more, edges, lengths, starts, goals), path, is_solved = world.lua(code)
+    assert is_solved
+    points = [tuple(states[at : at + 2]) for at in range(0, len(states), 2)]
+    joined = set(zip(edges[::2], edges[1::2], strict=True))
+    assert tags == more == [0] * len(points)
+    assert len(lengths) == len(joined) >= len(points) - 1
+    assert ([points[at] for at in starts], [points[at] for at in goals]) == ([(-3, 0)], [(3, 0)])
+    found = [points.index(tuple(path[at : at + 2])) for at in range(0, len(path), 2)]
+    assert all(edge in joined for edge in pairwise(found))
+    shown = {drawing.handle: items for drawing, items in world.parts.drawings.shown()}
+    assert [len(shown[each]) for each in drawn] == [len(joined), len(points) - 2, 1, 1]
+    assert any("states were reached" in line for line in world.parts.status_bar.messages)
 
 
 def test_alternate_configurations_are_whole_turns_away_within_the_intervals(world: ScriptWorld) -> None:
