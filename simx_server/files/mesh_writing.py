@@ -1,4 +1,4 @@
-"""Meshes as the content of files: OBJ, STL and PLY."""
+"""Meshes as the content of files: OBJ, STL, PLY and COLLADA."""
 
 from __future__ import annotations
 
@@ -93,8 +93,35 @@ def as_binary_ply(meshes: Sequence[Mesh]) -> bytes:
     return head + vertices.astype("<f4").tobytes() + rows.tobytes()
 
 
+def as_collada(meshes: Sequence[Mesh]) -> bytes:
+    """Return a COLLADA 1.4.1 file with a node for each mesh; metres, z up."""
+    geometries, nodes = "", ""
+    for number, mesh in enumerate(meshes, 1):
+        name, numbers = f"mesh{number}", mesh.vertices.ravel().tolist()
+        places = " ".join(f"{value:.9g}" for value in numbers)
+        corners = " ".join(map(str, mesh.faces.ravel().tolist()))
+        axes = "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
+        geometries += (
+            f'<geometry id="{name}"><mesh><source id="{name}-points">'
+            f'<float_array id="{name}-numbers" count="{len(numbers)}">{places}</float_array><technique_common>'
+            f'<accessor source="#{name}-numbers" count="{len(mesh.vertices)}" stride="3">{axes}</accessor>'
+            f'</technique_common></source><vertices id="{name}-vertices"><input semantic="POSITION" '
+            f'source="#{name}-points"/></vertices><triangles count="{len(mesh.faces)}"><input semantic="VERTEX" '
+            f'source="#{name}-vertices" offset="0"/><p>{corners}</p></triangles></mesh></geometry>\n'
+        )
+        nodes += f'<node id="{name}-node"><instance_geometry url="#{name}"/></node>\n'
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n'
+        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">\n'
+        '<asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>\n'
+        f"<library_geometries>\n{geometries}</library_geometries>\n"
+        f'<library_visual_scenes><visual_scene id="scene">\n{nodes}</visual_scene></library_visual_scenes>\n'
+        '<scene><instance_visual_scene url="#scene"/></scene>\n</COLLADA>\n'
+    ).encode()
+
+
 WRITERS: Mapping[int, Callable[[Sequence[Mesh]], bytes]] = MappingProxyType(
-    {0: as_obj, 3: as_text_stl, 4: as_binary_stl, 6: as_text_ply, 7: as_binary_ply}
+    {0: as_obj, 3: as_text_stl, 4: as_binary_stl, 5: as_collada, 6: as_text_ply, 7: as_binary_ply}
 )
 """By V-REP's numbers of file formats."""
 

@@ -116,7 +116,11 @@ class Lives:
             )
         if not script.interpreter.has(function):
             raise ScriptError(f"the {self.describe(script)} has no function '{function}'")
-        return self.within(lambda interpreter: interpreter.call(function, *arguments), script.interpreter)
+        try:
+            return self.within(lambda interpreter: interpreter.call(function, *arguments), script.interpreter)
+        except ScriptError as problem:
+            script.traceback = str(problem)
+            raise
 
     def begin(self, script: Script) -> None:
         script.problem = ""
@@ -271,6 +275,7 @@ class Lives:
     def fail(self, script: Script, problem: str) -> None:
         """End a script that has failed, and tell of it."""
         self._end(script, problem)
+        script.traceback = problem
         logger.error("the %s is stopped: %s", self.describe(script), as_log_line(problem))
         self._tell(f"{self.describe(script)} is stopped: {problem}")
 

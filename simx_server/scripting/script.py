@@ -171,6 +171,9 @@ class Script:
     problem: str = ""
     """Reason why it was stopped, if an error stopped it."""
 
+    traceback: str = ""
+    """The text of its last error, until a script has read it."""
+
     is_removed: bool = False
     """Whether it was removed: it ends when the present call into it returns, and is not called any more."""
 

@@ -7,10 +7,11 @@ import time
 
 from simx_client.protocol import constants as c
 from simx_server.editing.saving.packing import pack_model
-from simx_server.errors import Unsupported
+from simx_server.errors import CommandError, Unsupported
 from simx_server.handlers import saving, script_files
 from simx_server.handlers.quantities.simulator import BOOLEANS
 from simx_server.handlers.simulation import simulation_state
+from simx_server.scripting.interpreter import Waiting
 
 from .base import ApiPart
 from .effects import reads, takes, writes_files
@@ -61,13 +62,24 @@ class SimulationFunctions(ApiPart, effect="changes"):
         self._sim.soon(self._sim.pause)
         return 1
 
-    def stopSimulation(self, _wait: bool = False) -> int:
+    def stopSimulation(self, wait: bool = False) -> int | Waiting:
         """Stop the run at the end of this simulation step, or as soon as all scripts are done; return 1.
 
-        Partly: it never waits for the stop, which ends the script.
+        `wait`: return after the stop; for a thread of a script that outlives the run.
         """
         self._sim.stop_soon()
-        return 1
+        if not wait:
+            return 1
+        if self._script.is_of_run:
+            raise CommandError(
+                f"a {self._script.kind.text} ends with the run, so it cannot wait for the stop; leave out the argument"
+            )
+        return self._until_stopped()
+
+    def _until_stopped(self) -> Waiting:
+        while self._sim.is_running:
+            yield
+        return (1,)
 
     def loadScene(self, file: bytes) -> int:
         """Replace the scene, which ends the script; only while stopped, as soon as all scripts are done; return 1.

@@ -1862,9 +1862,9 @@ class Sim:
         1."""
     def pauseSimulation(self) -> int:
         """Pause the run as soon as the current simulation step and all scripts are done; return 1."""
-    def stopSimulation(self, wait: bool | int | None = False, /) -> int:
+    def stopSimulation(self, wait: bool | int | None = False, /) -> Any:
         """Stop the run at the end of this simulation step, or as soon as all scripts are done; return 1.
-        Partly: it never waits for the stop, which ends the script."""
+        `wait`: return after the stop; for a thread of a script that outlives the run."""
     def loadScene(self, file: bytes | bytearray | str, /) -> int:
         """Replace the scene, which ends the script; only while stopped, as soon as all scripts are done;
         return 1. The argument is a file, `.ttt`, MJCF or URDF, or the content of a `.ttt` file; an empty one
@@ -2612,8 +2612,6 @@ class Sim:
         """Return 1. Stand-in: the server has no window for the variables of scripts."""
     def refreshDialogs(self, degree: int | None = 0, /) -> int:
         """Return 1. Stand-in: the server has no dialogs to refresh."""
-    def getUserVariables(self) -> list[str]:
-        """Return no names. Stand-in: it served V-REP's editor."""
     def registerScriptFunction(self, function: str, tip: str | None = '', /) -> int:
         """Return 1. Stand-in: it served V-REP's editor."""
     def registerScriptVariable(self, variable: str, /) -> int:
@@ -2630,15 +2628,13 @@ class Sim:
         """Return 0, as CoppeliaSim does."""
     def fastIdleLoop(self, enable: bool | int | None = True, /) -> None:
         """Do nothing: a server that is stopped answers calls at once."""
-    def getStackTraceback(self) -> str:
-        """Return an empty text. Stand-in: errors are in the log and the status bar."""
     def getInstanceIndex(self) -> int:
         """Return 0: there is one scene at a time."""
     def getVisibleInstanceIndex(self) -> int:
         """Return 0: there is one scene at a time."""
     def handleVisionSensor(self, sensor: int, /) -> Any:
-        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all no
-        statistics. Partly: with sim.handle_all the number of sensors that detect is always 0."""
+        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all the
+        number of sensors that detect."""
     def readVisionSensor(self, sensor: int, /) -> Any:
         """Return 1 if the sensor detects, else 0; least, greatest, mean of intensity, red, green, blue,
         depth. -1 if not handled."""
@@ -2680,8 +2676,8 @@ class Sim:
         """Return a string of little-endian float32 and {width, height}: CoppeliaSim 4's form; bit 0 of
         `options`: metres."""
     def handleRenderingSensor(self, sensor: int, /) -> Any:
-        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all no
-        statistics. Partly: with sim.handle_all the number of sensors that detect is always 0."""
+        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all the
+        number of sensors that detect."""
     def readRenderingSensor(self, sensor: int, /) -> Any:
         """Return 1 if the sensor detects, else 0; least, greatest, mean of intensity, red, green, blue,
         depth. -1 if not handled."""
@@ -2774,8 +2770,8 @@ class Sim:
         Partly: other formats are not supported; equal points are not merged."""
     def exportMesh(self, form: int, file: str, options: int, scaling: _Float, vertices: Sequence[_Floats] | _Array, indices: Sequence[_Ints] | _Array, /) -> None:
         """Write meshes into a file of the workspace; of a path that leads elsewhere only the last part
-        counts. `form`: 0 OBJ, 3 text STL, 4 binary STL, 6 text PLY, 7 binary PLY. `vertices` and `indices`:
-        of each mesh. Partly: COLLADA (5) is an error."""
+        counts. `form`: 0 OBJ, 3 text STL, 4 binary STL, 5 COLLADA, 6 text PLY, 7 binary PLY. `vertices` and
+        `indices`: of each mesh."""
     def importShape(self, format: int, path: str, options: int, tolerance: _Float, scaling: _Float, /) -> int:
         """Create a static shape from an STL or OBJ file of the workspace, with a part for each material of an
         OBJ. `options`: 8 without the colours of its library (.mtl), 16 with its textures, as in V-REP, which
@@ -2845,8 +2841,8 @@ class Sim:
         """Return red, green, blue of each pixel in a part of a texture, or in all of it with sizes 0."""
     def writeTexture(self, texture: int, options: int, data: bytes | bytearray | str, x: int | None = 0, y: int | None = 0, width: int | None = 0, height: int | None = 0, interpolation: _Float | None = 0.0, /) -> int:
         """Replace pixels in a part of a texture, or in all of it with sizes 0; option 4: only within an
-        ellipse. Images show them from the next simulation step on. Partly: the interpolation with the present
-        pixels is ignored."""
+        ellipse. Images show them from the next simulation step on. `interpolation`: share of the present
+        pixels that stays, 0 to 1."""
     def createTexture(self, file: str, options: int, sizes: _Floats | None = None, scaling: _Floats | None = None, shift: _Floats | None = None, largest: int | None = 0, resolution: _Ints | None = None, /) -> tuple[int, int, list[int]]:
         """Create a plane that shows an image file of the workspace, or a new white texture with an empty
         name; return its handle, the number of the texture, and {width, height}. `options`: 2 light does not
@@ -2959,6 +2955,9 @@ class Sim:
         """Call `NAME@OBJECT` of a script by its type, or `NAME` by its handle, with any values; return all
         its results. Function and script come in either order: CoppeliaSim 4.10 has the script first.
         Functions of the server's add-ons take four tables: integers, floats, strings, and a buffer."""
+    def getStackTraceback(self, script: int | None = -4, /) -> str:
+        """Return the text of a script's last error, with its file and line, and forget it; '' without an
+        error. Partly: the calls that led to the place of the error are not listed."""
     def setScriptVariable(self, variable: str, script: int, value: Any, /) -> int:
         """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its
         handle. Partly: only in Lua scripts."""
@@ -3488,8 +3487,7 @@ class Sim:
         """Create a shape along a path of poses in the world: x, y, z and a quaternion x, y, z, w each.
         `section`: x across the way and y upwards of each point; when the last one is the first one, the shape
         is solid. Options: 4 the path is closed. `up`: {0, 0, 1} if nil; with {0, 0, 0} the section lies in
-        the x-y planes of the poses. Partly: edges and back faces are drawn as of any shape; ends of solid
-        shapes are right for convex sections."""
+        the x-y planes of the poses."""
     def followPath(self, handle: int, path: int, what: int | None = None, start: _Float | None = 0.0, velocity: _Float | None = 1.0, acceleration: _Float | None = 0.0, /) -> Any:
         """Move an object along a path, from a share of its length, 0 to 1, to its end; with a negative
         velocity to its start. `what`: 1 position, 2 orientation, 3 or nil both. Metres and m/s are those of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ Faces = NDArray[np.int64]
 
 MOST_CORNERS = 10_000
 """MuJoCo compiles two triangles for each."""
+
+_MOST_OF_ENDS = 200
+"""Points of a section whose ends are divided into triangles; the work grows with their cube."""
 
 _SAME = 1e-6
 
@@ -58,9 +62,51 @@ def sweep(
     if not is_solid:
         faces = np.concatenate([faces, faces[:, ::-1]])
     elif not is_closed:
-        fan = np.stack([np.zeros(size - 2, int), np.arange(1, size - 1), np.arange(2, size)], axis=1)
-        faces = np.concatenate([faces, fan[:, ::-1], fan + (rings - 1) * size])
+        end = triangulated(profile)
+        faces = np.concatenate([faces, end[:, ::-1], end + (rings - 1) * size])
     return points.reshape(-1, 3), faces
+
+
+def triangulated(profile: Array) -> Faces:
+    """Return triangles (n - 2, 3) that fill a polygon (n, 2) whose corners go round counter-clockwise.
+
+    Ears are cut off, one after the other: triangles of three corners in sequence without another corner in them.
+    """
+    count = len(profile)
+    before, after = np.roll(profile, 1, axis=0), np.roll(profile, -1, axis=0)
+    if np.all(_cross(profile - before, after - profile) >= 0):
+        return np.stack([np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1)
+    if count > _MOST_OF_ENDS:
+        raise CommandError(
+            f"the section of a solid with ends has at most {_MOST_OF_ENDS} points where it is not convex, not {count}"
+        )
+    left, found = list(range(count)), list[tuple[int, int, int]]()
+    while len(left) > 3:
+        ears = ((left[at - 1], left[at], left[(at + 1) % len(left)]) for at in range(len(left)))
+        # A polygon that crosses itself may have no ear; then its ends are not right, but closed.
+        ear = next((each for each in ears if _is_ear(profile, left, each)), (left[-1], left[0], left[1]))
+        found.append(ear)
+        left.remove(ear[1])
+    found.append((left[0], left[1], left[2]))
+    return np.array(found, dtype=np.int64)
+
+
+def _is_ear(profile: Array, left: list[int], corners: tuple[int, int, int]) -> bool:
+    a, b, c = (profile[each] for each in corners)
+    if _turn(a, b, c) <= 0:
+        return False
+    others = profile[[each for each in left if each not in corners]]
+    inside = (_turn(a, b, others) >= 0) & (_turn(b, c, others) >= 0) & (_turn(c, a, others) >= 0)
+    return not inside.any()
+
+
+def _turn(a: Array, b: Array, c: Array) -> Any:
+    """Return twice the area of a triangle of points (2,) or (n, 2), positive counter-clockwise."""
+    return _cross(b - a, c - a)
+
+
+def _cross(u: Array, v: Array) -> Any:
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
 
 
 def _area(profile: Array) -> float:

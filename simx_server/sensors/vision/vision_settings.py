@@ -113,6 +113,12 @@ class VisionSettings:
         return self.is_depth_camera and not self.shows_handles
 
     @property
+    def may_detect(self) -> bool:
+        """Return whether limits, a filter or a script may make the sensor detect something."""
+        has_limits = self.detect_above is not None or self.detect_below is not None
+        return has_limits or self.verdict is not None or (self.chain is not None and self.chain.may_detect)
+
+    @property
     def needs_statistics(self) -> bool:
         """Return whether the numbers of an image are needed."""
         return self.has_statistics or self.detect_above is not None or self.detect_below is not None

@@ -77,13 +77,13 @@ class TextureFunctions(ApiPart, effect="changes"):
         y: int = 0,
         width: int = 0,
         height: int = 0,
-        _interpolation: float = 0.0,
+        interpolation: float = 0.0,
     ) -> int:
         """Replace pixels in a part of a texture, or in all of it with sizes 0; option 4: only within an ellipse. Images
-        show them from the next simulation step on.
-
-        Partly: the interpolation with the present pixels is ignored.
+        show them from the next simulation step on. `interpolation`: share of the present pixels that stays, 0 to 1.
         """
+        if not 0 <= interpolation <= 1:
+            raise CommandError(f"an interpolation is from 0 to 1, not {interpolation:g}")
         pixels = self._world.textures.pixels(texture)
         rows, columns = _region(pixels, x, y, width, height)
         shape = pixels[rows, columns].shape
@@ -92,6 +92,9 @@ class TextureFunctions(ApiPart, effect="changes"):
                 f"{shape[1]} x {shape[0]} pixels have {math.prod(shape)} bytes, not {len(data)}"
             )
         given = np.frombuffer(data[: math.prod(shape)], np.uint8).reshape(shape)
+        if interpolation:
+            mixed = given * (1.0 - interpolation) + pixels[rows, columns] * interpolation
+            given = mixed.astype(np.uint8)
         if options & _ELLIPSE:
             up, across = (np.linspace(-1, 1, 2 * size + 1)[1::2] for size in shape[:2])
             inside = up[:, np.newaxis] ** 2 + across**2 <= 1.0

@@ -88,13 +88,12 @@ class MeshFunctions(ApiPart, effect="changes"):
     ) -> None:
         """Write meshes into a file of the workspace; of a path that leads elsewhere only the last part counts.
 
-        `form`: 0 OBJ, 3 text STL, 4 binary STL, 6 text PLY, 7 binary PLY. `vertices` and `indices`: of each mesh.
-
-        Partly: COLLADA (5) is an error.
+        `form`: 0 OBJ, 3 text STL, 4 binary STL, 5 COLLADA, 6 text PLY, 7 binary PLY. `vertices` and `indices`: of each
+        mesh.
         """
         if form not in WRITERS:
             raise CommandError(
-                f"formats are 0 OBJ, 3 text STL, 4 binary STL, 6 text PLY and 7 binary PLY, not {form}"
+                f"formats are 0 OBJ, 3 text STL, 4 binary STL, 5 COLLADA, 6 text PLY, 7 binary PLY, not {form}"
             )
         if len(vertices) != len(indices) or not vertices:
             raise CommandError(

@@ -88,8 +88,6 @@ class PathMakingFunctions(ApiPart, effect="changes"):
         `section`: x across the way and y upwards of each point; when the last one is the first one, the shape is
         solid. Options: 4 the path is closed. `up`: {0, 0, 1} if nil; with {0, 0, 0} the section lies in the x-y planes
         of the poses.
-
-        Partly: edges and back faces are drawn as of any shape; ends of solid shapes are right for convex sections.
         """
         poses = along.poses_of(path)
         if not section or len(section) % 2:

@@ -49,6 +49,15 @@ class ScriptFunctions(ApiPart, effect="changes"):
         with self._at_no_cost():
             return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
 
+    def getStackTraceback(self, script: int = HANDLE_SELF) -> str:
+        """Return the text of a script's last error, with its file and line, and forget it; '' without an error.
+
+        Partly: the calls that led to the place of the error are not listed.
+        """
+        found = self._script_at(script)
+        text, found.traceback = found.traceback, ""
+        return text
+
     def setScriptVariable(self, variable: str, script: int, value: Any) -> int:
         """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its handle.
 

@@ -69,11 +69,6 @@ class WindowFunctions(ApiPart, effect="changes"):
         """Return 1. Stand-in: the server has no dialogs to refresh."""
         return 1
 
-    @reads
-    def getUserVariables(self) -> list[str]:
-        """Return no names. Stand-in: it served V-REP's editor."""
-        return []
-
     def registerScriptFunction(self, _function: str, _tip: str = "") -> int:
         """Return 1. Stand-in: it served V-REP's editor."""
         self._say_once(_MACHINERY)
@@ -109,11 +104,6 @@ class WindowFunctions(ApiPart, effect="changes"):
 
     def fastIdleLoop(self, _enable: bool = True) -> None:
         """Do nothing: a server that is stopped answers calls at once."""
-
-    @reads
-    def getStackTraceback(self) -> str:
-        """Return an empty text. Stand-in: errors are in the log and the status bar."""
-        return ""
 
     @reads
     def getInstanceIndex(self) -> int:

@@ -54,16 +54,17 @@ class VisionFunctions(ApiPart, effect="changes"):
     }
 
     def handleVisionSensor(self, sensor: int) -> tuple[int | list[float] | None, ...]:
-        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all no statistics.
-
-        Partly: with sim.handle_all the number of sensors that detect is always 0.
+        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all the number of
+        sensors that detect.
         """
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             self._world.vision.handle(self._vision_sensor(sensor))
             return self.readVisionSensor(sensor)
+        detecting = 0
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
             settings = self._world.vision.settings(handle)
-            if not settings.explicit and not settings.external:
+            is_automatic = not settings.explicit and not settings.external
+            if is_automatic:
                 if settings.image is None:
                     self._world.vision.handle_automatic(handle)
                 elif (
@@ -72,7 +73,10 @@ class VisionFunctions(ApiPart, effect="changes"):
                     self._world.vision.handle(handle)
             elif sensor == c.sim_handle_all:
                 self._world.vision.handle(handle)
-        return (0,)
+            # Images of the others are rendered only if somebody reads them.
+            if settings.may_detect and (is_automatic or sensor == c.sim_handle_all):
+                detecting += self.readVisionSensor(handle)[0] == 1
+        return (detecting,)
 
     @reads
     def readVisionSensor(self, sensor: int) -> tuple[int | list[float] | None, ...]:

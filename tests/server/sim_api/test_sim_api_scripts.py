@@ -223,6 +223,22 @@ def test_child_scripts_are_handled_by_a_main_script_only(world: ScriptWorld) -> 
     )
 
 
+def test_the_text_of_a_scripts_last_error_is_read_once(world: ScriptWorld) -> None:
+    world.lua(
+        "function f() error('too hot') end script = sim.getScript(sim.scripttype_childscript, sim.getObject('.'))"
+    )
+    world.lua("pcall(sim.callScriptFunction, 'f', script)")
+    text, after = world.lua("return sim.getStackTraceback(script), sim.getStackTraceback()")
+    assert "too hot" in text
+    assert after == ""
+    world.fails("sim.getStackTraceback(99999)", "no script with handle 99999")
+
+
+def test_the_variables_of_a_script_are_those_that_it_has_set(world: ScriptWorld) -> None:
+    found = world.lua("mine, other = 7, {1} function f() end return sim.getUserVariables()")
+    assert found == [{"mine": 7, "other": [1]}]
+
+
 MAIN = """
 function sysCall_init()
     sim.handleSimulationStart()

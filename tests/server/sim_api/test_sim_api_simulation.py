@@ -84,6 +84,20 @@ def test_a_customization_script_starts_and_closes(tmp_path: Path, call: str) -> 
     assert world.sim.scene.by_name("hinge") is None
 
 
+def test_a_thread_of_a_customization_script_waits_for_the_stop(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path, kind="customization")
+    world.lua("thread = coroutine.create(function() result = sim.stopSimulation(true) end)")
+    assert world.lua("return coroutine.resume(thread), result") == [True, None]
+    world.sim.settle()
+    assert world.lua("return coroutine.resume(thread), result") == [True, 1]
+
+
+def test_a_script_that_ends_with_the_run_cannot_wait_for_the_stop(world: ScriptWorld) -> None:
+    world.fails(
+        "sim.stopSimulation(true)", "a child script ends with the run, so it cannot wait for the stop"
+    )
+
+
 def test_clocks_of_the_wall(world: ScriptWorld) -> None:
     first, second = world.value("sim.getSystemTime()"), world.value("sim.getSystemTime()")
     assert 0 < first <= second

@@ -58,10 +58,24 @@ function added.executeLuaCode(text)
     return pcall(chunk)
 end
 
+local libraries = {}
+for name in string.gmatch("_G _VERSION coroutine debug io math os package string table utf8", "%S+") do
+    libraries[name] = true
+end
+
+-- Whether the server gave a variable: a library of Lua, or a namespace such as `sim`.
+local function is_given(name, value)
+    if libraries[name] then return true end
+    if type(value) ~= "table" or not string.match(name, "^sim") then return false end
+    local is_there, space = pcall(require, name)
+    return is_there and space == value
+end
+
+-- The variables of the script itself, by name.
 function added.getUserVariables()
     local found = {}
     for name, value in pairs(_G) do
-        if type(value) ~= "function" and name ~= "_G" then found[name] = value end
+        if type(value) ~= "function" and not is_given(name, value) then found[name] = value end
     end
     return found
 end

@@ -57,6 +57,9 @@ class Chain:
         self.remembers = _remembers(self.components)
         """Whether results depend on earlier images: then each simulation step must process one, and no more."""
         self.sets_depth = any(component.name == "output_depth" for component in self.components)
+        self.may_detect = any(
+            component.name == "binary" and component.values[-1] for component in self.components
+        )
 
     def process(self, image: CameraImage, view: View, work: Work) -> Processed:
         """Return an image after all components.

@@ -64,6 +64,10 @@ def test_pixels_are_read_and_written(checked: ScriptWorld) -> None:
     round_one = np.frombuffer(text.encode("latin-1"), np.uint8).reshape(4, 8, 3)
     assert (round_one[2, 4] == 97).all()
     assert (round_one[3, 7] == before[3, 7]).all()
+    checked.lua("sim.writeTexture(t, 0, string.char(0, 100, 200), 0, 0, 1, 1)")
+    checked.lua("sim.writeTexture(t, 0, string.char(100, 0, 0), 0, 0, 1, 1, 0.25)")
+    assert checked.lua("return sim.readTexture(t, 0, 0, 0, 1, 1)") == ["K\x192"]  # 75, 25, 50
+    checked.fails("sim.writeTexture(t, 0, 'abc', 0, 0, 0, 0, 2)", "from 0 to 1, not 2")
     checked.fails("sim.writeTexture(t, 0, 'abc')", "8 x 4 pixels have 96 bytes, not 3")
     checked.fails("sim.readTexture(t, 0, 7, 0, 2, 1)", "are not within 8 x 4")
     checked.sim.stop()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -174,10 +175,33 @@ def test_exported_meshes_are_read_by_another_library(
     assert found.bounds.tolist() == [[0, 0, 0], [12, 2, 2]]
 
 
+def test_exported_meshes_are_collada_too(world: ScriptWorld, tmp_path: Path) -> None:
+    world.lua("one = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1} faces = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}")
+    world.lua("sim.exportMesh(5, 'out.dae', 0, 2, {one, one}, {faces, faces})")
+    root = ElementTree.parse(tmp_path / "out.dae").getroot()
+    space = {"c": "http://www.collada.org/2005/11/COLLADASchema"}
+    known = {each.get("id") for each in root.iter() if each.get("id")}
+    targets = {
+        each.get("url") or each.get("source") for each in root.iter() if each.get("url") or each.get("source")
+    }
+    assert {target.removeprefix("#") for target in targets if target} <= known
+    assert root.findtext("c:asset/c:up_axis", namespaces=space) == "Z_UP"
+    meshes = root.findall("c:library_geometries/c:geometry/c:mesh", space)
+    assert len(meshes) == len(root.findall(".//c:instance_geometry", space)) == 2
+    places = meshes[0].findtext("c:source/c:float_array", namespaces=space)
+    assert list(map(float, (places or "").split())) == [0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 2]
+    corners = meshes[0].find("c:triangles", space)
+    assert corners is not None
+    assert (corners.get("count"), corners.findtext("c:p", namespaces=space)) == (
+        "4",
+        "0 2 1 0 1 3 0 3 2 1 2 3",
+    )
+
+
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        ("5, 'a.dae', 0, 1, {{0}}, {{0}}", "not 5"),
+        ("2, 'a.dae', 0, 1, {{0}}, {{0}}", "not 2"),
         ("0, 'a.obj', 0, 1, {}, {}", "there are 0 and 0 tables"),
         ("0, 'a.obj', 0, 1, {{0, 0, 0}}, {{0, 0, 1}}", "indices of the 1 points"),
     ],

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from sim_api_calls import ScriptWorld, world
+
+from simx_server.errors import CommandError
+from simx_server.scene.geometry.sweep import sweep
 
 __all__ = ["world"]
 
@@ -132,6 +136,36 @@ def test_a_shape_along_a_path_is_a_solid_of_its_section(world: ScriptWorld) -> N
     assert world.value("sim.getObjectPosition(s, -1)") == pytest.approx([1, 0, 1.15])
     vertices, indices, _ = world.lua("return sim.getShapeMesh(s)")
     assert (len(vertices) // 3, len(indices) // 3) == (8, 12)
+
+
+@pytest.mark.parametrize(
+    ("section", "area"),
+    [
+        ([(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)], 4),  # an L
+        ([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)], 7),  # a U
+        ([(0, 3), (1, 3), (1, 1), (2, 1), (2, 3), (3, 3), (3, 0), (0, 0)], 7),  # the other way round
+    ],
+)
+def test_ends_of_solids_fill_sections_that_are_not_convex(
+    section: list[tuple[float, float]], area: float
+) -> None:
+    poses = [((0.0, 0.0, z), (1.0, 0.0, 0.0, 0.0)) for z in (0.0, 2.0)]
+    points, faces = sweep(poses, [*section, section[0]], is_closed=False)
+    corners = points[faces]
+    volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volumes.sum() == pytest.approx(2 * area)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    at_ends = abs(normals[:, 2]) > 1e-9
+    assert abs(normals[at_ends, 2]).sum() / 2 == pytest.approx(2 * area)  # no triangle beyond the section
+    edges = {(int(a), int(b)) for face in faces for a, b in zip(face, np.roll(face, -1), strict=True)}
+    assert all((b, a) in edges for a, b in edges)
+
+
+def test_a_section_that_is_not_convex_has_a_limit() -> None:
+    star = [(math.cos(a) * (1 + a % 2), math.sin(a) * (1 + a % 2)) for a in np.linspace(0, 6, 300)]
+    poses = [((0.0, 0.0, z), (1.0, 0.0, 0.0, 0.0)) for z in (0.0, 2.0)]
+    with pytest.raises(CommandError, match="at most 200 points"):
+        sweep(poses, [*star, star[0]], is_closed=False)
 
 
 def test_an_open_section_is_a_sheet_and_a_closed_path_joins_its_ends(world: ScriptWorld) -> None:

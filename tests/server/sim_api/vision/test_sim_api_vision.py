@@ -131,6 +131,14 @@ def test_handling_all_leaves_explicit_sensors_alone_unless_they_are_meant(world:
     assert world.lua(LAZY + "return sim.readVisionSensor(lazy)")[0] == 0
 
 
+def test_handling_all_counts_the_sensors_that_detect(tmp_path: Path) -> None:
+    scene = TWO_EYES.replace('near=1 far=3"', 'near=1 far=3 detect_below=0.9"')
+    world = ScriptWorld(tmp_path, scene)
+    render_with(world, QuickPainter())
+    assert world.lua("return sim.handleVisionSensor(sim.handle_all_except_explicit)") == [0]
+    assert world.lua("return sim.handleVisionSensor(sim.handle_all)") == [1]
+
+
 def test_a_check_looks_now_and_keeps_nothing(world: ScriptWorld) -> None:
     result, packet, _ = world.lua(LAZY + "return sim.checkVisionSensor(lazy, sim.handle_all)")
     assert (result, len(packet)) == (0, 15)
