@@ -3639,6 +3639,11 @@ class SimIK:
     def computeGroupJacobian(self, environment: int, group: int, /) -> tuple[list[float], list[float]]:
         """Return the Jacobian row by row, and its error vector: coordinates in the base's axes, rotations
         about the tip's axes."""
+    def computeJacobian(self, environment: int, base: int, last_joint: int, constraints: int, tip: _Floats, target: _Floats | None = None, constraints_base: _Floats | None = None, /) -> tuple[list[float], list[float]]:
+        """Return the Jacobian of a chain row by row, and the error vector, as computeGroupJacobian does. The
+        chain ends with a joint and starts below the base (-1: the world); spherical joints have three
+        columns. Tip, target (nil: the tip) and the frame of coordinates (nil: the base) are poses or matrices
+        in the world."""
     def getManipulability(self, environment: int, group: int, /) -> float:
         """Return sqrt(det(J J^T)), 0 for a singular matrix."""
     def getConfigForTipPose(self, environment: int, group: int, joints: _Ints, threshold: _Float | None = 0.1, seconds: _Float | None = 0.5, metric: _Floats | None = None, callback: str | Callable[..., Any] | None = None, data: Any = None, joint_options: _Ints | None = None, low: _Floats | None = None, ranges: _Floats | None = None, /) -> list[float] | Any:
@@ -4465,6 +4470,9 @@ class SimUI:
     def insertTableRow(self, handle: int, id: int, index: int, /) -> None:
         """Insert an empty row before one, or at the end."""
     def removeTableRow(self, handle: int, id: int, index: int, /) -> None: ...
+    def insertTableColumn(self, handle: int, id: int, index: int, /) -> None:
+        """Insert an empty column before one, or at the end."""
+    def removeTableColumn(self, handle: int, id: int, index: int, /) -> None: ...
     def setItemEditable(self, handle: int, id: int, row: int, column: int, editable: bool | int, /) -> None:
         """Do nothing to an existing cell. Stand-in: the user cannot edit cells."""
     def setRowHeight(self, handle: int, id: int, row: int, least: int, most: int | None = None, /) -> None:
@@ -4703,6 +4711,14 @@ class SimVision:
     def workImgToSensorImg(self, sensor: int, remove: bool | int | None = True, /) -> bool:
         """Set the image that clients get until the next handling of the sensor. The work image stays,
         whatever `remove` is."""
+    def workImgToSensorDepthMap(self, sensor: int, remove: bool | int | None = True, /) -> bool:
+        """Set the depth that clients get until the next handling of the sensor: the mean of a pixel's
+        colours, 0 at the near plane to 1 at the far one. The work image stays, whatever `remove` is."""
+    def distort(self, sensor: int, pixel_map: _Ints | None = None, depth_scalings: _Floats | None = None, /) -> int:
+        """Give clients an image with other pixels in each place until the next handling of the sensor; return
+        1. `pixel_map`: for each pixel the index of the one to take, row by row from the bottom, from 0; nil:
+        as in the last call. `depth_scalings`: factors of the distances in metres; nil: the depth stays, or as
+        in the last call."""
     def workImgToBuffer1(self, sensor: int, /) -> bool: ...
     def workImgToBuffer2(self, sensor: int, /) -> bool: ...
     def swapBuffers(self, sensor: int, /) -> bool: ...

@@ -49,7 +49,8 @@ class HandledSensors(SensorSettings):
     def _is_blank(self, sensor: Sensor) -> bool:
         """Return whether V-REP's image is the background: nothing was handled or set."""
         settings = sensor.settings
-        is_given = settings.drawn is not None or settings.filtered is not None
+        given = (settings.drawn, settings.filtered, settings.filtered_depth)
+        is_given = any(each is not None for each in given)
         return not is_given and settings.image is None and sensor.item.handle not in self._handled
 
     def _are_some_new(self) -> bool:

@@ -137,6 +137,7 @@ class SensorSettings:
                     self._settings[handle],
                     image=None,
                     filtered=None,
+                    filtered_depth=None,
                     verdict=None,
                     processed=None,
                     work=None,

@@ -110,6 +110,8 @@ class VisionSensors(HandledSensors, Part):
         sensor = self._sensor(handle)
         settings = sensor.settings
         size = [settings.width, settings.height]
+        if settings.filtered_depth is not None:
+            return done((size, settings.filtered_depth.astype("<f4", copy=False).tobytes()))
         if as_handled and self._is_blank(sensor):
             return done((size, np.ones((settings.height, settings.width), "<f4").tobytes()))
 
@@ -265,6 +267,12 @@ class VisionSensors(HandledSensors, Part):
         settings.filtered = pixels
         settings.image_step = max(settings.image_step, self._sim.step_count)
 
+    def filter_depth(self, handle: int, depth: NDArray[np.float32]) -> None:
+        """Give another depth, (height, width) from 0 to 1, until the present image is replaced."""
+        settings = self._sensor(handle).settings
+        settings.filtered_depth = depth
+        settings.image_step = max(settings.image_step, self._sim.step_count)
+
     def judge(self, handle: int, verdict: Verdict) -> None:
         """Store a script's findings in the present image."""
         self._sensor(handle).settings.verdict = verdict
@@ -286,7 +294,7 @@ class VisionSensors(HandledSensors, Part):
         pixels = np.frombuffer(image, np.uint8).reshape(height, width, channels)
         self._check_room(settings)
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
-        settings.drawn, settings.filtered, settings.verdict = rgb, None, None
+        settings.drawn, settings.filtered, settings.filtered_depth, settings.verdict = rgb, None, None, None
         if settings.chain is not None:
             as_set = CameraImage(rgb, np.ones((height, width), np.float32))
             settings.processed = done(self._process(settings)(as_set))

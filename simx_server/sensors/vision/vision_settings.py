@@ -88,6 +88,8 @@ class VisionSettings:
     """(height, width, 3): an image that was set and replaces the rendered one; the depth stays the rendered one."""
     filtered: NDArray[np.uint8] | None = None
     """(height, width, 3): a script's version of the image; clients receive it, the statistics ignore it."""
+    filtered_depth: NDArray[np.float32] | None = None
+    """(height, width), 0..1: a script's version of the depth; clients receive it, the statistics ignore it."""
     verdict: Verdict | None = None
     """A script's findings in the image."""
     processed: Future[Processed] | None = None
@@ -145,12 +147,13 @@ class VisionSettings:
     @property
     def kept_bytes(self) -> int:
         """Return the bytes of the images that it keeps."""
-        images = sum(image.nbytes for image in (self.drawn, self.filtered) if image is not None)
+        given = (self.drawn, self.filtered, self.filtered_depth)
+        images = sum(image.nbytes for image in given if image is not None)
         return images + (self.most_bytes if self.image is not None else 0)
 
     def forget(self) -> None:
         """Drop the image, and what was set or found."""
-        self.image = self.drawn = self.filtered = self.verdict = self.processed = None
+        self.image = self.drawn = self.filtered = self.filtered_depth = self.verdict = self.processed = None
 
 
 def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:

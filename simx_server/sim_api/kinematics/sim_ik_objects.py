@@ -16,7 +16,7 @@ _WORLD = -1
 
 _LEAST_STEP = 1e-6
 """Least step of a joint in one iteration, rad or m."""
-_JOINT, _DUMMY = 1, 4
+JOINT, _DUMMY = 1, 4
 
 
 class IkObjectFunctions(IkEnvironmentFunctions, effect="changes"):
@@ -64,8 +64,8 @@ class IkObjectFunctions(IkEnvironmentFunctions, effect="changes"):
         """Return simIK.objecttype_joint, or simIK.objecttype_dummy for everything else."""
         own = self._environment(environment).own
         if handle in own:
-            return _DUMMY if own[handle].joint is None else _JOINT
-        return _JOINT if self._sim.scene.get(handle).kind is ObjectKind.JOINT else _DUMMY
+            return _DUMMY if own[handle].joint is None else JOINT
+        return JOINT if self._sim.scene.get(handle).kind is ObjectKind.JOINT else _DUMMY
 
     def getObjects(self, environment: int, index: int) -> tuple[int, str, bool, int] | None:
         """Return handle, name, whether it is a joint, and the joint's type (else 0) of the object with this index,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
+from simx_server.kinematics.chain_jacobian import chain_jacobian
 from simx_server.kinematics.own_objects import OwnJoint
 from simx_server.kinematics.sampling import asked_range
 from simx_server.kinematics.search import find_configs, straight_path
@@ -22,11 +23,12 @@ from simx_server.scene.poses.frames import (
     wxyz_from_xyzw,
     xyzw_from_wxyz,
 )
-from simx_server.scene.poses.poses import Pose
+from simx_server.scene.poses.poses import IDENTITY, Pose
 from simx_server.scripting.interpreter import Function, Plain
 
-from .ik import joint_order
+from .ik import as_constraints, joint_order
 from .sim_ik_joints import IkJointFunctions
+from .sim_ik_objects import JOINT
 
 _PASSIVE, _IK = 0, 2
 _WORLD, _PARENT = -1, -11
@@ -138,6 +140,37 @@ class SimIk(IkJointFunctions, effect="changes"):
         """
         error, found = self._look(environment, group)
         return found.ravel().tolist(), error.tolist()
+
+    def computeJacobian(
+        self,
+        environment: int,
+        base: int,
+        last_joint: int,
+        constraints: int,
+        tip: list[float],
+        target: list[float] | None = None,
+        constraints_base: list[float] | None = None,
+    ) -> tuple[list[float], list[float]]:
+        """Return the Jacobian of a chain row by row, and the error vector, as computeGroupJacobian does. The chain ends
+        with a joint and starts below the base (-1: the world); spherical joints have three columns.
+
+        Tip, target (nil: the tip) and the frame of coordinates (nil: the base) are poses or matrices in the world.
+        """
+        chosen = self._environment(environment)
+        at = _pose(tip)
+        reference = IDENTITY if base == _WORLD else chosen.pose(base)
+        rows, error = chain_jacobian(
+            chosen,
+            base,
+            last_joint,
+            lambda handle: self.getObjectParent(environment, handle),
+            lambda handle: self.getObjectType(environment, handle) == JOINT,
+            int(as_constraints(constraints)),
+            at,
+            at if target is None else _pose(target),
+            reference if constraints_base is None else _pose(constraints_base),
+        )
+        return [value for row in rows for value in row], error
 
     def getManipulability(self, environment: int, group: int) -> float:
         """Return sqrt(det(J J^T)), 0 for a singular matrix."""
@@ -319,6 +352,14 @@ class SimIk(IkJointFunctions, effect="changes"):
         self._environment(environment).set_pose(
             handle, self._reference(environment, handle, relative_to), pose
         )
+
+
+def _pose(numbers: list[float]) -> Pose:
+    """Return a pose of 7 numbers, or of a matrix of 12. Raises CommandError: there are others."""
+    if len(numbers) == 12:
+        return pose_from_matrix12(numbers)
+    x, y, z, *turn = _numbers(numbers, 7, "a pose is {x, y, z, qx, qy, qz, qw}, or a matrix of 12 numbers")
+    return (x, y, z), wxyz_from_xyzw(turn)
 
 
 def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], bool] | None:

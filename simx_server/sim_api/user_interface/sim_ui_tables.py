@@ -86,6 +86,24 @@ class UiTableFunctions(UiPart, effect="changes"):
             )
         del table.kept["rows"][index], table.kept["names"][index]
 
+    def insertTableColumn(self, handle: int, id: int, index: int) -> None:
+        """Insert an empty column before one, or at the end."""
+        table = self._table(handle, id)
+        kept = table.kept
+        self._resize(table, len(kept["rows"]), len(kept["columns"]) + 1)
+        place = min(max(index, 0), len(kept["columns"]) - 1)
+        for cells in (kept["columns"], *kept["rows"]):
+            cells.insert(place, cells.pop())
+
+    def removeTableColumn(self, handle: int, id: int, index: int) -> None:
+        kept = self._table(handle, id).kept
+        if not 0 <= index < len(kept["columns"]):
+            raise Unsupported(
+                f"table {id} has {len(kept['columns'])} columns, from 0; {index} is not one of them"
+            )
+        for cells in (kept["columns"], *kept["rows"]):
+            del cells[index]
+
     def setItemEditable(self, handle: int, id: int, row: int, column: int, _editable: bool) -> None:
         """Do nothing to an existing cell. Stand-in: the user cannot edit cells."""
         self._cell(self._table(handle, id), row, column)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
@@ -33,6 +34,8 @@ class WorkImages(ApiPart, effect="changes"):
     def __init__(self, world: World, script: Script) -> None:
         super().__init__(world, script)
         self._works: dict[int, Work] = {}
+        self._maps: dict[int, tuple[NDArray[np.intp], Image | None]] = {}
+        """Indices of pixels and factors of depths (n,), by sensor."""
 
     def sensorImgToWorkImg(self, sensor: int) -> bool:
         """Copy the sensor's present image, which other clients also get, to the work image."""
@@ -52,15 +55,54 @@ class WorkImages(ApiPart, effect="changes"):
         """Set the image that clients get until the next handling of the sensor. The work image stays, whatever
         `remove` is.
         """
-        handle, work = self._sensor(sensor), self._work(sensor)
-        settings = self._world.vision.settings(handle)
-        if work.image.shape != (settings.height, settings.width, 3):
-            raise CommandError(
-                "the sensor's resolution has changed since simVision.sensorImgToWorkImg; call that again"
-            )
-        pixels = np.rint(np.clip(work.image, 0.0, 1.0) * 255.0).astype(np.uint8)
-        self._world.vision.filter_image(handle, pixels)
+        pixels = np.rint(self._fitting(sensor) * 255.0).astype(np.uint8)
+        self._world.vision.filter_image(self._sensor(sensor), pixels)
         return False
+
+    def workImgToSensorDepthMap(self, sensor: int, remove: bool = True) -> bool:
+        """Set the depth that clients get until the next handling of the sensor: the mean of a pixel's colours, 0 at
+        the near plane to 1 at the far one. The work image stays, whatever `remove` is.
+        """
+        depth = self._fitting(sensor).mean(axis=2).astype(np.float32)
+        self._world.vision.filter_depth(self._sensor(sensor), depth)
+        return False
+
+    def distort(
+        self, sensor: int, pixel_map: list[int] | None = None, depth_scalings: list[float] | None = None
+    ) -> int:
+        """Give clients an image with other pixels in each place until the next handling of the sensor; return 1.
+
+        `pixel_map`: for each pixel the index of the one to take, row by row from the bottom, from 0; nil: as in the
+        last call. `depth_scalings`: factors of the distances in metres; nil: the depth stays, or as in the last call.
+        """
+        handle = self._sensor(sensor)
+        settings = self._world.vision.settings(handle)
+        count = settings.width * settings.height
+        if pixel_map is not None:
+            for values in (pixel_map, depth_scalings):
+                if values is not None and len(values) != count:
+                    raise CommandError(f"the image has {count} pixels; the map has {len(values)} numbers")
+            if count and not 0 <= min(pixel_map) <= max(pixel_map) < count:
+                raise CommandError(f"a map of pixels has indices from 0 to {count - 1}")
+            factors = None if depth_scalings is None else np.array(depth_scalings)
+            self._maps[handle] = np.array(pixel_map, dtype=np.intp), factors
+        if handle not in self._maps:
+            raise CommandError("the first call needs a map of pixels")
+        indices, factors = self._maps[handle]
+        if len(indices) != count:
+            raise CommandError("the sensor's resolution has changed since the map was given; give another")
+        vision, shape = self._world.vision, (settings.height, settings.width)
+        _, data = wait_for(self._sim, vision.image(handle, as_grey=False, as_handled=True))
+        depths: bytes | None = None
+        if factors is not None:
+            _, depths = wait_for(self._sim, vision.depth(handle, as_handled=True))
+        vision.filter_image(handle, np.frombuffer(data, np.uint8).reshape(-1, 3)[indices].reshape(*shape, 3))
+        if depths is not None and factors is not None:
+            near, extent = settings.near, settings.far - settings.near
+            metres = (near + extent * np.frombuffer(depths, "<f4")[indices]) * factors
+            scaled = np.clip((metres - near) / extent, 0.0, 1.0).astype(np.float32)
+            vision.filter_depth(handle, scaled.reshape(shape))
+        return 1
 
     def workImgToBuffer1(self, sensor: int) -> bool:
         work = self._work(sensor)
@@ -124,6 +166,16 @@ class WorkImages(ApiPart, effect="changes"):
         else:
             work.image = image
         return False
+
+    def _fitting(self, sensor: int) -> Image:
+        """Return the work image (height, width, 3) from 0 to 1. Raises CommandError: the sensor has another size."""
+        handle, work = self._sensor(sensor), self._work(sensor)
+        settings = self._world.vision.settings(handle)
+        if work.image.shape != (settings.height, settings.width, 3):
+            raise CommandError(
+                "the sensor's resolution has changed since simVision.sensorImgToWorkImg; call that again"
+            )
+        return np.clip(work.image, 0.0, 1.0)
 
     def _sensor(self, sensor: int) -> int:
         plain = sensor & _PLAIN if sensor >= 0 else sensor

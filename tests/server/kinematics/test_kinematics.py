@@ -432,6 +432,35 @@ return {simIK.getObjectHandle(env, 'tip') == tip, simIK.doesObjectExist(env, 'no
     assert asked[7:] == [[1, 0.05, 100], True]
 
 
+def test_the_jacobian_of_a_chain_is_that_of_its_group(world: ScriptWorld) -> None:
+    same, errors, rows, error, matrices, in_place, of_some, _ = world.lua(
+        ENVIRONMENT
+        + """
+simIK.setElementConstraints(env, group, element, simIK.constraint_pose)
+simIK.setJointPosition(env, js[2], 0.4) simIK.setJointPosition(env, js[4], -0.3)
+local same, errors = simIK.computeGroupJacobian(env, group)
+local tip, base, last, all = sim.getObjectHandle('tip'), sim.getObjectHandle('base'), js[#js], simIK.constraint_pose
+local at, goal = simIK.getObjectPose(env, tip), simIK.getObjectPose(env, target)
+local rows, error = simIK.computeJacobian(env, base, last, all, at, goal)
+local matrices = simIK.computeJacobian(env, -1, last, all, simIK.getObjectMatrix(env, tip), nil,
+    simIK.getObjectMatrix(env, base))
+local _, inPlace = simIK.computeJacobian(env, base, last, all, at)
+simIK.setJointMode(env, js[3], simIK.jointmode_passive)
+return same, errors, rows, error, matrices, inPlace, simIK.computeJacobian(env, base, last, 3, at)
+"""
+    )
+    assert len(rows) == 6 * len(JOINTS)
+    assert rows == pytest.approx(same, abs=1e-12)
+    assert error == pytest.approx(errors, abs=1e-12)
+    assert matrices == pytest.approx(same, abs=1e-9)
+    assert in_place == pytest.approx([0] * 6)
+    assert len(of_some) == 2 * (len(JOINTS) - 1)
+    wrong = "local env = simIK.createEnvironment() local tip = sim.getObjectHandle('tip') "
+    world.fails(wrong + "simIK.computeJacobian(env, -1, tip, 7, {0, 0, 0, 0, 0, 0, 1})", "not a joint")
+    world.fails(wrong + "simIK.computeJacobian(env, tip, -1, 7, {0, 0, 0, 0, 0, 0, 1})", "not above")
+    world.fails(wrong + "simIK.computeJacobian(env, -1, tip, 7, {0})", "a matrix of 12 numbers")
+
+
 def test_the_older_names_do_the_same(world: ScriptWorld) -> None:
     result, place, settings = world.lua(
         LUA_JOINTS
@@ -460,7 +489,7 @@ def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> Non
     world.fails("simIK.createGroup(5)", "no environment 5")
     world.fails(ENVIRONMENT + "simIK.handleGroup(env, 9)", "no group 9")
     world.fails(ENVIRONMENT + "simIK.eraseEnvironment(env) simIK.handleGroup(env, group)", "no environment")
-    world.fails("simIK.computeJacobian(0, 0)", "not provided")
+    world.fails("simIK.computeNothing(0, 0)", "not provided")
     world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 7, 0.1, 10)", "no method")
     world.fails(ENVIRONMENT + "simIK.setObjectPose(env, target, {0, 0, 'up', 0, 0, 0, 1})", "a pose is")
     world.fails(ENVIRONMENT + "simIK.setObjectMatrix(env, target, -1, 5)", "a matrix is")

@@ -49,6 +49,16 @@ return place, code, simIK.getObjectPose(env, tip), simIK.getGroupJoints(env, gro
     assert after[:2] == pytest.approx([1.4, 0.6], abs=5e-4)
 
 
+def test_the_jacobian_of_a_made_chain_is_that_of_its_group(world: ScriptWorld) -> None:
+    code = """
+local same = simIK.computeGroupJacobian(env, group)
+return same, simIK.computeJacobian(env, base, second, 3, simIK.getObjectPose(env, tip))
+"""
+    same, rows, error = world.lua(TWO_LINKS + code)
+    assert rows == pytest.approx(same)
+    assert error == [0, 0]
+
+
 def test_passive_joints_limits_and_slides_count(world: ScriptWorld) -> None:
     code, first, slide = world.lua(
         TWO_LINKS

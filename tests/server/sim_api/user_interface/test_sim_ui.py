@@ -126,6 +126,11 @@ def test_tables_are_kept_and_shown(world: ScriptWorld, ui: int) -> None:
     assert kept == {"columns": ["", "second"], "rows": [["", ""], ["", "x"]], "names": ["", "first"]}
     world.lua(f"simUI.removeTableRow({ui}, 13, 0)")
     assert kept["rows"] == [["", "x"]]
+    world.lua(f"simUI.insertTableColumn({ui}, 13, 1)")
+    assert (kept["columns"], kept["rows"]) == (["", "", "second"], [["", "", "x"]])
+    world.lua(f"simUI.removeTableColumn({ui}, 13, 0)")
+    assert (kept["columns"], kept["rows"]) == (["", "second"], [["", "x"]])
+    world.goes_on(f"simUI.removeTableColumn({ui}, 13, 2)", "has 2 columns, from 0; 2 is not one", 1)
     world.goes_on(f"simUI.getItem({ui}, 13, 1, 0)", "has 1 rows and 2 columns, from 0")
     world.goes_on(f"simUI.setRowCount({ui}, 13, 1000000)", "at most 10000 cells", 1)
     assert world.lua(f"return simUI.setColumnCount({ui}, 13, -1)") == [1]

@@ -251,6 +251,56 @@ def test_the_depth_becomes_a_work_image(eye: Eye) -> None:
     assert shown[..., 0].ravel() == pytest.approx(np.linspace(0, 255, 24), abs=0.51)
 
 
+DEPTH = "return sim.getVisionSensorDepthBuffer(h)"
+
+
+def test_a_work_image_becomes_the_depth_until_the_next_handling(eye: Eye) -> None:
+    grey = np.arange(0, 240, 10).reshape(HEIGHT, WIDTH)
+    (found,) = eye.found(grey, f"simVision.workImgToSensorDepthMap(h) {DEPTH}")
+    assert found == pytest.approx((grey / 255).ravel().tolist(), abs=1e-6)
+    (after,) = eye.lua(f"local h = sim.getObjectHandle('lazy') sim.handleVisionSensor(h) {DEPTH}")
+    assert after != pytest.approx(found)
+
+
+def test_pixels_are_taken_from_other_places(eye: Eye) -> None:
+    backwards = ", ".join(map(str, reversed(range(WIDTH * HEIGHT))))
+    image, *_ = eye.found(
+        RAMP, f"simVision.distort(h, {{{backwards}}}) return sim.getVisionSensorCharImage(h)"
+    )
+    turned = RAMP[::-1, ::-1].astype(np.uint8)
+    assert image.encode("latin-1") == turned.tobytes()
+    again, *_ = eye.found(RAMP, "result = simVision.distort(h) return sim.getVisionSensorCharImage(h)")
+    assert again.encode("latin-1") == turned.tobytes()  # with the map of the call before
+    assert eye.value("result") == 1
+
+
+def test_depths_are_scaled_in_metres(eye: Eye) -> None:
+    same, halves = (", ".join(map(str, each)) for each in (range(WIDTH * HEIGHT), [0.5] * (WIDTH * HEIGHT)))
+    code = f"""
+    local h = sim.getObjectHandle('lazy') sim.handleVisionSensor(h)
+    local before = sim.getVisionSensorDepthBuffer(h)
+    simVision.distort(h, {{{same}}}, {{{halves}}})
+    return before, sim.getVisionSensorDepthBuffer(h)
+    """
+    before, after = eye.lua(code)
+    expected = [min(max((0.5 * (1 + 2 * depth) - 1) / 2, 0), 1) for depth in before]
+    assert after == pytest.approx(expected, abs=1e-6)
+    assert max(after) > 0
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        ("h", "the first call needs a map"),
+        ("h, {0, 1}", "24 pixels; the map has 2 numbers"),
+        ("h, {" + "24, " * 24 + "}", "indices from 0 to 23"),
+        ("h, {" + "0, " * 24 + "}, {1}", "24 pixels; the map has 1 numbers"),
+    ],
+)
+def test_maps_of_pixels_must_fit(eye: Eye, call: str, reason: str) -> None:
+    eye.fails(f"local h = sim.getObjectHandle('lazy') simVision.distort({call})", reason)
+
+
 def test_without_a_work_image_the_error_says_what_to_call(eye: Eye) -> None:
     eye.fails("simVision.sharpenWorkImg(sim.getObject('/lazy'))", "sensorImgToWorkImg")
     eye.fails("simVision.inventedOnWorkImg(1)", "is not provided by this server")
