@@ -15,8 +15,9 @@ from .engines import ENGINES
 from .interface import INTERFACE
 from .kinds import KINDS
 from .numbers import NUMBERS
+from .ranges import RANGES
 
-TABLES: Mapping[str, int] = MappingProxyType({**ENGINES, **INTERFACE, **KINDS, **NUMBERS})
+TABLES: Mapping[str, int] = MappingProxyType({**ENGINES, **INTERFACE, **KINDS, **NUMBERS, **RANGES})
 """All of them, by name without ``sim``."""
 
 

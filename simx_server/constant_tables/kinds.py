@@ -63,7 +63,7 @@ KINDS: Mapping[str, int] = MappingProxyType(
             "emissioncolor=0x4000 water=0x8000 painttag=0x10000",
         ),
         **counted(
-            "markertype", "points lines triangles spheres=7 squares=9 discs cubes cylinders custom tubes"
+            "markertype", "points lines triangles spheres=7 squares=9 discs cubes cylinders custom tubes axes"
         ),
         **counted("markeropts", "local=1 cyclic=2 overlay=4"),
         **counted(

@@ -9,6 +9,7 @@ the scene to its close, whether the simulation runs or not.
 | each idle cycle while stopped | | `sysCall_nonSimulation`, threads |
 | start, before the state is saved | | `sysCall_beforeSimulation` |
 | start | `sysCall_init` | |
+| before each simulation step, which it may refuse | `sysCall_beforeMainScript` | the same |
 | each simulation step before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
 | before and after each physics step | `sysCall_dynCallback` | the same |
 | two shapes come near each other | `sysCall_contactCallback`, once | the same, if it is left to others |
@@ -63,6 +64,8 @@ logger = logging.getLogger(__name__)
 
 EVENT = "sysCall_event"
 
+BEFORE = "sysCall_beforeMainScript"
+
 _LIST, _END = b"\x9f", b"\xff"
 """Start and end of a list in CBOR whose length is not known."""
 
@@ -95,6 +98,8 @@ class Phases:
         self.wants_idle = False
         """Whether a script wants to run while the simulation is stopped or paused."""
         self._scripts = scripts
+        self._guards: list[Script] = []
+        """Scripts that may refuse a simulation step."""
         self._watched: tuple[Script, ...] = ()
         """Scripts with which the lists of call-backs were made."""
         self._lives = lives
@@ -102,6 +107,15 @@ class Phases:
         self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity, force)
         self._physics = PhysicsCallBacks(sim, lives)
         self.objects = ObjectCallBacks(sim, self.call_all, scripts.say_once)
+
+    def refuse_step(self) -> bool:
+        """Call `sysCall_beforeMainScript`; return whether a script's answer is {doNotRunMainScript = true}."""
+        answers = [self._lives.call(script, BEFORE) for script in self._guards]
+        return any(
+            isinstance(answer[0], dict) and bool(answer[0].get("doNotRunMainScript"))
+            for answer in answers
+            if answer
+        )
 
     def actuate(self) -> None:
         """Run threads and actuation, before physics."""
@@ -223,6 +237,7 @@ class Phases:
             return
         self._watched = scripts
         self._watch_idle()
+        self._guards = [script for script in scripts if script.has(BEFORE)]
         self._joints.watch(scripts)
         self._vision.watch(scripts)
         self._physics.watch(scripts)

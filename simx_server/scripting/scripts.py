@@ -196,6 +196,10 @@ class Scripts(Part):
         """Return whether scripts process images, or are called on detections."""
         return self._phases.judges
 
+    def refuse_step(self) -> bool:
+        """Ask the scripts with `sysCall_beforeMainScript`; return whether one refuses the coming simulation step."""
+        return self._phases.refuse_step()
+
     def actuate(self) -> None:
         """Run the scripts' threads and actuation, before physics."""
         self._phases.actuate()

@@ -144,8 +144,13 @@ class World:
         return self.simulation.limits
 
     def step(self) -> None:
-        """Make one simulation step if the simulation runs. When physics cannot continue, the run is stopped."""
+        """Make one simulation step if the simulation runs and no script refuses it. When physics cannot continue, the
+        run is stopped.
+        """
         simulation, running, done = self.simulation, SimulationState.RUNNING, -1
+        if simulation.state is running and self.scripts.refuse_step():
+            simulation.settle()
+            return
         while done < len(self.STEP) - 1:
             for number, act in self._stages_after(done):
                 if simulation.state is not running:

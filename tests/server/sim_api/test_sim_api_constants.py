@@ -24,6 +24,12 @@ def test_names_are_counted_up_from_the_start_or_from_a_given_number() -> None:
     ("name", "number"),
     [
         ("sceneobject_shape", 0),
+        ("object_collectionstart", 2_000_000),
+        ("object_drawingend", 3_999_999),
+        ("objecttype_scene", 127),
+        ("propertytype_objectmap", 0xE2),
+        ("appflavor_pro", 2),
+        ("markertype_axes", 15),
         ("sceneobject_visionsensor", 9),
         ("sceneobject_customsceneobject", 19),
         ("handleflag_silenterror", 0x2000000),

@@ -54,6 +54,33 @@ def test_child_scripts_are_called_from_the_leaves_to_the_roots() -> None:
     assert said(world) == []
 
 
+def test_a_script_may_refuse_simulation_steps() -> None:
+    guard = """
+    local asked = 0
+    function sysCall_beforeMainScript()
+        asked = asked + 1
+        print('asked at ' .. sim.getSimulationTime())
+        return {doNotRunMainScript = asked % 3 ~= 0}
+    end
+    function sysCall_beforeSimulation() asked = 0 end
+    """
+    actor = "function sysCall_actuation() print('acts') end function sysCall_sensing() print('senses') end"
+    world = scripted({"lua:customization:base": guard, "lua:leaf": actor})
+    world.run(6)
+    step = world.sim.time_step
+    first, second = f"asked at {0.0}", f"asked at {step}"
+    assert said(world) == [*[first] * 3, "acts", "senses", *[second] * 3, "acts", "senses"]
+    assert world.sim.step_count == 2
+    assert world.sim.time == pytest.approx(2 * step)
+
+
+def test_answers_without_a_refusal_let_the_step_be_made() -> None:
+    for answer in ("", "return {}", "return {doNotRunMainScript = false}", "return 7"):
+        world = scripted({"lua:base": f"function sysCall_beforeMainScript() {answer} end"})
+        world.run(2)
+        assert world.sim.step_count == 2, answer
+
+
 def test_customization_script_lives_from_load_to_close() -> None:
     world = scripted({"lua:customization:base": tell("custom"), "lua:base": tell("child")})
     assert said(world) == ["custom init"]
