@@ -42,4 +42,4 @@ RANGES: Mapping[str, int] = MappingProxyType(
         "handleflag_flagmask": 0x0FC0_0000,
     }
 )
-"""The original's numbers; handles of this server are numbers of its own choice within V-REP's range of objects."""
+"""The original's numbers; the server chooses its handles otherwise."""

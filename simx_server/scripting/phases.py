@@ -41,7 +41,7 @@ from __future__ import annotations
 
 import logging
 import time
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from .callbacks.joints import JointCallBacks
 from .callbacks.objects import ObjectCallBacks
@@ -70,6 +70,11 @@ _LIST, _END = b"\x9f", b"\xff"
 """Start and end of a list in CBOR whose length is not known."""
 
 _IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended", EVENT)
+
+
+def _refuses(answer: list[Any] | None) -> bool:
+    given: Any = answer[0] if answer else None
+    return isinstance(given, dict) and bool(cast("dict[str, Any]", given).get("doNotRunMainScript"))
 
 
 class ListOfScripts(Protocol):
@@ -111,11 +116,7 @@ class Phases:
     def refuse_step(self) -> bool:
         """Call `sysCall_beforeMainScript`; return whether a script's answer is {doNotRunMainScript = true}."""
         answers = [self._lives.call(script, BEFORE) for script in self._guards]
-        return any(
-            isinstance(answer[0], dict) and bool(answer[0].get("doNotRunMainScript"))
-            for answer in answers
-            if answer
-        )
+        return any(map(_refuses, answers))
 
     def actuate(self) -> None:
         """Run threads and actuation, before physics."""
