@@ -33,6 +33,11 @@ _SLIDE_RANGE = (-0.5, 0.5)
 _VOLUMES = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 """`sim_proximitysensor_*_subtype`."""
 
+_DETECTED = {0x20: "infrared", 0x40: "laser", 0x80: "inductive", 0x100: "capacitive"}
+"""Kinds of detection by V-REP's bits."""
+
+_MOST_RAYS = 10_000
+
 
 def create_joint(world: World, kind: int, mode: int, *, hybrid: bool) -> int:
     """Create a joint at the world's origin, along z; `kind` and `mode` are legacy numbers. Its motor is off.
@@ -62,14 +67,18 @@ def create_joint(world: World, kind: int, mode: int, *, hybrid: bool) -> int:
     return add(world, stem, "joint", build, {"joint": note}, hidden=(_CARRIER,))
 
 
-def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequence[float]) -> int:
+def create_proximity_sensor(
+    world: World, kind: int, detected: int, options: int, counts: Sequence[int], sizes: Sequence[float]
+) -> int:
     """Create a proximity sensor and return its handle.
 
     Args:
+        detected: the only kind of detection that counts, a bit of V-REP's special properties; 0x10: all kinds.
+        counts: V-REP's 8 whole numbers; the fifth and sixth are random rays, and how many must meet a surface.
         sizes: V-REP's 15 numbers: offset, range, x, y, x far, y far, inside gap, radius, radius far, angle, greatest
             angle of normals, least distance, ... (m, rad).
         options: bits: 1 explicit, 8 no front faces, 16 no back faces, 64 angle of normals limited, 256 least distance
-            counts.
+            counts, 512 random rays.
 
     Raises CommandError.
     """
@@ -80,37 +89,67 @@ def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequen
         )
     if len(sizes) < 12:
         raise CommandError(f"a proximity sensor is made from 15 numbers, not {len(sizes)}")
-    offset, reach, x, y, x_far, y_far, gap, radius, radius_far, angle, steepest, least = sizes[:12]
-    note: Annotation = {
-        "type": _VOLUMES[kind],
-        "offset": offset,
-        "range": reach,
-        "explicit": bool(options & 1),
-    }
-    match _VOLUMES[kind]:
-        case "pyramid":
-            note |= {"size_x": x, "size_y": y, "size_x_far": x_far, "size_y_far": y_far}
-        case "cylinder":
-            note |= {"radius": radius, "radius_far": radius_far}
-        case "disc":
-            note |= {"angle_deg": math.degrees(angle), "height": y, "radius": radius, "inside_gap": gap}
-        case "cone":
-            note |= {"angle_deg": math.degrees(angle), "radius": radius, "inside_gap": gap}
-        case _:  # a ray has a range alone
-            pass
-    if any(number < 0 for number in sizes[1:12]) or reach <= 0:
+    if any(number < 0 for number in sizes[1:12]) or sizes[1] <= 0:
         raise CommandError("a proximity sensor's range is above 0 m, and only its offset may be below 0")
-    if options & 8 or options & 16:
-        note["faces"] = "back" if options & 8 else "front"
-    if options & 64:
-        note["max_normal_deg"] = math.degrees(steepest)
-    if options & 256:
-        note["min_distance"] = least
+    note = _volume(_VOLUMES[kind], sizes) | _detection(detected, options, sizes)
+    if options & 512:
+        if _VOLUMES[kind] != "ray":
+            raise CommandError("only sensors of the type ray have random rays")
+        note |= _random_rays(counts, sizes)
 
     def build(spec: mujoco.MjSpec, name: str) -> None:
         spec.worldbody.add_site(name=name, size=[0.01] * 3, group=4)
 
     return add(world, "Proximity_sensor", "site", build, {"proximity": note})
+
+
+def _volume(word: str, sizes: Sequence[float]) -> Annotation:
+    offset, reach, x, y, x_far, y_far, gap, radius, radius_far, angle = sizes[:10]
+    note: Annotation = {"type": word, "offset": offset, "range": reach}
+    match word:
+        case "pyramid":
+            return note | {"size_x": x, "size_y": y, "size_x_far": x_far, "size_y_far": y_far}
+        case "cylinder":
+            return note | {"radius": radius, "radius_far": radius_far}
+        case "disc":
+            return note | {
+                "angle_deg": math.degrees(angle),
+                "height": y,
+                "radius": radius,
+                "inside_gap": gap,
+            }
+        case "cone":
+            return note | {"angle_deg": math.degrees(angle), "radius": radius, "inside_gap": gap}
+        case _:  # a ray has a range alone
+            return note
+
+
+def _detection(detected: int, options: int, sizes: Sequence[float]) -> Annotation:
+    note: Annotation = {"explicit": bool(options & 1)}
+    if options & 8 or options & 16:
+        note["faces"] = "back" if options & 8 else "front"
+    if options & 64:
+        note["max_normal_deg"] = math.degrees(sizes[10])
+    if options & 256:
+        note["min_distance"] = sizes[11]
+    if detected in _DETECTED:
+        note["detects"] = _DETECTED[detected]
+    return note
+
+
+def _random_rays(counts: Sequence[int], sizes: Sequence[float]) -> Annotation:
+    if len(counts) < 6 or not 1 <= counts[5] <= counts[4] <= _MOST_RAYS:
+        raise CommandError(
+            f"random rays are 1 to {_MOST_RAYS}, and the number that must meet a surface is not greater"
+        )
+    return {
+        "type": "random_rays",
+        "rays": counts[4],
+        "rays_needed": counts[5],
+        "angle_deg": math.degrees(sizes[9]),
+        "radius": sizes[7],
+        "inside_gap": sizes[6],
+    }
 
 
 def create_vision_sensor(world: World, options: int, resolution: Sequence[int], view: Sequence[float]) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol import constants as c
@@ -31,6 +32,17 @@ _HIDDEN = 0x0100
 """V-REP's ninth layer, where its models keep hidden parts."""
 
 _STILL = (0.0,) * 6
+
+
+class DrawnSize(IntEnum):
+    """Sizes in metres with which V-REP's window draws objects that have no surface: numbers of kept parameters, beyond
+    those of the original's.
+    """
+
+    JOINT_LENGTH = 90_001
+    JOINT_DIAMETER = 90_002
+    SENSOR = 90_003
+    SENSOR_POINT = 90_004
 
 
 @dataclass(frozen=True)
@@ -81,7 +93,17 @@ class ObjectSettings(Part):
 
     def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
+        self._kept |= {
+            (copies[handle], number): value
+            for (handle, number), value in self._kept.items()
+            if handle in copies
+        }
         self.apply_masks()
+
+    def object_scaled(self, handle: int, factor: float) -> None:
+        for size in DrawnSize:
+            if (handle, size) in self._kept:
+                self._kept[handle, size] *= factor
 
     def saving(self, saved: Saved) -> None:
         for handle, known in self._known.items():

@@ -2779,15 +2779,20 @@ class Sim:
     def createJoint(self, kind: int, mode: int, options: int, sizes: _Floats | None = None, color: _Floats | None = None, other_color: _Floats | None = None, /) -> int:
         """Create a joint at the origin, along z, with the motor off; bit 0 of `options`: hybrid operation. It
         carries an object that gets it as parent: a static shape, or the first dynamic one, which it links.
-        Partly: sizes and colours are ignored."""
+        `sizes`: length and diameter (m), as the properties `jointLength` and `jointDiameter`; no view shows
+        them, nor colours."""
     def createProximitySensor(self, kind: int, detected: int, options: int, counts: _Ints, sizes: _Floats, color: _Floats | None = None, /) -> int:
-        """Create a sensor at the origin that looks along z. Partly: the kind of detection (ultrasonic, laser,
-        ...) and colours are ignored."""
+        """Create a sensor at the origin that looks along z. `detected`:
+        sim.objectspecialproperty_detectable_infrared, _laser, _inductive or _capacitive, if only shapes that
+        are detectable so count; 16: all. Volumes are exact, whatever the `counts` of their faces and
+        subdivisions; option 512: a ray sensor has `counts[5]` random rays, of which `counts[6]` must meet a
+        surface. The last size is that of its point, `sensorPointSize`."""
     def createVisionSensor(self, options: int, counts: _Ints, view: _Floats, color: _Floats | None = None, /) -> int:
-        """Create a sensor at the origin that looks along z. Partly: fog, separate lights and sizes of the box
-        are ignored."""
+        """Create a sensor at the origin that looks along z. The fourth number of `view` is its `sensorSize`.
+        Partly: it has no separate lights (option 32). Images never show fog."""
     def createForceSensor(self, options: int, counts: _Ints, limits: _Floats, color: _Floats | None = None, /) -> int:
-        """Create a sensor at the origin. Partly: size and colours are ignored."""
+        """Create a sensor at the origin. The first of `limits` is its `sensorSize`; no view shows it, nor
+        colours."""
     def setShapeMaterial(self, shape: int, material: int, /) -> int:
         """Return 1. Stand-in: the scene file defines friction and similar properties of each geom."""
     def getShapeGeomInfo(self, shape: int, /) -> tuple[int, int, list[float]]:

@@ -12,6 +12,7 @@ from simx_server.editing.compounds import relocating
 from simx_server.editing.creating import Body
 from simx_server.errors import CommandError, Unsupported
 from simx_server.handlers.objects import shape_properties
+from simx_server.parts.object_settings import DrawnSize
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
 from simx_server.scene.geometry import lights
 from simx_server.scene.geometry.letters import text_mesh
@@ -33,6 +34,9 @@ _RESPONDABLE, _STATIC = 8, 16
 _COMPOUND, _IS_PURE, _CONVEX = 1, 2, 4
 """Bits of the result of sim.getShapeGeomInfo."""
 
+
+_POINT_SIZE, _VISION_SIZE = 12, 3
+"""Places of sizes in the numbers of new proximity and vision sensors."""
 
 _LONGEST_TEXT, _HIGHEST_TEXT = 200, 100
 """Limits of a text that becomes a shape: characters, and metres."""
@@ -139,46 +143,60 @@ class ShapeFunctions(ApiPart, effect="changes"):
         kind: int,
         mode: int,
         options: int,
-        _sizes: list[float] | None = None,
+        sizes: list[float] | None = None,
         _color: list[float] | None = None,
         _other_color: list[float] | None = None,
     ) -> int:
         """Create a joint at the origin, along z, with the motor off; bit 0 of `options`: hybrid operation.
 
-        It carries an object that gets it as parent: a static shape, or the first dynamic one, which it links. Partly:
-        sizes and colours are ignored.
+        It carries an object that gets it as parent: a static shape, or the first dynamic one, which it links. `sizes`:
+        length and diameter (m), as the properties `jointLength` and `jointDiameter`; no view shows them, nor colours.
         """
-        return creating_parts.create_joint(self._world, kind, mode, hybrid=bool(options & 1))
+        if sizes is not None and len(sizes) < 2:
+            raise CommandError(f"sizes of a joint are its length and its diameter, not {len(sizes)} numbers")
+        handle = creating_parts.create_joint(self._world, kind, mode, hybrid=bool(options & 1))
+        for size, given in zip((DrawnSize.JOINT_LENGTH, DrawnSize.JOINT_DIAMETER), sizes or (), strict=False):
+            self._keep_size(handle, size, given)
+        return handle
 
     def createProximitySensor(
         self,
         kind: int,
-        _detected: int,
+        detected: int,
         options: int,
-        _counts: list[int],
+        counts: list[int],
         sizes: list[float],
         _color: list[float] | None = None,
     ) -> int:
-        """Create a sensor at the origin that looks along z.
-
-        Partly: the kind of detection (ultrasonic, laser, ...) and colours are ignored.
+        """Create a sensor at the origin that looks along z. `detected`: sim.objectspecialproperty_detectable_infrared,
+        _laser, _inductive or _capacitive, if only shapes that are detectable so count; 16: all. Volumes are exact,
+        whatever the `counts` of their faces and subdivisions; option 512: a ray sensor has `counts[5]` random rays, of
+        which `counts[6]` must meet a surface. The last size is that of its point, `sensorPointSize`.
         """
-        return creating_parts.create_proximity_sensor(self._world, kind, options, sizes)
+        handle = creating_parts.create_proximity_sensor(self._world, kind, detected, options, counts, sizes)
+        if len(sizes) > _POINT_SIZE:
+            self._keep_size(handle, DrawnSize.SENSOR_POINT, sizes[_POINT_SIZE])
+        return handle
 
     def createVisionSensor(
         self, options: int, counts: list[int], view: list[float], _color: list[float] | None = None
     ) -> int:
-        """Create a sensor at the origin that looks along z.
+        """Create a sensor at the origin that looks along z. The fourth number of `view` is its `sensorSize`.
 
-        Partly: fog, separate lights and sizes of the box are ignored.
+        Partly: it has no separate lights (option 32). Images never show fog.
         """
-        return creating_parts.create_vision_sensor(self._world, options, counts, view)
+        handle = creating_parts.create_vision_sensor(self._world, options, counts, view)
+        if len(view) > _VISION_SIZE:
+            self._keep_size(handle, DrawnSize.SENSOR, view[_VISION_SIZE])
+        return handle
 
     def createForceSensor(
         self, options: int, counts: list[int], limits: list[float], _color: list[float] | None = None
     ) -> int:
-        """Create a sensor at the origin. Partly: size and colours are ignored."""
-        return creating_parts.create_force_sensor(self._world, options, counts, limits)
+        """Create a sensor at the origin. The first of `limits` is its `sensorSize`; no view shows it, nor colours."""
+        handle = creating_parts.create_force_sensor(self._world, options, counts, limits)
+        self._keep_size(handle, DrawnSize.SENSOR, limits[0])
+        return handle
 
     def setShapeMaterial(self, _shape: int, _material: int) -> int:
         """Return 1. Stand-in: the scene file defines friction and similar properties of each geom."""
@@ -224,6 +242,11 @@ class ShapeFunctions(ApiPart, effect="changes"):
     def setShapeMass(self, shape: int, mass: float) -> None:
         """Set the mass in kilograms; the inertia changes in proportion. Since CoppeliaSim 4."""
         shape_properties.set_mass(self._sim, self._self(shape), mass)
+
+    def _keep_size(self, handle: int, size: DrawnSize, value: float) -> None:
+        """Store a size in metres; 0 and below stand for the usual one."""
+        if value > 0:
+            self._world.object_settings.keep(handle, size, value)
 
     def _shape(self, handle: int) -> int:
         return self._sim.scene.get_kind(self._self(handle), ObjectKind.SHAPE).handle

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,8 +12,9 @@ from simx_server.handlers.quantities.engine import ENGINE
 from simx_server.handlers.quantities.objects import OBJECTS
 from simx_server.handlers.quantities.quantity import Getter, Quantity, Setter
 from simx_server.handlers.quantities.simulator import SIMULATOR
+from simx_server.parts.object_settings import DrawnSize
 
-from .property_types import BOOL, INT, PropertyType
+from .property_types import BOOL, FLOAT, INT, PropertyType
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -113,3 +115,14 @@ def renamed(one: Property, name: str, type_: PropertyType | None = None) -> Prop
 
 def _shown(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def drawn_size(name: str, size: DrawnSize, first: float) -> Property:
+    """Return a size (m) with which V-REP's window draws an object; it is kept, and scaled with the object."""
+
+    def put(world: World, handle: int, value: float) -> None:
+        if not 0 < value < math.inf:
+            raise CommandError(f"'{name}' is a length in metres above 0, not {value:g}")
+        world.object_settings.keep(handle, size, value)
+
+    return Property(name, FLOAT, lambda world, handle: world.object_settings.kept(handle, size, first), put)

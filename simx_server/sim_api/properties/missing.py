@@ -30,8 +30,8 @@ _NAMES = {
     """,
     "assembly is not available": "assemblyTag",
     "it concerns the display in a window, and this server has none": """
-        cameraSize graphSize hierarchyColor jointDiameter jointLength lightSize
-        parentAsManipulationProxy rotationEnabled scriptSize sensorPointSize sensorSize
+        cameraSize graphSize hierarchyColor lightSize
+        parentAsManipulationProxy rotationEnabled scriptSize
         trackedObjectHandle translationEnabled
     """,
     "objects of a collection are compared with those of another one": "collectionSelfCollisionIndicator",

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.joints import JointMode
+from simx_server.parts.object_settings import DrawnSize
 from simx_server.scene.poses.frames import xyzw_from_wxyz
 from simx_server.scene.poses.poses import normalised
-from simx_server.sim_api.properties.entry import Property, numbered, renamed
+from simx_server.sim_api.properties.entry import Property, drawn_size, numbered, renamed
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     FLOAT,
@@ -51,6 +52,8 @@ def _set_quaternion(world: World, handle: int, quat: list[float]) -> None:
 
 
 _POSITION = (
+    drawn_size("jointLength", DrawnSize.JOINT_LENGTH, 0.15),
+    drawn_size("jointDiameter", DrawnSize.JOINT_DIAMETER, 0.02),
     Property("jointPosition", FLOAT, joints.get_joint_position, joints.set_joint_position),
     Property("jointQuaternion", QUATERNION, _quaternion, _set_quaternion),
     Property("jointType", INT, lambda world, handle: _joints(world).joint_type(handle)),

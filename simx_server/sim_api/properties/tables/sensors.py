@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.handlers import sensors
+from simx_server.parts.object_settings import DrawnSize
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import GRAMMAR, VOLUMES, Annotation, Value
-from simx_server.sim_api.properties.entry import Getter, Property, fixed, numbered
+from simx_server.sim_api.properties.entry import Getter, Property, drawn_size, fixed, numbered
 from simx_server.sim_api.properties.property_types import BOOL, FLOAT, FLOAT_ARRAY, HANDLE, INT, VECTOR3
 
 if TYPE_CHECKING:
@@ -145,6 +146,7 @@ def _detected(take: Callable[[Detection], Any], nothing: Any) -> Getter:
 
 
 PROXIMITY = (
+    drawn_size("sensorPointSize", DrawnSize.SENSOR_POINT, 0.01),
     numbered("sensorType", INT, "proxintparam_volume_type"),
     Property(
         "explicitHandling",
@@ -223,6 +225,7 @@ def _enabled(name: str, key: str, default: float) -> Property:
 
 
 FORCE = (
+    drawn_size("sensorSize", DrawnSize.SENSOR, 0.05),
     Property("sensorForce", VECTOR3, _sensor_force),
     Property("sensorTorque", VECTOR3, _sensor_torque),
     Property("filteredSensorForce", VECTOR3, _part(1)),

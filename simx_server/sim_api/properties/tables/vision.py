@@ -8,8 +8,9 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.handlers import vision
+from simx_server.parts.object_settings import DrawnSize
 from simx_server.scripting.callbacks.images import wait_for
-from simx_server.sim_api.properties.entry import Property, fixed, numbered
+from simx_server.sim_api.properties.entry import Property, drawn_size, fixed, numbered
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     BUFFER,
@@ -124,6 +125,7 @@ def _set_resolution(world: World, handle: int, sides: list[int]) -> None:
 
 VISION = (
     *CAMERAS,
+    drawn_size("sensorSize", DrawnSize.SENSOR, 0.01),
     Property(
         "resolution",
         INT_ARRAY2,

@@ -180,6 +180,29 @@ def test_a_joint_is_made_and_turns_what_hangs_on_it(world: ScriptWorld) -> None:
     world.fails("sim.createJoint(10, 9, 0)", "mode is one of")
 
 
+def test_sizes_of_joints_and_sensors_are_kept_copied_and_scaled(world: ScriptWorld) -> None:
+    made = world.lua("""
+    j = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_passive, 0, {0.5, 0.1})
+    f = sim.createForceSensor(0, {0, 1, 1, 0, 0}, {0.3, 1, 1, 0, 0})
+    v = sim.createVisionSensor(2, {8, 8, 0, 0}, {0.1, 2, 1, 0.2, 0, 0, 0, 0, 0, 0, 0})
+    p = sim.createProximitySensor(sim.proximitysensor_ray_subtype, 16, 0, {0, 0, 0, 0, 0, 0, 0, 0},
+        {0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.4, 0, 0})
+    plain = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_passive, 0)
+    local get = sim.getFloatProperty
+    return get(j, 'jointLength'), get(j, 'jointDiameter'), get(f, 'sensorSize'), get(v, 'sensorSize'),
+        get(p, 'sensorPointSize'), get(plain, 'jointLength')
+    """)
+    assert made == [0.5, 0.1, 0.3, 0.2, 0.4, 0.15]
+    copied, scaled = world.lua("""
+    local copy = sim.copyPasteObjects({j}, 0)[1]
+    sim.scaleObjects({copy}, 2, false)
+    return sim.getFloatProperty(j, 'jointLength'), sim.getFloatProperty(copy, 'jointLength')
+    """)
+    assert (copied, scaled) == (0.5, 1.0)
+    world.fails("sim.setFloatProperty(j, 'jointLength', 0)", "a length in metres above 0")
+    world.fails("sim.createJoint(10, 0, 0, {1})", "its length and its diameter, not 1")
+
+
 def test_a_motor_drives_a_joint_that_was_made(world: ScriptWorld) -> None:
     world.lua(
         "j = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_force, 0) "
@@ -218,6 +241,22 @@ def test_two_bodies_are_glued_by_a_force_sensor(world: ScriptWorld) -> None:
     assert one[2] == pytest.approx(other[2], abs=1e-6) != pytest.approx(2, abs=0.05)  # both fall
     assert other[0] - one[0] == pytest.approx(0.5, abs=1e-6)
     assert world.value("sim.getShapeMass(a)") == pytest.approx(1)
+
+
+def test_a_proximity_sensor_is_made_with_random_rays_or_for_one_kind_of_detection(world: ScriptWorld) -> None:
+    sizes = "{0, 3, 0, 0, 0, 0, 0, 0.1, 0, 0.5, 0, 0, 0, 0, 0}"
+    source = (
+        "return sim.createProximitySensor(sim.proximitysensor_%s_subtype, %s, %s, {0, 0, 0, 0, %s, 0, 0}, %s)"
+    )
+    (rays,) = world.lua(source % ("ray", 16, 512, "20, 3", sizes))
+    note = world.sim.scene.get(rays).annotations["proximity"]
+    assert (note["type"], note["rays"], note["rays_needed"]) == ("random_rays", 20, 3)
+    assert "detects" not in note
+    assert world.value(f"sim.getBoolProperty({rays}, 'randomizedDetection')")
+    (laser,) = world.lua(source % ("cone", "sim.objectspecialproperty_detectable_laser", 0, "0, 0", sizes))
+    assert world.sim.scene.get(laser).annotations["proximity"]["detects"] == "laser"
+    world.fails(source % ("cone", 16, 512, "20, 3", sizes), "only sensors of the type ray")
+    world.fails(source % ("ray", 16, 512, "2, 3", sizes), "random rays are 1 to 10000")
 
 
 SIZES = "{0, 3, 0.2, 0.2, 0.4, 0.4, 0, 0.1, 0.2, 0.5, 0, 0, 0, 0, 0}"
