@@ -228,6 +228,12 @@ class Interpreter(Protocol):
         """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
         ...
 
+    def evaluate(self, source: bytes) -> list[Any]:
+        """Execute a piece of text among the script's variables; return its results: those of `return` in Lua, in
+        Python the value of a text that is an expression.
+        """
+        ...
+
     def start_thread(self, function: str) -> None:
         """Make this function the script's thread; the first `resume` starts it. Replaces an earlier thread."""
         ...

@@ -107,20 +107,35 @@ class Lives:
         Raises:
             ScriptError: the script failed.
         """
-        if script.interpreter is None:
-            where = self.describe(script)
-            if script.problem:
-                raise ScriptError(f"the {where} was stopped by an error: {script.problem}")
-            raise ScriptError(
-                f"the {where} exists only while the simulation runs; start the simulation first"
-            )
-        if not script.interpreter.has(function):
+        if not self._running(script).has(function):
             raise ScriptError(f"the {self.describe(script)} has no function '{function}'")
+        return self._returned(script, lambda interpreter: interpreter.call(function, *arguments))
+
+    def evaluate(self, script: Script, source: bytes) -> list[Any]:
+        """Execute a piece of text among a script's variables and return its results.
+
+        Raises:
+            ScriptError: the script does not run, or the text fails.
+        """
+        return self._returned(script, lambda interpreter: interpreter.evaluate(source))
+
+    def _returned(self, script: Script, action: Callable[[Interpreter], list[Any]]) -> list[Any]:
+        """Return the results of a call into a running script, and note the text of an error."""
+        running = self._running(script)
         try:
-            return self.within(lambda interpreter: interpreter.call(function, *arguments), script.interpreter)
+            return self.within(action, running)
         except ScriptError as problem:
             script.traceback = str(problem)
             raise
+
+    def _running(self, script: Script) -> Interpreter:
+        """Return the interpreter of a script. Raises ScriptError: the script does not run."""
+        if script.interpreter is not None:
+            return script.interpreter
+        where = self.describe(script)
+        if script.problem:
+            raise ScriptError(f"the {where} was stopped by an error: {script.problem}")
+        raise ScriptError(f"the {where} exists only while the simulation runs; start the simulation first")
 
     def begin(self, script: Script) -> None:
         script.problem = ""

@@ -342,6 +342,16 @@ class Scripts(Part):
             self._phases.begin(script)
         return self._lives.run(script, function, *arguments)
 
+    def evaluate(self, script: Script, source: bytes) -> list[Any]:
+        """Execute a piece of text among a script's variables and return its results.
+
+        Raises:
+            ScriptError: the script does not run, or the text fails.
+        """
+        if script is self.sandbox and script.interpreter is None:
+            self._phases.begin(script)
+        return self._lives.evaluate(script, source)
+
     def deliver(self, script: Script, function: Function, *arguments: Any) -> list[Any] | None:
         """Call a function that a script gave for an event; return None if the script may not run. An error ends it."""
         return self._lives.deliver(script, function, *arguments)

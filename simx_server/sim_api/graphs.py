@@ -39,16 +39,26 @@ class GraphFunctions(ApiPart, effect="changes"):
         graph: int,
         name: str,
         unit: str = "",
-        _options: int = 0,
+        options: int = 0,
         color: list[float] | None = None,
-        _cyclic_range: float = 0.0,
+        cyclic_range: float = 0.0,
     ) -> int:
-        """Add a stream and return its id. Since CoppeliaSim 4.
+        """Add a stream, or change the one of this name; return its id. Since CoppeliaSim 4.
 
-        Partly: options and the range of cyclic values are ignored.
+        `options`: 1 invisible, 2 without a label, 4 points that are not linked; sim.getGraphCurve returns them.
+        `cyclic_range`: values this far apart are the same for derivatives and means, such as 2 pi for angles.
         """
-        stream = Stream(name, unit, _color(color, (1.0, 0.0, 0.0)), lasts=self._stays)
-        return self._graph(graph).add(stream)
+        if cyclic_range < 0:
+            raise CommandError(f"the range of cyclic values is not below 0; it is {cyclic_range:g}")
+        stream = Stream(
+            name,
+            unit,
+            _color(color, (1.0, 0.0, 0.0)),
+            lasts=self._stays,
+            options=options,
+            cyclic_range=cyclic_range,
+        )
+        return self._graph(graph).put(stream)
 
     def setGraphStreamValue(self, graph: int, stream: int, value: float) -> None:
         """Set a stream's value, recorded at the end of the simulation step or by sim.handleGraph."""
@@ -75,14 +85,12 @@ class GraphFunctions(ApiPart, effect="changes"):
         streams: list[int],
         defaults: list[float] | None,
         unit: str = "",
-        _options: int = 0,
+        options: int = 0,
         color: list[float] | None = None,
         width: int = 2,
     ) -> int:
-        """Add a curve of two or three streams against each other and return its id. Stream -1 stands for a default
-        value.
-
-        Partly: options are ignored.
+        """Add a curve of two or three streams against each other, or change the one of this name; return its id. Stream
+        -1 stands for a default value. `options`: 2 without a label, 4 points that are not linked.
         """
         found = self._graph(graph)
         if dimensions not in (2, 3) or len(streams) < dimensions:
@@ -98,9 +106,10 @@ class GraphFunctions(ApiPart, effect="changes"):
             unit,
             _color(color, (1.0, 1.0, 0.0)),
             width,
+            options,
             lasts=self._stays,
         )
-        return found.add(curve)
+        return found.put(curve)
 
     def destroyGraphCurve(self, graph: int, curve: int) -> None:
         """Remove a curve, but not its streams."""
@@ -115,7 +124,16 @@ class GraphFunctions(ApiPart, effect="changes"):
         points = found.points(given)
         label = name or f"{given.name} [STATIC]"
         return found.add(
-            Curve(label, given.streams, given.defaults, given.unit, given.color, given.width, points)
+            Curve(
+                label,
+                given.streams,
+                given.defaults,
+                given.unit,
+                given.color,
+                given.width,
+                given.options,
+                points,
+            )
         )
 
     @reads
@@ -123,7 +141,7 @@ class GraphFunctions(ApiPart, effect="changes"):
         """Return the curve with an index from 0, nil after the last. `kind`: 0 streams over time, 1 curves of two
         streams, 2 of three.
 
-        The results are label, attributes (0), colour, a table of numbers for each axis, {least, greatest, ...} of
+        The results are label, options, colour, a table of numbers for each axis, {least, greatest, ...} of
         each axis (nil without numbers), id and width.
         """
         found = self._graph(graph)
@@ -136,16 +154,16 @@ class GraphFunctions(ApiPart, effect="changes"):
             number, stream = streams[index]
             data = stream.data()
             axes = [[t for t, _ in data], [v for _, v in data]]
-            label, color, width = stream.name, stream.color, 1
+            label, options, color, width = stream.name, stream.options, stream.color, 1
         else:
             curves = [(n, each) for n, each in found.curves.items() if len(each.streams) == kind + 1]
             if not 0 <= index < len(curves):
                 return None
             number, curve = curves[index]
             axes = [list(axis) for axis in found.points(curve)]
-            label, color, width = curve.name, curve.color, curve.width
+            label, options, color, width = curve.name, curve.options, curve.color, curve.width
         limits = [end for axis in axes for end in span(axis)] if axes[0] else None
-        return label, 0, list(color), *axes, limits, number, width
+        return label, options, list(color), *axes, limits, number, width
 
     def handleGraph(self, graph: int, time: float) -> int:
         """Record the values that were set, with this time; sim.handle_all and similar handles mean all graphs."""

@@ -3010,9 +3010,11 @@ class Sim:
         """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its
         handle. Partly: only in Lua scripts."""
     def executeScriptString(self, text: str, script: int, /) -> Any:
-        """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle; return 0 and its
-        results. Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one.
-        Partly: only in Lua scripts."""
+        """Run a piece of text among the variables of a script: `TEXT@OBJECT` by its type, or `TEXT` by its
+        handle. Return 0 and the results: those of `return` in Lua, in Python the value of an expression.
+        Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one. ``@lua``
+        or ``@python`` at the end says in which language the text is; a script of the other one does not run
+        it."""
     def removeScript(self, script: int | None = -4, /) -> int:
         """Remove a script from the scene and return 1. The caller itself ends when its present call returns;
         its sysCall_cleanup is called then."""
@@ -3251,24 +3253,27 @@ class Sim:
         """Set a stream's value, recorded at the end of the simulation step; V-REP 3's form. A missing stream
         is created."""
     def addGraphStream(self, graph: int, name: str, unit: str | None = '', options: int | None = 0, color: _Floats | None = None, cyclic_range: _Float | None = 0.0, /) -> int:
-        """Add a stream and return its id. Since CoppeliaSim 4. Partly: options and the range of cyclic values
-        are ignored."""
+        """Add a stream, or change the one of this name; return its id. Since CoppeliaSim 4. `options`: 1
+        invisible, 2 without a label, 4 points that are not linked; sim.getGraphCurve returns them.
+        `cyclic_range`: values this far apart are the same for derivatives and means, such as 2 pi for
+        angles."""
     def setGraphStreamValue(self, graph: int, stream: int, value: _Float, /) -> None:
         """Set a stream's value, recorded at the end of the simulation step or by sim.handleGraph."""
     def setGraphStreamTransformation(self, graph: int, stream: int, kind: int, factor: _Float | None = 1.0, offset: _Float | None = 0.0, window: int | None = 1, /) -> None:
         """Set the transformation of a stream's values: `kind` (a sim.stream_transf_*), then factor and
         offset, then the mean of the last `window` samples."""
     def addGraphCurve(self, graph: int, name: str, dimensions: int, streams: _Ints, defaults: _Floats | None, unit: str | None = '', options: int | None = 0, color: _Floats | None = None, width: int | None = 2, /) -> int:
-        """Add a curve of two or three streams against each other and return its id. Stream -1 stands for a
-        default value. Partly: options are ignored."""
+        """Add a curve of two or three streams against each other, or change the one of this name; return its
+        id. Stream -1 stands for a default value. `options`: 2 without a label, 4 points that are not
+        linked."""
     def destroyGraphCurve(self, graph: int, curve: int, /) -> None:
         """Remove a curve, but not its streams."""
     def duplicateGraphCurveToStatic(self, graph: int, curve: int, name: str | None = '', /) -> int:
         """Copy the present state of a curve as a static one and return the copy's id."""
     def getGraphCurve(self, graph: int, kind: int, index: int, /) -> Any:
         """Return the curve with an index from 0, nil after the last. `kind`: 0 streams over time, 1 curves of
-        two streams, 2 of three. The results are label, attributes (0), colour, a table of numbers for each
-        axis, {least, greatest, ...} of each axis (nil without numbers), id and width."""
+        two streams, 2 of three. The results are label, options, colour, a table of numbers for each axis,
+        {least, greatest, ...} of each axis (nil without numbers), id and width."""
     def handleGraph(self, graph: int, time: _Float, /) -> int:
         """Record the values that were set, with this time; sim.handle_all and similar handles mean all
         graphs."""

@@ -34,6 +34,10 @@ class Stream:
     offset: float = 0.0
     window: int = 1
     """Number of samples that are averaged."""
+    options: int = 0
+    """Bits for a window that draws it: 1 invisible, 2 without a label, 4 points that are not linked."""
+    cyclic_range: float = 0.0
+    """Values this far apart are the same, as angles are; 0: none are."""
     source: Callable[[], float | None] | None = None
     """Measures the value that is recorded unless another one was set; None measured: nothing is recorded."""
     lasts: bool = False
@@ -59,7 +63,7 @@ class Stream:
         steps = list(pairwise(values))
         match self.transformation:
             case _ if self.transformation == DERIVATIVE:
-                values = [(t1, (v1 - v0) / (t1 - t0)) for (t0, v0), (t1, v1) in steps if t1 > t0]
+                values = [(t1, self._change(v0, v1) / (t1 - t0)) for (t0, v0), (t1, v1) in steps if t1 > t0]
             case _ if self.transformation == INTEGRAL:
                 areas = [(t1 - t0) * (v0 + v1) / 2 for (t0, v0), (t1, v1) in steps]
                 values = list(zip([t for t, _ in values], accumulate(areas, initial=0.0), strict=False))
@@ -70,8 +74,22 @@ class Stream:
         values = [(t, v * self.factor + self.offset) for t, v in values]
         if self.window > 1:
             recent = [[v for _, v in values[max(0, i + 1 - self.window) : i + 1]] for i in range(len(values))]
-            values = [(t, sum(some) / len(some)) for (t, _), some in zip(values, recent, strict=True)]
+            values = [(t, self._mean(some)) for (t, _), some in zip(values, recent, strict=True)]
         return values
+
+    def _change(self, before: float, after: float) -> float:
+        """Return the change of a value, the short way round where values are cyclic."""
+        change = after - before
+        return math.remainder(change, self.cyclic_range) if self.cyclic_range > 0 else change
+
+    def _mean(self, values: Sequence[float]) -> float:
+        """Return the mean; of cyclic raw values that of their changes from the newest one."""
+        if self.transformation != RAW:
+            return sum(values) / len(values)
+        newest, around = values[-1], self.cyclic_range * abs(self.factor)
+        if around <= 0:
+            return sum(values) / len(values)
+        return newest + sum(math.remainder(each - newest, around) for each in values) / len(values)
 
 
 @dataclass(eq=False)
@@ -85,6 +103,8 @@ class Curve:
     unit: str
     color: Color
     width: int
+    options: int = 0
+    """Bits as those of a stream."""
     fixed: tuple[tuple[float, ...], ...] | None = None
     """Coordinates of a static copy."""
     lasts: bool = False
@@ -129,6 +149,24 @@ class Graph:
         else:
             self.curves[number] = item
         return number
+
+    def put(self, item: Stream | Curve) -> int:
+        """Add a stream or curve, or give the one of its name these settings; return its id.
+
+        Raises CommandError when there are too many.
+        """
+        if isinstance(item, Stream):
+            for number, each in self.streams.items():
+                if each.name == item.name and not each.is_vacant:
+                    each.unit, each.color, each.options = item.unit, item.color, item.options
+                    each.cyclic_range, each.lasts = item.cyclic_range, each.lasts or item.lasts
+                    return number
+        else:
+            for number, each in self.curves.items():
+                if each.name == item.name and each.fixed is None:
+                    self.curves[number] = item
+                    return number
+        return self.add(item)
 
     def stream(self, number: int) -> Stream:
         """Return the stream with this id. Raises CommandError."""

@@ -175,6 +175,13 @@ class LuaInterpreter:
             return self._enter(b"attempt", function.encode())
         return self._enter(b"attempt", function.encode(), *map(self._to_lua, arguments))
 
+    def evaluate(self, source: bytes) -> list[Any]:
+        """Execute a piece of Lua among the script's globals, and return its results."""
+        chunk, *problem = self.call("load", source)
+        if chunk is None:
+            raise ScriptError(_shown(problem[0]))
+        return list(chunk())
+
     def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""
         return self._enter(b"apply", function.function, *map(self._to_lua, arguments))

@@ -156,6 +156,10 @@ class PythonInterpreter:
         """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
         return self.call(function, *arguments) if self.has(function) else None
 
+    def evaluate(self, source: bytes) -> list[Any]:
+        """Execute a piece of Python among the script's globals; return the value of one that is an expression."""
+        return self._ask("evaluate", source)
+
     def apply(self, function: PythonFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""
         return self._ask("call_number", function.number, [with_texts(value) for value in arguments])

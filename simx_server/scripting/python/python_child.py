@@ -139,6 +139,15 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         exec(_compile(source, self._name), self._globals)
         return []
 
+    def _do_evaluate(self, source: bytes) -> list[Any]:
+        text = source.decode()
+        try:
+            code = compile(text.strip(), self._name, "eval")
+        except SyntaxError:
+            exec(_compile(source, self._name), self._globals)
+            return []
+        return _results(eval(code, self._globals))
+
     def _do_thread(self, name: str) -> list[Any]:
         return self._do_call(name, [])
 

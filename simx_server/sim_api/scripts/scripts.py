@@ -12,7 +12,7 @@ from simx_server.errors import CommandError
 from simx_server.parts.add_ons import AddOn
 from simx_server.scripting.exchange import check_results
 from simx_server.scripting.interpreter import ScriptError
-from simx_server.scripting.script import LUA, Script, ScriptKind
+from simx_server.scripting.script import LUA, PYTHON, Script, ScriptKind
 from simx_server.scripting.signature import to_text
 from simx_server.scripting.targets import find_group, find_target, split_target
 from simx_server.sim_api.base import HANDLE_SELF, ApiPart
@@ -77,23 +77,26 @@ class ScriptFunctions(ApiPart, effect="changes"):
 
     @runs_code
     def executeScriptString(self, text: str, script: int) -> tuple[Any, ...]:
-        """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle; return 0 and its
-        results.
+        """Run a piece of text among the variables of a script: `TEXT@OBJECT` by its type, or `TEXT` by its handle. Return
+        0 and the results: those of `return` in Lua, in Python the value of an expression.
 
-        Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one. Partly: only in
-        Lua scripts.
+        Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one. ``@lua`` or
+        ``@python`` at the end says in which language the text is; a script of the other one does not run it.
         """
-        piece, _, described = (
-            text.rpartition("@") if script <= _HIGHEST_TYPE and "@" in text else (text, "", "")
-        )
+        piece, language = text, ""
+        for known in (LUA, PYTHON):
+            if text.endswith(f"@{known}"):
+                piece, language = text.removesuffix(f"@{known}"), known
+        described = ""
+        if script <= _HIGHEST_TYPE and "@" in piece:
+            piece, _, described = piece.rpartition("@")
         target = self._target(script, described)
-        if not isinstance(target, Script) or target.language != LUA:
-            raise CommandError("only Lua scripts run a text; give the script a function that does it")
-        loaded = self._world.scripts.run(target, "load", piece)
-        if loaded[0] is None:
-            return -1, loaded[1]
+        if not isinstance(target, Script):
+            raise CommandError("the server's add-ons run no text")
+        if language and language != target.language:
+            return -1, f"the script is written in {target.language}, not in {language}"
         try:
-            return 0, *loaded[0]()
+            return 0, *self._world.scripts.evaluate(target, piece.encode("utf-8", "surrogateescape"))
         except ScriptError as problem:
             return -1, str(problem)
 

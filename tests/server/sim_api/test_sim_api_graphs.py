@@ -37,6 +37,33 @@ def test_streams_are_transformed(world: ScriptWorld) -> None:
     world.fails(G + "sim.setGraphStreamValue(g, 99, 1)", "no stream 99; its streams are 0 'speed'")
 
 
+def test_cyclic_values_change_the_short_way_round(world: ScriptWorld) -> None:
+    world.lua(
+        G
+        + """s = sim.addGraphStream(g, 'angle', 'deg', 0, nil, 360)
+        for i, v in ipairs({170, -170, -150}) do sim.setGraphStreamValue(g, s, v) sim.handleGraph(g, i) end"""
+    )
+    curve = "local _, _, _, t, v = sim.getGraphCurve(g, 0, 0) return v"
+    transform = G + "sim.setGraphStreamTransformation(g, s, sim.stream_transf_{}) "
+    assert world.lua(transform.format("derivative") + curve) == [[20, 20]]
+    assert world.lua(transform.format("raw, 1, 0, 2") + curve) == [[170, -180, -160]]
+    assert world.lua(transform.format("raw, 0.5, 0, 2") + curve) == [[85, -90, -80]]
+    world.fails(G + "sim.addGraphStream(g, 'other', '', 0, nil, -1)", "not below 0")
+
+
+def test_streams_and_curves_of_a_name_are_changed(world: ScriptWorld) -> None:
+    world.lua(
+        G + "s = sim.addGraphStream(g, 'x', 'm', 1) sim.setGraphStreamValue(g, s, 4) sim.handleGraph(g, 0)"
+    )
+    assert world.lua(G + "return sim.addGraphStream(g, 'x', 'mm', 4, {0, 0, 1}) == s") == [True]
+    label, options, color, _, values, _, _, _ = world.lua(G + "return sim.getGraphCurve(g, 0, 0)")
+    assert (label, options, color, values) == ("x", 4, [0, 0, 1], [4])
+    world.lua(G + "c = sim.addGraphCurve(g, 'c', 2, {s, s}, nil, 'm', 2)")
+    assert world.lua(G + "return sim.addGraphCurve(g, 'c', 2, {s, -1}, {0, 7}, 'm', 4) == c") == [True]
+    _, options, _, xs, ys, *_ = world.lua(G + "return sim.getGraphCurve(g, 1, 0)")
+    assert (options, xs, ys) == (4, [4], [7])
+
+
 def test_curves_put_streams_against_each_other(world: ScriptWorld) -> None:
     world.lua(G + "x, y = sim.addGraphStream(g, 'x'), sim.addGraphStream(g, 'y') "
               "c = sim.addGraphCurve(g, 'path', 2, {x, y}, {0, 0}, 'm') "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scripted_world import evaluate, scripted
@@ -118,6 +119,34 @@ def test_a_piece_of_lua_runs_in_another_script(world: ScriptWorld) -> None:
     assert (failed, "unexpected" in message) == (-1, True)
     failed, message = world.lua(OTHER_SCRIPT + "return sim.executeScriptString('error(\"no luck\")', other)")
     assert (failed, "no luck" in message) == (-1, True)
+
+
+PYTHON_SCRIPT = """
+level = 3
+def double(x):
+    return 2 * x
+"""
+
+
+def test_a_piece_of_python_runs_in_a_script_of_python() -> None:
+    world = scripted({"lua:base": "x = 1", "python:plain": PYTHON_SCRIPT})
+    world.sim.start()
+    other = "sim.getScript(sim.scripttype_childscript, sim.getObject('/plain'))"
+
+    def run(text: str) -> list[Any]:
+        return evaluate(world, f"return sim.executeScriptString({text}, {other})")
+
+    assert run("'double(level)'") == [0, 6]
+    assert run("'level = level + 1@python'") == [0]
+    assert run("'level, [1]'") == [0, 4, [1]]
+    assert run("'for i in range(3): level += double(i)'") == [0]
+    assert run("' level '") == [0, 10]
+    code, message = run("'level = = 1'")
+    assert (code, b"invalid syntax" in message) == (-1, True)
+    code, message = run("'1 / 0'")
+    assert (code, b"ZeroDivisionError" in message) == (-1, True)
+    assert run("'return 1@lua'") == [-1, b"the script is written in python, not in lua"]
+    world.sim.stop()
 
 
 def test_the_text_of_a_script_is_read(world: ScriptWorld) -> None:
