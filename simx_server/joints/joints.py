@@ -361,6 +361,10 @@ class Joints(Machine):
         state.motor_was_set |= "motor" in settings
         self._apply(handle)
 
+    def is_coupled(self, handle: int) -> bool:
+        """Return whether the model has the equality through which a dependent joint exchanges forces."""
+        return self._single(handle)[0].equality >= 0
+
     def set_dependency(self, handle: int, **settings: float | int) -> None:
         """Change master (a handle, -1 for none), factor or shift of a joint in dependent mode; it moves at once.
 

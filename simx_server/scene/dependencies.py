@@ -33,15 +33,20 @@ def add_dependencies(spec: mujoco.MjSpec, annotations: Annotations) -> None:
         _check(name, note, kinds, notes)
         is_there = spec.equality(EQUALITY + name) is not None  # in a saved scene
         if note.get("mode") == "dependent" and kinds.get(name) in _SINGLE and not is_there:
-            equality = spec.add_equality(
-                name=EQUALITY + name,
-                type=mujoco.mjtEq.mjEQ_JOINT,
-                objtype=mujoco.mjtObj.mjOBJ_JOINT,
-                name1=name,
-                active=False,
-            )
-            equality.solref[:2] = _SOLVER_REFERENCE
-            equality.solimp[:3] = _SOLVER_IMPEDANCE
+            add_equality(spec, name)
+
+
+def add_equality(spec: mujoco.MjSpec, joint: str) -> None:
+    """Add the equality, off, through which a joint exchanges forces with a master."""
+    equality = spec.add_equality(
+        name=EQUALITY + joint,
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=joint,
+        active=False,
+    )
+    equality.solref[:2] = _SOLVER_REFERENCE
+    equality.solimp[:3] = _SOLVER_IMPEDANCE
 
 
 def _check(name: str, note: Annotation, kinds: dict[str, object], notes: dict[str, Annotation]) -> None:

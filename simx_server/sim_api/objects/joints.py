@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from simx_client.protocol import constants as c
+from simx_server.editing import coupling
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.joints import JointMode
@@ -249,13 +250,13 @@ class JointFunctions(ApiPart, effect="changes"):
         return state.master, state.shift, state.factor
 
     def setJointDependency(self, joint: int, master: int, offset: float = 0.0, factor: float = 1.0) -> int:
-        """Set the dependency of a joint in dependent mode; master -1 ends it. Since CoppeliaSim 4.
-
-        Partly: the coupling transmits forces only if the scene annotates the joint with mode=dependent.
+        """Set the dependency of a joint in dependent mode, through which both exchange forces; master -1 ends it. Since
+        CoppeliaSim 4.
         """
-        self._sim.joints.set_dependency(
-            self._self(joint), master=self._self(master), shift=offset, factor=factor
-        )
+        handle = self._self(joint)
+        if master != -1:
+            coupling.couple(self._world, handle)
+        self._sim.joints.set_dependency(handle, master=self._self(master), shift=offset, factor=factor)
         return 1
 
 

@@ -77,8 +77,8 @@ class ScriptFunctions(ApiPart, effect="changes"):
 
     @runs_code
     def executeScriptString(self, text: str, script: int) -> tuple[Any, ...]:
-        """Run a piece of text among the variables of a script: `TEXT@OBJECT` by its type, or `TEXT` by its handle. Return
-        0 and the results: those of `return` in Lua, in Python the value of an expression.
+        """Run a piece of text among the variables of a script: `TEXT@OBJECT` by its type, or `TEXT` by its handle.
+        Return 0 and the results: those of `return` in Lua, in Python the value of an expression.
 
         Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one. ``@lua`` or
         ``@python`` at the end says in which language the text is; a script of the other one does not run it.

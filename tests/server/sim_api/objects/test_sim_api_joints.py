@@ -142,6 +142,31 @@ def test_a_dependency_is_read_and_changed(trio: ScriptWorld) -> None:
     assert trio.lua(both + "sim.setJointDependency(f, -1) return sim.getJointDependency(f)")[0] == -1
 
 
+PENDULUM = """
+<mujoco>
+  <worldbody>
+    <body name="wheel"><joint name="lead" axis="0 1 0"/><geom type="cylinder" size=".1 .02" euler="90 0 0"/></body>
+    <body name="rod" pos="1 0 0"><joint name="follower" axis="0 1 0"/><geom size=".05" pos=".3 0 0" mass="2"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_a_dependency_that_a_script_sets_carries_forces(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path, PENDULUM, owner="wheel", kind="customization")
+    both = "local f, l = sim.getObjectHandle('follower'), sim.getObjectHandle('lead')\n"
+    world.lua(both + "sim.setJointMode(f, sim.jointmode_dependent, 0) sim.setJointDependency(f, l, 0, 2)")
+    constraints = world.sim.model.neq
+    world.lua(both + "sim.setJointDependency(f, l, 0, 2)")
+    assert world.sim.model.neq == constraints == 1
+    world.passes(5)
+    lead, follower = world.lua(both + "return sim.getJointPosition(l), sim.getJointPosition(f)")
+    assert lead > 0.1  # the weight of the pendulum turns the wheel
+    assert follower == pytest.approx(2 * lead, abs=1e-3)
+    world.lua(both + "sim.setJointDependency(f, -1)")
+    assert not world.sim.data.eq_active.any()
+
+
 def test_targets_bring_the_limits_of_their_motion(trio: ScriptWorld) -> None:
     lead = "local j = sim.getObjectHandle('lead')\n"
     trio.fails(lead + "sim.setJointTargetPosition(j, 1)", "upper_acceleration")
