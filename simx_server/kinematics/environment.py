@@ -67,9 +67,16 @@ class EnvironmentGroup:
     name: str
     how: Calculation = _START
     elements: dict[int, Element] = field(default_factory=dict[int, Element])
+    off: set[int] = field(default_factory=set[int])
+    """Numbers of the elements that do not count."""
     flags: GroupFlag = GroupFlag.ENABLED | GroupFlag.IGNORE_MAX_STEPS
     solution: Solution | None = None
     """The result of the last handling."""
+
+    @property
+    def counting(self) -> list[Element]:
+        """Return the elements that are enabled."""
+        return [element for number, element in self.elements.items() if number not in self.off]
 
 
 class Environment:
@@ -253,7 +260,10 @@ class Environment:
         self, group: EnvironmentGroup, only: tuple[int, ...] | None = None, limits: bool = True
     ) -> tuple[Positions, Joints, list[Arm]]:
         """Return what a solver needs."""
-        if not group.elements:
+        elements = group.counting
+        if not elements:
+            if group.elements:
+                raise CommandError(f"the elements of the group '{group.name}' are all disabled")
             raise CommandError(
                 f"the group '{group.name}' has no element; add one with simIK.addElementFromScene"
             )
@@ -261,7 +271,6 @@ class Environment:
         def takes_part(handle: int) -> bool:
             return self._takes_part(handle) and (only is None or handle in only)
 
-        elements = list(group.elements.values())
         if elements[0].tip in self.own:
             place, joints, arms = self.own.arms(elements, takes_part)
         else:
@@ -280,11 +289,11 @@ class Environment:
 
     def goals(self, group: EnvironmentGroup) -> list[Pose]:
         """Return the world poses of the targets."""
-        return [self._world_pose(element.target) for element in group.elements.values()]
+        return [self._world_pose(element.target) for element in group.counting]
 
     def tips(self, group: EnvironmentGroup) -> list[Pose]:
         """Return the world poses of the tips."""
-        return [self._world_pose(element.tip) for element in group.elements.values()]
+        return [self._world_pose(element.tip) for element in group.counting]
 
     def handle(self, group: EnvironmentGroup) -> Solution:
         """Solve, and keep the result, even if it is only the nearest, unless the group's flags say otherwise."""
@@ -294,7 +303,7 @@ class Environment:
         if not group.flags & GroupFlag.ENABLED:
             return Solution(start, Result.NOT_PERFORMED, 0.0, 0.0)
         group.solution = solver.solve(start, goals, group.how)
-        if not must_stay(list(group.elements.values()), group.flags.restore, group.solution):
+        if not must_stay(group.counting, group.flags.restore, group.solution):
             for handle, value in zip(joints.handles, group.solution.values.tolist(), strict=True):
                 self._keep(handle, value)
         return group.solution

@@ -1771,8 +1771,8 @@ class Sim:
         """Return master (-1: none), offset and factor: position = offset + factor * master's position. Since
         CoppeliaSim 4."""
     def setJointDependency(self, joint: int, master: int, offset: _Float | None = 0.0, factor: _Float | None = 1.0, /) -> int:
-        """Set the dependency of a joint in dependent mode; master -1 ends it. Since CoppeliaSim 4. Partly:
-        the coupling transmits forces only if the scene annotates the joint with mode=dependent."""
+        """Set the dependency of a joint in dependent mode, through which both exchange forces; master -1 ends
+        it. Since CoppeliaSim 4."""
     def readProximitySensor(self, sensor: int, /) -> tuple[int, float, list[float], int, list[float]] | Any:
         """Return a detection, 0 for none, -1 (with five results 0) before the first handling."""
     def handleProximitySensor(self, sensor: int, /) -> tuple[int, float, list[float], int, list[float]] | Any:
@@ -2871,11 +2871,11 @@ class Sim:
         """Set a colour of all parts of a shape, or of those with a colour name, and return 1; 0 without such
         a part. Transparency is {0} for opaque to {1}. The auxiliary colour is kept, and not drawn."""
     def getObjectColor(self, handle: int, index: int, component: int, /) -> list[float]:
-        """Return RGB of a dummy or shape, or of new points of a point cloud or octree: CoppeliaSim 4's
-        form."""
+        """Return RGB of an object; of a point cloud or octree that of new points. `index`: which of its
+        colours, from 0; a light's are those of its body and of its rays. CoppeliaSim 4's form."""
     def setObjectColor(self, handle: int, index: int, component: int, color: _Floats, /) -> bool:
-        """Set a colour of a shape, or of new points of a point cloud or octree: CoppeliaSim 4's form. Partly:
-        the colours of other objects are not drawn, so they cannot be set."""
+        """Set a colour of an object, as sim.getObjectColor returns it. Those of objects without a surface,
+        such as joints, are kept; no view shows them."""
     def changeEntityColor(self, entity: int, color: _Floats, component: int | None = 0, /) -> list[dict[str, Any]]:
         """Set a colour of a shape, or of all shapes of a collection; return what sim.restoreEntityColor
         needs."""
@@ -2929,8 +2929,9 @@ class Sim:
         """Return the size of the bounding box of an object and all below it."""
     def addDrawingObject(self, kind: int, size: _Float, tolerance: _Float, parent: int | None = -1, most: int | None = 0, color: _Floats | None = None, reserved: _Floats | None = None, specular: _Floats | None = None, emission: _Floats | None = None, /) -> int:
         """Add a drawing object and return its handle. `kind`: a sim.drawing_* plus flags; `tolerance`: items
-        this near (m) to another are omitted; `most`: maximum number of items. Partly: viewers of the scene
-        display it; images of vision sensors do not show it."""
+        this near (m) to another are omitted; `most`: maximum number of items. Viewers of the scene display
+        it. Partly: with sim.drawing_painttag images of vision sensors show it in CoppeliaSim, here they do
+        not."""
     def addDrawingObjectItem(self, handle: int, item: _Floats | None, /) -> int:
         """Add an item and return 1, or 0 when the object is full or has such an item; nil removes all items.
         With sim.handleflag_addmultiple or setmultiple on the handle, the numbers are several items, added to
@@ -3780,13 +3781,13 @@ class SimIK:
     def getElementBase(self, environment: int, group: int, element: int, /) -> tuple[int, int]:
         """Return the base and the base of the constraints, which is the same."""
     def setElementFlags(self, environment: int, group: int, element: int, flags: int, /) -> None:
-        """Set whether an element is enabled. Partly: it stays enabled."""
+        """Set bit 0: an element is enabled; one that is not does not count in its group."""
     def setIkElementFlags(self, environment: int, group: int, element: int, flags: int, /) -> None:
-        """Set whether an element is enabled. Partly: it stays enabled."""
+        """Set bit 0: an element is enabled; one that is not does not count in its group."""
     def getElementFlags(self, environment: int, group: int, element: int, /) -> int:
-        """Return 1: an element is enabled."""
+        """Return 1 if an element is enabled, else 0."""
     def getIkElementFlags(self, environment: int, group: int, element: int, /) -> int:
-        """Return 1: an element is enabled."""
+        """Return 1 if an element is enabled, else 0."""
     def getElementConstraints(self, environment: int, group: int, element: int, /) -> int: ...
     def getElementPrecision(self, environment: int, group: int, element: int, /) -> list[float]:
         """Return {metres, radians}."""

@@ -13,6 +13,7 @@ from simx_server.scene.objects import ObjectKind
 from .sim_ik import IkEnvironmentFunctions
 
 _WORLD = -1
+_ENABLED = 1
 
 _LEAST_STEP = 1e-6
 """Least step of a joint in one iteration, rad or m."""
@@ -137,19 +138,19 @@ class IkObjectFunctions(IkEnvironmentFunctions, effect="changes"):
         return base, base
 
     def setElementFlags(self, environment: int, group: int, element: int, flags: int) -> None:
-        """Set whether an element is enabled. Partly: it stays enabled."""
-        self._element(environment, group, element)
-        if not flags & 1:
-            raise Unsupported(
-                "an element stays enabled; put it into a group of its own, and do not handle that"
-            )
+        """Set bit 0: an element is enabled; one that is not does not count in its group."""
+        number, chosen = self._number(environment, group, element), self._group(environment, group)
+        if flags & _ENABLED:
+            chosen.off.discard(number)
+        else:
+            chosen.off.add(number)
 
     setIkElementFlags = setElementFlags
 
     def getElementFlags(self, environment: int, group: int, element: int) -> int:
-        """Return 1: an element is enabled."""
-        self._element(environment, group, element)
-        return 1
+        """Return 1 if an element is enabled, else 0."""
+        number = self._number(environment, group, element)
+        return 0 if number in self._group(environment, group).off else _ENABLED
 
     getIkElementFlags = getElementFlags
 

@@ -7,12 +7,26 @@ from typing import Any
 from simx_server.errors import CommandError
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
 from simx_server.scene.editing import editing
+from simx_server.scene.geometry import lights
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.signature import to_dict, to_float, to_int, to_list
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 
 _OF_POINTS = (ObjectKind.POINT_CLOUD, ObjectKind.OCTREE)
+
+_SPECULAR = 2
+_RAYS, _OF_RAYS = 1, (0, 1, _SPECULAR)
+"""A light's colour of its rays, and the components that it has."""
+
+_MOST_COLORS = 9
+"""Greatest index of an object's colours."""
+
+_FIRST_KEPT = 91_000
+"""Number of the first kept parameter for colours, beyond those of the original's parameters."""
+
+_USUAL = ([0.5] * 3, [0.5] * 3, [0.25] * 3, [0.0] * 3, [0.0] * 3)
+"""Colours of objects that were never set, by component."""
 
 _ALL = "@compound"
 """In place of the name of a colour: all parts of a compound shape."""
@@ -36,28 +50,52 @@ class ColorFunctions(ApiPart, effect="changes"):
         return int(self._world.shape_colors.set(self._self(shape), component, color, _part(name)) > 0)
 
     @reads
-    def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
-        """Return RGB of a dummy or shape, or of new points of a point cloud or octree: CoppeliaSim 4's form."""
+    def getObjectColor(self, handle: int, index: int, component: int) -> list[float]:
+        """Return RGB of an object; of a point cloud or octree that of new points. `index`: which of its colours, from
+        0; a light's are those of its body and of its rays. CoppeliaSim 4's form.
+        """
         handle = self._self(handle)
         kind = self._sim.scene.get(handle).kind
         if kind == ObjectKind.SHAPE:
             return self._world.shape_colors.get(handle, component) or []
         if kind in _OF_POINTS and component == AMBIENT_DIFFUSE:
             return list(self._world.clouds.settings(handle).color)
-        return editing.dummy_color(self._sim, handle, component)
+        if kind == ObjectKind.LIGHT and index == _RAYS and component in _OF_RAYS:
+            _, diffuse, specular = lights.light(self._sim, handle)
+            return specular if component == _SPECULAR else diffuse
+        _check_color(index, component)
+        first = (
+            editing.dummy_color(self._sim, handle, component)
+            if kind == ObjectKind.DUMMY and self._sim.scene.get(handle).element == "site"
+            else _USUAL[component]
+        )
+        kept = self._world.object_settings.kept
+        return [kept(handle, _number(index, component, part), first[part]) for part in range(3)]
 
-    def setObjectColor(self, handle: int, _index: int, component: int, color: list[float]) -> bool:
-        """Set a colour of a shape, or of new points of a point cloud or octree: CoppeliaSim 4's form. Partly: the
-        colours of other objects are not drawn, so they cannot be set.
+    def setObjectColor(self, handle: int, index: int, component: int, color: list[float]) -> bool:
+        """Set a colour of an object, as sim.getObjectColor returns it. Those of objects without a surface, such as
+        joints, are kept; no view shows them.
         """
         item = self._sim.scene.get(self._self(handle))
+        if item.kind == ObjectKind.SHAPE:
+            return self._world.shape_colors.set(item.handle, component, color) > 0
+        if len(color) < 3:
+            raise CommandError("a colour is {red, green, blue}, each 0 to 1")
+        red, green, blue = (min(max(part, 0.0), 1.0) for part in color[:3])
         if item.kind in _OF_POINTS and component == AMBIENT_DIFFUSE:
-            if len(color) < 3:
-                raise CommandError("a colour is {red, green, blue}, each 0 to 1")
-            red, green, blue = (min(max(part, 0.0), 1.0) for part in color[:3])
             self._world.clouds.set_color(item.handle, (red, green, blue))
-            return True
-        return self._world.shape_colors.set(self._self(handle), component, color) > 0
+        elif item.kind == ObjectKind.LIGHT and index == _RAYS and component in _OF_RAYS:
+            on, diffuse, specular = lights.light(self._sim, item.handle)
+            given = [red, green, blue]
+            if component == _SPECULAR:
+                lights.set_light(self._sim, item.handle, on, diffuse, given)
+            else:
+                lights.set_light(self._sim, item.handle, on, given, specular)
+        else:
+            _check_color(index, component)
+            for part, value in enumerate((red, green, blue)):
+                self._world.object_settings.keep(item.handle, _number(index, component, part), value)
+        return True
 
     def changeEntityColor(
         self, entity: int, color: list[float], component: int = AMBIENT_DIFFUSE
@@ -90,6 +128,18 @@ class ColorFunctions(ApiPart, effect="changes"):
                 ) from None
             if handle in self._sim.scene.objects:
                 self._world.shape_colors.set_each(handle, component, colors)
+
+
+def _check_color(index: int, component: int) -> None:
+    if not (0 <= index <= _MOST_COLORS and 0 <= component < len(_USUAL)):
+        raise CommandError(
+            f"an object's colours are 0 to {_MOST_COLORS}, and a colour's component is 0 to {len(_USUAL) - 1}"
+        )
+
+
+def _number(index: int, component: int, part: int) -> int:
+    """Return the number under which a part of a colour is kept."""
+    return _FIRST_KEPT + 100 * index + 10 * component + part
 
 
 def _part(name: str | None) -> str:

@@ -56,9 +56,9 @@ class DrawingFunctions(ApiPart, effect="changes"):
         emission: list[float] | None = None,
     ) -> int:
         """Add a drawing object and return its handle. `kind`: a sim.drawing_* plus flags; `tolerance`: items this
-        near (m) to another are omitted; `most`: maximum number of items.
+        near (m) to another are omitted; `most`: maximum number of items. Viewers of the scene display it.
 
-        Partly: viewers of the scene display it; images of vision sensors do not show it.
+        Partly: with sim.drawing_painttag images of vision sensors show it in CoppeliaSim, here they do not.
         """
         return self._world.drawings.create(
             kind,

@@ -59,6 +59,29 @@ return same, simIK.computeJacobian(env, base, second, 3, simIK.getObjectPose(env
     assert error == [0, 0]
 
 
+def test_an_element_that_is_disabled_does_not_count(world: ScriptWorld) -> None:
+    code = """
+local other = simIK.createDummy(env)
+simIK.setObjectPose(env, other, {0, 9, 0, 0, 0, 0, 1})
+local end2 = simIK.createDummy(env)
+simIK.setObjectPose(env, end2, simIK.getObjectPose(env, tip))
+simIK.setObjectParent(env, end2, second, true)
+simIK.setTargetDummy(env, end2, other)
+local away = simIK.addElement(env, group, end2)
+simIK.setElementBase(env, group, away, base)
+local both = simIK.handleGroup(env, group)
+simIK.setElementFlags(env, group, away, 0)
+local flags = {simIK.getElementFlags(env, group, away), simIK.getElementFlags(env, group, element)}
+return both, flags, simIK.handleGroup(env, group), simIK.getObjectPose(env, tip)
+"""
+    both, flags, alone, place = world.lua(TWO_LINKS + code)[:4]
+    assert both != 1
+    assert (flags, alone) == ([0, 1], 1)
+    assert place[:2] == pytest.approx([1.4, 0.6], abs=5e-4)
+    off = "simIK.setElementFlags(env, group, element, 0) simIK.handleGroup(env, group)"
+    world.fails(TWO_LINKS + off, "the elements of the group .* are all disabled")
+
+
 def test_passive_joints_limits_and_slides_count(world: ScriptWorld) -> None:
     code, first, slide = world.lua(
         TWO_LINKS

@@ -69,6 +69,24 @@ def test_the_later_form_of_the_functions(world: ScriptWorld) -> None:
     assert color(world, "floor") == [0, 0, 1]
 
 
+def test_colours_of_objects_without_a_surface_are_kept(world: ScriptWorld) -> None:
+    joint = "local j = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_passive, 0) "
+    found = world.lua(
+        joint
+        + """
+    local before = sim.getObjectColor(j, 0, sim.colorcomponent_diffuse)
+    sim.setObjectColor(j, 0, sim.colorcomponent_diffuse, {1, 0.25, 3})
+    sim.setObjectColor(j, 1, sim.colorcomponent_emission, {0, 1, 0})
+    local copy = sim.copyPasteObjects({j}, 0)[1]
+    return before, sim.getObjectColor(copy, 0, sim.colorcomponent_diffuse),
+        sim.getObjectColor(copy, 1, sim.colorcomponent_emission), sim.getObjectColor(copy, 1, 0)
+    """
+    )
+    assert found == [[0.5] * 3, [1, 0.25, 1], [0, 1, 0], [0.5] * 3]
+    world.fails(joint + "sim.setObjectColor(j, 0, 0, {1})", "a colour is")
+    world.fails(joint + "sim.setObjectColor(j, 0, 9, {1, 1, 1})", "component is 0 to 4")
+
+
 def test_a_colour_name_selects_the_parts_that_have_it(world: ScriptWorld) -> None:
     assert color(world, "robot", "'BLUE PART'") == [0, 0, 1]
     assert paint(world, "robot", "0, 1, 0", "'BLUE PART'") == 1

@@ -113,3 +113,12 @@ def test_a_light_is_switched_and_coloured_and_nil_keeps_a_colour(world: ScriptWo
     world.lua("sim.setLightParameters(h'spot', 0)")
     assert world.lua("return sim.getLightParameters(h'spot')") == [0, *before[1:]]
     assert np.ptp(row(world)) == 0
+
+
+def test_the_second_colour_of_a_light_is_that_of_its_rays(world: ScriptWorld) -> None:
+    light = "local l = sim.getObject('/spot') "
+    colours = light + "return sim.getObjectColor(l, 1, 0), sim.getObjectColor(l, 0, 0)"
+    assert world.lua(colours) == [[1, 1, 1], [0.5] * 3]
+    world.lua(light + "sim.setObjectColor(l, 1, 0, {0.5, 0, 0}) sim.setObjectColor(l, 0, 0, {0, 1, 0})")
+    assert world.lua(colours) == [[0.5, 0, 0], [0, 1, 0]]
+    assert world.sim.model.light_diffuse[0].tolist() == [0.5, 0, 0]
