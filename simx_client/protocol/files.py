@@ -6,7 +6,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path, PureWindowsPath
 
-SCENE_SUFFIXES = (".xml", ".mjcf", ".urdf", ".mjb", ".zip")
+ARCHIVE_SUFFIXES = (".zip", ".mjz")
+"""Endings of archives that contain an MJCF file and all that it names; the second is MuJoCo's own."""
+
+SCENE_SUFFIXES = (".xml", ".mjcf", ".urdf", ".mjb", *ARCHIVE_SUFFIXES)
 MESH_SUFFIXES = (".stl", ".obj")
 UI_SUFFIXES = (".toml", ".json")
 
@@ -14,6 +17,9 @@ VREP_SCENE_SUFFIX = ".ttt"
 VREP_MODEL_SUFFIX = ".ttm"
 VREP_FILES = (VREP_SCENE_SUFFIX, VREP_MODEL_SUFFIX)
 """Endings of V-REP's files, which the server reads."""
+
+SAVED_SUFFIXES = (".mjz", ".xml", *VREP_FILES)
+"""Endings of the files that the server saves."""
 
 VREP_XML_SUFFIXES = (".simscene.xml", ".simmodel.xml")
 """Endings of CoppeliaSim's XML files, which the server does not read."""

@@ -24,6 +24,7 @@ from simx_server.history.succession import Inheritance, take_over
 from simx_server.kinematics.planning.ompl_planner import missing as missing_ompl
 from simx_server.kinematics.searching import Searching
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
+from simx_server.outputs.saving import write_saved
 from simx_server.outputs.state_log import StateLog
 from simx_server.parts.communication.command_server import CommandServer
 from simx_server.processes import heap
@@ -117,11 +118,13 @@ def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None 
         if settings.replay is not None:
             exit_code = _replay(settings.replay, settings, rendering)
         elif settings.save_mjcf is not None:
-            exit_code = _save(settings.save_mjcf, settings)
+            exit_code = _save_mjcf(settings.save_mjcf, settings)
         elif settings.convert is not None:
             exit_code = _convert(settings.convert, settings)
         elif settings.snapshot is not None:
             exit_code = _image(settings.snapshot, settings, rendering)
+        elif settings.save is not None:
+            exit_code = _save(settings.save, settings, rendering)
         else:
             exit_code = _serve(settings, rendering, helper)
     finally:
@@ -219,7 +222,7 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
         stack.callback(StateLog(world, settings.state_log, shot, settings.fps, began=began).close)
 
 
-def _save(path: Path, settings: Settings) -> int:
+def _save_mjcf(path: Path, settings: Settings) -> int:
     try:
         save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, Sources.of(settings.package))
     except CommandError as error:
@@ -243,6 +246,16 @@ def _image(path: Path, settings: Settings, rendering: RenderThread) -> int:
             world = open_world(settings, stack, rendering=rendering)
             shot = Shot(world, settings.camera, settings.size)
             write_snapshot(world, path, shot, settings.duration)
+        except (CommandError, StartError) as error:
+            logger.error("%s", error)
+            return FAILURE
+    return DONE
+
+
+def _save(path: Path, settings: Settings, rendering: RenderThread) -> int:
+    with ExitStack() as stack:
+        try:
+            write_saved(open_world(settings, stack, rendering=rendering), path, settings.duration)
         except (CommandError, StartError) as error:
             logger.error("%s", error)
             return FAILURE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,30 @@ def store(world: World, name: str, data: bytes, *, is_of_client: bool) -> Path:
     sim.files.made_folders.update(folders)
     workspace.store(sim.files.workspace, name, data)
     sim.files.stored[path] = size
+    return path
+
+
+def store_all(world: World, files: Mapping[str, bytes], *, is_of_client: bool) -> Path:
+    """Store files in the workspace, all or none of the new ones; return the path of the last one.
+
+    Args:
+        world: the world.
+        files: content by name within the workspace.
+        is_of_client: whether the content may be a client's code.
+
+    Raises:
+        CommandError: as `store`.
+    """
+    new, path = list[str](), Path()
+    try:
+        for name, data in files.items():
+            is_new = not workspace.path_within(world.simulation.files.workspace, name).exists()
+            path = store(world, name, data, is_of_client=is_of_client)
+            new += [name] if is_new else []
+    except CommandError:
+        for name in new:
+            erase_file(world, name)
+        raise
     return path
 
 

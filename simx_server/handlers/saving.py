@@ -1,61 +1,67 @@
-"""Save the scene, or a model, as a file of the workspace, or as a buffer."""
+"""Save the scene, or a model, as files of the workspace, or as a buffer."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.files import VREP_MODEL_SUFFIX, VREP_SCENE_SUFFIX
-from simx_server.editing.saving.packing import Packed, pack_model, pack_scene
-from simx_server.errors import CommandError
+from simx_server.editing.saving.forms import SavedFiles, check_ending, model_files, scene_files
+from simx_server.editing.saving.packing import Packed, pack_scene
 from simx_server.files import workspace
 
-from .files import store
+from .files import store_all
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
-_XML = (".simscene.xml", ".simmodel.xml", ".xml", ".mjcf", ".urdf")
-"""Endings of texts, which the files are not."""
-
 
 def save_scene(world: World, file: str) -> None:
-    """Save the scene as a file of the workspace. Raises CommandError."""
-    _save(world, file, VREP_SCENE_SUFFIX, lambda name: scene_content(world, name))
+    """Save the scene as a file of the workspace, between the call-backs of scripts. Raises CommandError."""
+    name = _checked(world, file)
+    with _told(world, name):
+        saved = scene_files(world, name)
+    _store(world, name, saved)
 
 
 def save_model(world: World, base: int, file: str) -> None:
     """Save a model as a file of the workspace. Raises UnknownHandle, CommandError."""
-    _save(world, file, VREP_MODEL_SUFFIX, lambda _name: pack_model(world, base))
+    name = _checked(world, file)
+    _store(world, name, model_files(world, base, name))
 
 
-def _save(world: World, file: str, suffix: str, pack: Callable[[str], Packed]) -> None:
+def scene_content(world: World) -> Packed:
+    """Return the content of a file with the scene, packed between the call-backs of scripts. Raises CommandError."""
+    with _told(world, ""):
+        return pack_scene(world)
+
+
+def _checked(world: World, file: str) -> str:
     name = saved_name(world, file)
-    if name.lower().endswith(_XML):
-        raise CommandError(
-            f"'{file[:80]}' has the ending of a text, which saved scenes and models are not; choose {suffix}"
-        )
-    packed = pack(name)
-    path = store(world, name, packed.data, is_of_client=packed.has_code_of_client)
-    logger.info("saved as %s, a file of simx-server which CoppeliaSim cannot open", path)
+    check_ending(name)
+    return name
 
 
-def scene_content(world: World, file: str = "") -> Packed:
-    """Return the content of a file with the scene, packed between the call-backs of scripts. Raises CommandError.
-
-    Args:
-        file: what the scripts get as the name of the file.
-    """
+@contextmanager
+def _told(world: World, file: str) -> Generator[None]:
+    """Call the scripts before and after; they get the name of the file."""
     event = {"regularSave": True, "file": file}
     world.scripts.tell("sysCall_beforeSave", event)
     try:
-        return pack_scene(world)
+        yield
     finally:
         world.scripts.tell("sysCall_afterSave", event)
+
+
+def _store(world: World, name: str, saved: SavedFiles) -> None:
+    folder = PurePosixPath(name).parent
+    files = {str(folder / path): data for path, data in saved.files.items()}
+    path = store_all(world, files, is_of_client=saved.has_code_of_client)
+    logger.info("saved as %s: %s", path, saved.form)
 
 
 def saved_name(world: World, file: str) -> str:

@@ -122,6 +122,7 @@ def _images(settings: Settings) -> Conflicts:
         "video": (),
         "state_log": (),
     }
+    others["save"] = (*others, "record", "replay")
     others["save_mjcf"] = (*others, "record", "replay")
     others["convert"] = (*others, "record", "replay")
     for name, more in others.items():
@@ -144,8 +145,8 @@ def _without_clients(settings: Settings) -> Conflicts:
     if settings.replay:  # a recording may ask for code
         beside, meaningless = "--replay", (of_replay | {"package"}) - {"allow_code"}
         meaningless -= {"duration"} if settings.snapshot else set()
-    elif settings.snapshot:
-        beside, meaningless = "--snapshot", set(of_servers)
+    elif settings.snapshot or settings.save:
+        beside, meaningless = "--snapshot" if settings.snapshot else "--save", set(of_servers)
     elif settings.save_mjcf or settings.convert:
         beside, meaningless = "--save-mjcf" if settings.save_mjcf else "--convert", of_replay
     else:

@@ -160,19 +160,20 @@ def file(valid: str) -> Rule:
     return Rule(valid, _path(Path.is_file), "FILE")
 
 
-def new_file(ending: str = "") -> Rule:
+def new_file(*endings: str) -> Rule:
     """Make the rule for a file in an existing folder; the file may be missing; links are refused."""
     return Rule(
-        "a file, no link, in an existing folder" + (f" whose name ends in {ending}" if ending else ""),
+        "a file, no link, in an existing folder"
+        + (f" whose name ends in {' or '.join(endings)}" if endings else ""),
         _path(
             lambda path: (
                 not path.is_dir()
                 and not path.is_symlink()
                 and path.parent.is_dir()
-                and path.suffix.lower().endswith(ending)
+                and path.name.lower().endswith(endings or "")
             )
         ),
-        f"FILE{ending}",
+        f"FILE{endings[0]}" if len(endings) == 1 else "FILE",
     )
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from simx_client.protocol.files import SAVED_SUFFIXES
 from simx_client.protocol.zenoh import keys
 from simx_server.limits import NAMES as LIMIT_NAMES
 from simx_server.limits import VALID as VALID_LIMIT
@@ -274,6 +275,13 @@ class Settings:
         unset="nothing",
         needs_process=True,
     )
+    save: Path | None = _setting(
+        None,
+        "save the scene, with --duration after a run, and leave: as MJCF, MuJoCo's archive, or V-REP's file",
+        rules.new_file(*SAVED_SUFFIXES),
+        unset="nothing",
+        needs_process=True,
+    )
     convert: Path | None = _setting(
         None,
         "write a V-REP file as MJCF, with all its parts, and leave",
@@ -342,7 +350,7 @@ class Settings:
     @property
     def is_supervised(self) -> bool:
         """Return whether a process watches the server, and starts it again after a crash."""
-        if self.replay or self.snapshot or self.save_mjcf or self.convert:
+        if self.replay or self.snapshot or self.save or self.save_mjcf or self.convert:
             return False
         return self.count is not None if self.supervised is None else self.supervised
 

@@ -101,8 +101,9 @@ class SimulationFunctions(ApiPart, effect="changes"):
     def saveScene(self, file: str = "") -> int | bytes:
         """Save the scene as it is now, also while it runs; return 1, or without a file the content of one.
 
-        The file lies in the workspace; of a path that leads elsewhere only the last part counts. It is a ZIP archive
-        of MJCF, meshes, textures and scripts, whatever its ending: sim.loadScene reads it, CoppeliaSim cannot.
+        The file lies in the workspace; of a path that leads elsewhere only the last part counts. `.xml` means MJCF
+        with a folder of the files that it names; any other ending, and no file, mean an archive of them, which is
+        MuJoCo's `.mjz` too. sim.loadScene reads all of them.
         """
         if not file:
             return saving.scene_content(self._world).data

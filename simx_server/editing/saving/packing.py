@@ -1,9 +1,10 @@
-"""Save the scene or a model: from the world to the bytes of a file."""
+"""Save the scene or a model: from the world to MJCF with all the files that it names, and to the bytes of one file."""
 
 from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -12,7 +13,8 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.scene.editing.saving.naming import rename_elements
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.archives.packing import pack_spec
+from simx_server.scene.formats.archives.archive import pack
+from simx_server.scene.formats.archives.packing import files_of
 from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.formats.specs import one_line
 from simx_server.scene.poses.start import StartKey
@@ -32,24 +34,35 @@ _HIDDEN = INTERNAL + "hidden:"
 
 @dataclass(frozen=True)
 class Packed:
-    """The bytes of a file."""
+    """A scene or model as files."""
 
-    data: bytes
+    files: dict[str, bytes]
+    """By their paths: `archive.XML`, which is MJCF with annotations, and the files that it names."""
+    is_model: bool
     has_code_of_client: bool
     """Whether a client sent one of its scripts."""
 
+    @cached_property
+    def data(self) -> bytes:
+        """Return all of them as the bytes of one file."""
+        return pack(self.files, is_model=self.is_model)
 
-def pack_scene(world: World) -> Packed:
-    """Return the file of the scene with its present state, stopped or running.
+
+def pack_scene(world: World, folder: str = "") -> Packed:
+    """Return the scene with its present state, stopped or running.
+
+    Args:
+        world: the world.
+        folder: start of the paths of the files that the MJCF text names, with a slash at its end.
 
     Raises:
         CommandError: the scene cannot be saved; the text says why.
     """
-    return _pack(world, list(world.simulation.scene.objects), is_model=False)
+    return _pack(world, list(world.simulation.scene.objects), folder, is_model=False)
 
 
-def pack_model(world: World, base: int) -> Packed:
-    """Return the file of an object and all below it.
+def pack_model(world: World, base: int, folder: str = "") -> Packed:
+    """Return an object and all below it, as `pack_scene` does the scene.
 
     Raises:
         UnknownHandle: the object does not exist.
@@ -68,10 +81,10 @@ def pack_model(world: World, base: int) -> Packed:
             raise CommandError(
                 f"'{each.name}' is a part of the world itself, which no model has; make it a body in the scene's file"
             )
-    return _pack(world, handles, is_model=True)
+    return _pack(world, handles, folder, is_model=True)
 
 
-def _pack(world: World, handles: list[int], *, is_model: bool) -> Packed:
+def _pack(world: World, handles: list[int], folder: str, *, is_model: bool) -> Packed:
     sim = world.simulation
     world.clouds.show()
     world.textures.show()
@@ -90,9 +103,8 @@ def _pack(world: World, handles: list[int], *, is_model: bool) -> Packed:
             model = compile_spec(prepared.spec, logging.DEBUG)
         note_parents(saved, sim.scene, model)
         _start(sim, model, {(kind, new): old for (kind, old), new in names.items()}).add_to(prepared.spec)
-        return Packed(
-            pack_spec(prepared.spec, saved.annotations(), is_model=is_model), saved.has_code_of_client
-        )
+        files = files_of(prepared.spec, saved.annotations(), folder)
+        return Packed(files, is_model, saved.has_code_of_client)
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         if isinstance(error, CommandError):
             raise

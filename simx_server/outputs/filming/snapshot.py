@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 from concurrent.futures import Future
 from pathlib import Path
 
@@ -11,8 +10,8 @@ import cv2
 
 from simx_server.errors import CommandError
 from simx_server.outputs.packages import OutputError
+from simx_server.outputs.running import run_for
 from simx_server.simulation.part import Part
-from simx_server.simulation.simulation import SimulationState
 from simx_server.world.world import World
 
 from .shot import Pixels, Shot, awaited, first_image
@@ -31,7 +30,7 @@ def write_snapshot(world: World, path: Path, shot: Shot, duration: float | None)
     """
     try:
         if duration is not None:
-            _run(world, duration)
+            run_for(world, duration, "picture")
         pixels = first_image(shot)
     finally:
         world.simulation.stop()
@@ -103,15 +102,3 @@ def _write(pixels: Pixels, path: Path, shot: Shot) -> None:
             f"'{path}' cannot be written: {error.strerror}; give --snapshot a file in a folder that may be written"
         ) from None
     logger.info("'%s' is an image of %s, %d x %d", path, shot.name, pixels.shape[1], pixels.shape[0])
-
-
-def _run(world: World, duration: float) -> None:
-    sim = world.simulation
-    sim.start()
-    steps = max(1, math.ceil(duration / sim.time_step - 1e-9))
-    for _ in range(steps):
-        world.step()
-        if sim.state is not SimulationState.RUNNING:
-            raise OutputError(
-                f"the run ended or was paused before its {duration:g} s were over, so there is no picture of its end"
-            )

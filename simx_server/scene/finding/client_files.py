@@ -23,7 +23,7 @@ from typing import IO
 from urllib.parse import quote, unquote_to_bytes
 from xml.etree import ElementTree
 
-from simx_client.protocol.files import MESH_SUFFIXES, VREP_FILES
+from simx_client.protocol.files import ARCHIVE_SUFFIXES, MESH_SUFFIXES, VREP_FILES
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.scene.formats.sources import Sources
@@ -322,7 +322,7 @@ def _parts(file: Path) -> Iterator[Path]:
 
 def _named(file: Path) -> Iterator[str]:
     """Yield the names of included files; none for a file that is not XML (a zip, a mesh, a V-REP file)."""
-    if file.suffix.lower() in (*MESH_SUFFIXES, *VREP_FILES, ".zip"):
+    if file.suffix.lower() in (*MESH_SUFFIXES, *VREP_FILES, *ARCHIVE_SUFFIXES):
         return
     try:
         data = file.read_bytes()

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
-from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
+from simx_client.protocol.files import ARCHIVE_SUFFIXES, MAX_FILE, MESH_SUFFIXES
 from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
 from simx_server.files.regular_files import no_regular_file, read_of_client
@@ -63,7 +63,7 @@ def check_references(file: Path, folders: Collection[Path], contents: Contents |
     content = read(file)
     if is_whole(content, file.name):
         return  # it contains everything, and names no files
-    if file.suffix.lower() == ".zip":
+    if file.suffix.lower() in ARCHIVE_SUFFIXES:
         _check_size(content, file.name)
         for name, member in _members(content, file.name):
             _check(member, file.parent / name, file.parent, folders, seen, 0, read)

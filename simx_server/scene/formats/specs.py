@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_client.protocol.files import MESH_SUFFIXES, OPENED_SUFFIXES
+from simx_client.protocol.files import ARCHIVE_SUFFIXES, MESH_SUFFIXES, OPENED_SUFFIXES
 
 from .annotations import SceneError
 from .archives.archive import is_archive
@@ -83,7 +83,7 @@ def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
         return _read_archive(data, file, sources)
     if is_vrep(data, file.name):
         return _read_vrep(data, file, sources, name)
-    if file.suffix == ".zip":
+    if file.suffix.lower() in ARCHIVE_SUFFIXES:
         return SpecOfFile(mujoco.MjSpec.from_zip(io.BytesIO(data)))
     if file.suffix.lower() in _TEXTS:
         if is_urdf(data):

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from simx_client.protocol.files import MESH_SUFFIXES, UI_SUFFIXES, VREP_FILES
+from simx_client.protocol.files import ARCHIVE_SUFFIXES, MESH_SUFFIXES, UI_SUFFIXES, VREP_FILES
 from simx_server.errors import CommandError
 from simx_server.files.regular_files import is_file, no_regular_file, read_of_client, read_regular
 from simx_server.scene.formats.contents import Contents
@@ -25,7 +25,7 @@ _TEXTS = (".xml", ".mjcf", ".urdf")
 _PARTS = ("include", "model")
 """Elements that insert the elements of another file."""
 
-_ALONE = (".zip", *MESH_SUFFIXES, *UI_SUFFIXES, *VREP_FILES)
+_ALONE = (*ARCHIVE_SUFFIXES, *MESH_SUFFIXES, *UI_SUFFIXES, *VREP_FILES)
 """Endings of files that do not name others."""
 
 

@@ -1,4 +1,4 @@
-"""A spec with all that it needs as the bytes of one file."""
+"""A spec with all that it needs as files, and as the bytes of one file."""
 
 from __future__ import annotations
 
@@ -19,19 +19,29 @@ from .archive import XML, pack
 
 
 def pack_spec(spec: mujoco.MjSpec, annotations: Annotations, *, is_model: bool) -> bytes:
-    """Return a spec with annotations, which replace its own, as an archive; both are consumed.
+    """Return the files of `files_of` as an archive. Raises SceneError."""
+    return pack(files_of(spec, annotations), is_model=is_model)
+
+
+def files_of(spec: mujoco.MjSpec, annotations: Annotations, folder: str = "") -> dict[str, bytes]:
+    """Return a spec with annotations, which replace its own, as files by their paths; both are consumed.
+
+    Args:
+        spec: names of its elements are those of the objects.
+        annotations: all annotations of the file.
+        folder: start of the paths of all files except `XML`, with a slash at its end.
 
     Raises:
         SceneError: an annotation would not be read again, a file that the spec names is not there any more, or MuJoCo
             cannot write it.
     """
     try:
-        assets = take_out(spec)
-        scripts = take_out_noted_scripts(annotations)
+        assets = take_out(spec, folder)
+        scripts = take_out_noted_scripts(annotations, folder)
         write_annotations(spec, annotations)
         read_annotations(spec)
         spec.assets = assets
         text = text_of(spec)
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise SceneError(f"MuJoCo cannot write the scene: {one_line(error)}") from error
-    return pack({XML: text, **dict(sorted((assets | scripts).items()))}, is_model=is_model)
+    return {XML: text, **dict(sorted((assets | scripts).items()))}

@@ -26,8 +26,11 @@ MESHES, TEXTURES, HEIGHTS, SKINS = "meshes", "textures", "heights", "skins"
 _Indices = NDArray[np.int64]
 
 
-def take_out(spec: mujoco.MjSpec) -> dict[str, bytes]:
+def take_out(spec: mujoco.MjSpec, folder: str = "") -> dict[str, bytes]:
     """Replace data in a spec, and the files that it names, by names of files.
+
+    Args:
+        folder: start of the names, with a slash at its end.
 
     Returns:
         The files, by path relative to the scene.
@@ -35,38 +38,38 @@ def take_out(spec: mujoco.MjSpec) -> dict[str, bytes]:
     Raises:
         SceneError: a file that the spec names is not there any more.
     """
-    named, files = _take_files(spec), dict[str, bytes]()
+    named, files = _take_files(spec, folder), dict[str, bytes]()
     for mesh, stem in _with_stems(spec.meshes):
         if not len(mesh.uservert):
             continue
-        files[f"{MESHES}/{stem}.obj"] = _obj(mesh)
-        mesh.file = f"{MESHES}/{stem}.obj"
+        mesh.file = f"{folder}{MESHES}/{stem}.obj"
+        files[mesh.file] = _obj(mesh)
         for name in _MESH_DATA:
             setattr(mesh, name, [])
     for texture, stem in _with_stems(spec.textures):
         if not len(texture.data):
             continue
-        files[f"{TEXTURES}/{stem}.png"] = _png(texture)
-        texture.file = f"{TEXTURES}/{stem}.png"
+        texture.file = f"{folder}{TEXTURES}/{stem}.png"
+        files[texture.file] = _png(texture)
         texture.data = b""
         texture.width = texture.height = 0
     spec.assets = {}
     for field, stem in _with_stems(spec.hfields):
         if not len(field.userdata):
             continue
-        files[f"{HEIGHTS}/{stem}.hfield"] = _heights(field)
-        field.file = f"{HEIGHTS}/{stem}.hfield"
+        field.file = f"{folder}{HEIGHTS}/{stem}.hfield"
+        files[field.file] = _heights(field)
         field.userdata = []
         field.nrow = field.ncol = 0
     return files | named
 
 
-def _take_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
+def _take_files(spec: mujoco.MjSpec, start: str) -> dict[str, bytes]:
     """Give the files that a spec names new names; return them by these."""
     known, files = AssetFiles(spec), dict[str, bytes]()
 
     def taken(file: str, folder: str, stem: str) -> str:
-        name = f"{folder}/{stem}{PurePosixPath(file).suffix.lower() or known.suffix_of(file)}"
+        name = f"{start}{folder}/{stem}{PurePosixPath(file).suffix.lower() or known.suffix_of(file)}"
         files[name] = known.read(file)
         return name
 

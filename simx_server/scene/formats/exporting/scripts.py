@@ -36,8 +36,8 @@ def take_out_scripts(spec: mujoco.MjSpec) -> dict[str, bytes]:
     return files
 
 
-def take_out_noted_scripts(annotations: Annotations) -> dict[str, bytes]:
-    """Do the same with annotations that are not in a spec yet."""
+def take_out_noted_scripts(annotations: Annotations, folder: str = "") -> dict[str, bytes]:
+    """Do the same with annotations that are not in a spec yet; `folder` is the start of the paths."""
     notes = {
         f"{SCRIPT_NOTES[kind]}:{name}": note
         for name, by_kind in annotations.objects.items()
@@ -50,7 +50,7 @@ def take_out_noted_scripts(annotations: Annotations) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for place, note in notes.items():
         if "text" in note:
-            path = f"{SCRIPTS}/{stems[_shown(place)]}{_ENDINGS[str(note.pop('language', 'lua'))]}"
+            path = f"{folder}{SCRIPTS}/{stems[_shown(place)]}{_ENDINGS[str(note.pop('language', 'lua'))]}"
             files[path] = str(note.pop("text")).encode("utf-8", "surrogateescape")
             note["file"] = path
     return files

@@ -149,7 +149,7 @@ OF_APP = (
     Property("execUnsafeExt", BOOL, lambda world, _handle: world.scripts.allows_code),
     Property("pluginNames", STRING_ARRAY, lambda _world, _handle: list(PLUGINS.values())),
     Property("headlessMode", INT, lambda _world, _handle: 2),
-    Property("canSave", BOOL, lambda _world, _handle: False),
+    Property("canSave", BOOL, lambda _world, _handle: True),
     fixed("displayEnabled", BOOL, False, _NO_WINDOW),
     fixed("hierarchyEnabled", BOOL, False, _NO_WINDOW),
     fixed("browserEnabled", BOOL, False, _NO_WINDOW),

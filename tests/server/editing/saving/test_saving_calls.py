@@ -6,10 +6,12 @@ import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 
+import mujoco
 import pytest
 from handler_calls import World
 from saved_worlds import close_worlds, opened
 from sim_api_calls import ScriptWorld
+from world_listing import differences, listing
 
 from simx_server.errors import CommandError
 from simx_server.handlers.files import store_file
@@ -87,9 +89,47 @@ def test_a_link_that_leads_out_of_the_workspace_is_not_followed(world: ScriptWor
     assert not any(outside.iterdir())
 
 
-@pytest.mark.parametrize("name", ["x.xml", "x.simscene.xml", "x.urdf"])
+@pytest.mark.parametrize("name", ["x.simmodel.xml", "x.simscene.xml", "x.urdf"])
 def test_names_of_texts_are_refused(world: ScriptWorld, name: str) -> None:
-    world.fails(f"sim.saveScene('{name}')", "has the ending of a text.*choose .ttt")
+    world.fails(
+        f"sim.saveScene('{name}')", "has the ending of a text that the server does not write; choose .mjz"
+    )
+
+
+def test_mjcf_is_written_beside_a_folder_of_what_it_names(world: ScriptWorld, tmp_path: Path) -> None:
+    assert world.lua("return sim.saveScene('a/b.xml')") == [1]
+    assert {path.name for path in (tmp_path / "a").iterdir()} == {"b.xml", "b"}
+    assert [path.name for path in (tmp_path / "a" / "b" / "scripts").iterdir()]
+    before = listing(world.parts)
+    again = opened(World(file=tmp_path / "a" / "b.xml", workspace=tmp_path))
+    assert differences(before, listing(again.parts)) == []
+
+
+def test_a_model_is_written_as_mjcf(world: ScriptWorld) -> None:
+    world.lua("sim.saveModel(sim.getObjectHandle('robot'), 'robot.xml')")
+    assert world.lua("return sim.getObjectName(sim.loadModel('robot.xml'))") == ["robot#0"]
+
+
+def test_mujoco_opens_what_is_saved_as_its_archive(world: ScriptWorld, tmp_path: Path) -> None:
+    world.lua("sim.saveScene('all.mjz')")
+    model = mujoco.MjSpec.from_file(str(tmp_path / "all.mjz")).compile()
+    assert (model.nq, model.ngeom) == (world.sim.model.nq, world.sim.model.ngeom)
+
+
+def test_an_archive_that_mujoco_has_written_is_opened_as_a_scene(tmp_path: Path) -> None:
+    spec = mujoco.MjSpec.from_string(
+        '<mujoco><asset><mesh name="wedge" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+        '<worldbody><body name="one"><geom type="mesh" mesh="wedge"/></body></worldbody></mujoco>'
+    )
+    spec.compile()
+    spec.encode(str(tmp_path / "theirs.mjz"))
+    assert names(World(file=tmp_path / "theirs.mjz", workspace=tmp_path)) == ["one"]
+
+
+def test_of_several_files_none_is_left_when_one_cannot_be_written(world: ScriptWorld, tmp_path: Path) -> None:
+    (tmp_path / "x.xml").mkdir()
+    world.fails("sim.saveScene('x.xml')", "x.xml")
+    assert not list((tmp_path / "x").rglob("*.*"))
 
 
 def test_a_limit_of_files_holds(world: ScriptWorld, tmp_path: Path) -> None:

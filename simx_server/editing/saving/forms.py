@@ -1,0 +1,68 @@
+"""The files that a saved scene or model consists of: the ending of the name chooses their form.
+
+* `.xml`, `.mjcf`: an MJCF text with annotations, and a folder beside it with the meshes, textures and scripts of it
+* all others: one archive, which is MuJoCo's `.mjz` too
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.files import SAVED_SUFFIXES
+from simx_server.errors import CommandError
+from simx_server.scene.formats.archives.archive import XML
+
+from .packing import Packed, pack_model, pack_scene
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+TEXTS = (".xml", ".mjcf")
+_OTHER_TEXTS = (".simscene.xml", ".simmodel.xml", ".urdf")
+"""Endings of texts that are not written."""
+
+
+@dataclass(frozen=True)
+class SavedFiles:
+    """Files that are to be written."""
+
+    files: Mapping[str, bytes]
+    """By paths relative to the folder of the named file, which is the last one."""
+    has_code_of_client: bool
+    form: str
+    """The form in words, for the log."""
+
+
+def check_ending(name: str) -> None:
+    """Raise CommandError for a name with the ending of a form that is not written."""
+    if name.lower().endswith(_OTHER_TEXTS):
+        raise CommandError(
+            f"'{name[:80]}' has the ending of a text that the server does not write; choose {', '.join(SAVED_SUFFIXES)}"
+        )
+
+
+def scene_files(world: World, name: str) -> SavedFiles:
+    """Return the scene as the files of one name. Raises CommandError."""
+    return _arranged(name, pack_scene(world, _folder(name)))
+
+
+def model_files(world: World, base: int, name: str) -> SavedFiles:
+    """Return an object and all below it as the files of one name. Raises UnknownHandle, CommandError."""
+    return _arranged(name, pack_model(world, base, _folder(name)))
+
+
+def _folder(name: str) -> str:
+    return f"{PurePosixPath(name).stem}/" if name.lower().endswith(TEXTS) else ""
+
+
+def _arranged(name: str, packed: Packed) -> SavedFiles:
+    own = PurePosixPath(name).name
+    if not _folder(name):
+        form = "an archive of simx-server and MuJoCo, which CoppeliaSim cannot open"
+        return SavedFiles({own: packed.data}, packed.has_code_of_client, form)
+    files = dict(packed.files)
+    text = files.pop(XML)
+    return SavedFiles({**files, own: text}, packed.has_code_of_client, "MJCF")
