@@ -26,6 +26,7 @@ from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
 from simx_server.parts.object_settings import ObjectSettings
+from simx_server.parts.origins import Origins
 from simx_server.parts.parameters import Parameters
 from simx_server.parts.particles import Particles
 from simx_server.parts.paths.paths import Paths
@@ -128,6 +129,9 @@ def build_world(
 
         return coverage.descriptions()
 
+    def another() -> World:
+        return build_world(rendering, workspace=files.workspace, limits=limits, searching=searching)
+
     def store(name: str, data: bytes) -> None:
         store_file(world, name, data)
 
@@ -141,6 +145,7 @@ def build_world(
         simulator_messages=SimulatorMessages(),
         custom_data=CustomData(sim),
         object_settings=object_settings,
+        origins=Origins(sim),
         shape_colors=ShapeColors(sim),
         dummy_links=DummyLinks(sim),
         collections=collections,
@@ -184,6 +189,7 @@ def build_world(
         kept_models=KeptModels(),
         user_interface=user_interface,
         parameters=Parameters(sim, arguments),
+        another=another,
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     world.scripts.add_ons["PyRep"] = Deferred(pyrep)
@@ -195,6 +201,7 @@ def build_world(
         world.simulator_messages,
         world.custom_data,
         world.object_settings,
+        world.origins,
         world.shape_colors,
         world.dummy_links,
         world.paths,

@@ -60,11 +60,12 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
     elif not model.is_saved:
         settle_loose_meshes(spec)
     give_full_paths(spec)
+    elements = {(item.element, item.element_name): item.name for item in objects.values()}
     handles = graft(
         sim,
         Graft(
             spec=spec,
-            names={(item.element, item.element_name): item.name for item in objects.values()},
+            names=elements,
             annotations=notes,
             welded=model.scene.welded_bodies,
             weightless=model.scene.weightless_bodies,
@@ -75,6 +76,9 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
                 if kind in model.scene.annotations.registered
             },
         ),
+    )
+    world.origins.add(
+        model.scene, {elements[element]: handle for element, handle in handles.items() if element in elements}
     )
     found = handles[base.element, base.element_name]
     for handle in model.scene.children(-1):

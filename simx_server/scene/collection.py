@@ -292,7 +292,7 @@ def _note(saved: Saved, collection: Collection | EditedCollection) -> Annotation
         for kind, handle, taken_out in _steps(collection)
         if kind == "all" or handle in saved.names
     ]
-    if saved.is_model and not any(name and not taken_out for taken_out, _, name in named):
+    if saved.is_model and not any(name for _, _, name in named):
         return None
     listed(name for _, _, name in named)
     steps: Annotation = {"steps": write_steps(named)} if named else {}

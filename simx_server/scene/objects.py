@@ -28,6 +28,7 @@ from .poses.start import Start
 
 if TYPE_CHECKING:
     from .formats.vrep.report import Report
+    from .formats.vrep.source import VrepSource
 
 Change = Callable[[mujoco.MjSpec], None]
 """An operation on a spec."""
@@ -136,6 +137,8 @@ class Scene:
         """Positions with which it starts, where they are not those of its bodies in the file."""
         self.import_report: Report | None = None
         """Notes of the import of a V-REP file."""
+        self.vrep_source: VrepSource | None = None
+        """That file; only the scene that it was made of has it, and not those that edits make."""
         self.parent_overrides: dict[int, int] = {}
         """Handle to parent, where the tree differs from the bodies (a free body under a gripper, a dummy's child)."""
         self.welded_bodies: set[str] = set()

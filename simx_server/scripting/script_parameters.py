@@ -48,6 +48,12 @@ class ScriptParameters(Part):
             if owner in saved.names:
                 saved.put(owner, "parameters", **{name: text})
 
+    def all(self, owner: int) -> dict[str, str]:
+        """Return all parameters of an object by name. Raises UnknownHandle."""
+        noted = self._sim.scene.get(owner).annotations.get("parameters", {})
+        found = {name: str(text) for name, text in noted.items()}
+        return found | {name: text for (other, name), text in self._set.items() if other == owner}
+
     def get(self, owner: int, name: str) -> str | None:
         """Return a parameter; None when it does not exist.
 

@@ -261,15 +261,18 @@ class Simulation:
         is_of_client = self.files.client_files.made(Path(path))
         self.use(*load_scene(path, self.files.sources), is_of_client=is_of_client)
 
-    def use(self, scene: Scene, model: mujoco.MjModel, *, is_of_client: bool = False) -> None:
+    def use(
+        self, scene: Scene, model: mujoco.MjModel, *, is_of_client: bool = False, is_logged: bool = True
+    ) -> None:
         """Replace the scene by one that is built already; `is_of_client`: from a file that a client sent."""
         self._require_stopped("a scene can be loaded")
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
         self.tell(lambda part: part.scene_closing())
         self._adopt(scene, model, data)
-        logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
-        log_overlaps(scene, model, self.data)
+        if is_logged:
+            logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
+            log_overlaps(scene, model, self.data)
         self.scene_is_of_client = is_of_client
         if (report := scene.import_report) is not None:
             self.tell(lambda part: part.file_imported(report))

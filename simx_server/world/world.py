@@ -24,6 +24,7 @@ from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
 from simx_server.parts.object_settings import ObjectSettings
+from simx_server.parts.origins import Origins
 from simx_server.parts.parameters import Parameters
 from simx_server.parts.particles import Particles
 from simx_server.parts.paths.paths import Paths
@@ -67,6 +68,7 @@ class World:
     simulator_messages: SimulatorMessages
     custom_data: CustomData
     object_settings: ObjectSettings
+    origins: Origins
     shape_colors: ShapeColors
     dummy_links: DummyLinks
     collections: Collections
@@ -98,6 +100,8 @@ class World:
     kept_models: KeptModels
     user_interface: UserInterface
     parameters: Parameters
+    another: Callable[[], World]
+    """Makes another world of the same kind, with the empty scene; it shares the render thread."""
 
     STEP: ClassVar[tuple[Stage, ...]] = (
         ("scripts' actuation", lambda world: world.scripts.has_work and world.scripts.actuate),

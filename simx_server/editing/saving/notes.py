@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -12,10 +13,10 @@ from simx_server.scene.formats.annotations.ros2_keys import JOINT_LISTS
 from simx_server.scene.names import alias_of
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene
 from simx_server.scene.registered import concerned
+from simx_server.scene.saved import Saved
 from simx_server.scene.tree import build_scene
 
 if TYPE_CHECKING:
-    from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
 
 _OF_PARTS = ("collection", "collision", "distance", "ik")
@@ -28,6 +29,22 @@ _KEPT = {
     "dummy": ("detectable", "collidable", "measurable"),
 }
 """Keys of annotations that stay as they are in the scene: edits write them there at once."""
+
+
+def noted(sim: Simulation, spec: mujoco.MjSpec, handles: Iterable[int], *, is_model: bool) -> Saved:
+    """Return what is saved of these objects, with the notes of all parts of the world.
+
+    Args:
+        spec: its elements have their names in the scene's model; sizes of images are written into it.
+        is_model: whether the objects are a model, and not the whole scene.
+    """
+    saved = Saved.of(sim.scene, spec, handles, is_model=is_model)
+    sim.joints.saving(saved)
+    sim.tell(lambda part: part.saving(saved))
+    note_simulation(saved, sim)
+    note_objects(saved, sim.scene)
+    note_registered(saved, sim)
+    return saved
 
 
 def note_simulation(saved: Saved, sim: Simulation) -> None:

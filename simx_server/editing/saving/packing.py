@@ -18,10 +18,9 @@ from simx_server.scene.formats.archives.packing import files_of
 from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.formats.specs import one_line
 from simx_server.scene.poses.start import StartKey
-from simx_server.scene.saved import Saved
 from simx_server.scene.tree import GRAFT_END, INTERNAL
 
-from .notes import note_objects, note_parents, note_registered, note_simulation
+from .notes import note_parents, noted
 from .specs import PreparedSpec, bring_up_to_date, spec_of_objects, spec_of_scene
 
 if TYPE_CHECKING:
@@ -92,12 +91,7 @@ def _pack(world: World, handles: list[int], folder: str, *, is_model: bool) -> P
     try:
         prepared = spec_of_objects(sim, handles) if is_model else spec_of_scene(sim)
         model = bring_up_to_date(sim, prepared)
-        saved = Saved.of(sim.scene, prepared.spec, handles, is_model=is_model)
-        sim.joints.saving(saved)
-        sim.tell(lambda part: part.saving(saved))
-        note_simulation(saved, sim)
-        note_objects(saved, sim.scene)
-        note_registered(saved, sim)
+        saved = noted(sim, prepared.spec, handles, is_model=is_model)
         names = _new_names(sim, prepared, handles)
         if rename_elements(prepared.spec, names) or model is None:
             model = compile_spec(prepared.spec, logging.DEBUG)

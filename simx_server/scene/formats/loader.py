@@ -87,7 +87,7 @@ def load_scene(
     file = Path(path).resolve()
     read = read_scene(file, sources, name)
     scene, model = build(read.spec, file if name is None else file.with_name(name))
-    scene.import_report = read.report
+    scene.import_report, scene.vrep_source = read.report, read.source
     return scene, model
 
 

@@ -58,7 +58,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
             stem += "_base"
         gather_geoms(spec, stem)
     scene, _ = build(spec, path.with_name(name))
-    scene.import_report = read.report
+    scene.import_report, scene.vrep_source = read.report, read.source
     strip(scene.spec)
     top = scene.children(-1)
     if not top:

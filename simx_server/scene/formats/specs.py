@@ -22,6 +22,7 @@ from .vrep.recognising import is_vrep, refuse_xml
 
 if TYPE_CHECKING:
     from .vrep.report import Report
+    from .vrep.source import VrepSource
 
 _TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
 
@@ -38,6 +39,8 @@ class SpecOfFile:
     """The server has saved the file (`archives`)."""
     report: Report | None = None
     """Notes of the import of a V-REP file."""
+    source: VrepSource | None = None
+    """That file."""
 
 
 def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> SpecOfFile:
@@ -130,9 +133,9 @@ def _refuse_others(data: bytes, file: Path, name: str) -> None:
 def _read_vrep(data: bytes, file: Path, sources: Sources, name: str) -> SpecOfFile:
     from .vrep.opening import open_vrep  # slow, and often not needed
 
-    spec, report, is_model = open_vrep(data, name)
+    spec, report, source = open_vrep(data, name)
     _add_other_assets(spec, file, sources)
-    return SpecOfFile(spec, is_model=is_model, report=report)
+    return SpecOfFile(spec, is_model=source.is_model, report=report, source=source)
 
 
 def _read_archive(data: bytes, file: Path, sources: Sources) -> SpecOfFile:

@@ -72,6 +72,8 @@ LEAVES: Mapping[type[VrepObject], Leaf] = {
 def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     """Return a decoded file as a spec, complete with annotations, meshes, textures and the texts of the scripts.
 
+    Its objects have the names that `names_of` returns.
+
     Args:
         file: its objects form a tree, as `read_file` has checked.
 
@@ -82,7 +84,7 @@ def convert(file: VrepFile) -> tuple[mujoco.MjSpec, Report]:
     report = Report(file.name, file.version, faults=file.notes, skipped=file.skipped)
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    conversion = Conversion(file, spec, report, _names(file))
+    conversion = Conversion(file, spec, report, names_of(file))
     structure = Structure(conversion, _add_shape, add_joint, LEAVES)
     structure.build()
     add_loops(conversion, structure)
@@ -121,8 +123,8 @@ slashes.
 """
 
 
-def _names(file: VrepFile) -> dict[int, str]:
-    """Return a unique name for each object, its own one wherever possible."""
+def names_of(file: VrepFile) -> dict[int, str]:
+    """Return a unique name for each object by its handle, its own one wherever possible."""
     unique = UniqueNames("{}_{}", taken=("world", "main", "all"))
     return {
         handle: unique.take(

@@ -7,9 +7,10 @@ import importlib
 import mujoco
 
 from .conversion.geometry.colliding import decomposition
-from .converting import convert
+from .converting import convert, names_of
 from .reading import read_file
 from .report import Report
+from .source import VrepSource
 
 
 def prepare_for_trial() -> None:
@@ -18,8 +19,8 @@ def prepare_for_trial() -> None:
     decomposition.switch_off()
 
 
-def open_vrep(data: bytes, name: str) -> tuple[mujoco.MjSpec, Report, bool]:
-    """Return the spec of a V-REP file, what the import changed, and whether the file is a model.
+def open_vrep(data: bytes, name: str) -> tuple[mujoco.MjSpec, Report, VrepSource]:
+    """Return the spec of a V-REP file, what the import changed, and the file itself.
 
     Args:
         data: its bytes.
@@ -30,4 +31,5 @@ def open_vrep(data: bytes, name: str) -> tuple[mujoco.MjSpec, Report, bool]:
     """
     file = read_file(data, name)
     spec, report = convert(file)
-    return spec, report, file.is_model
+    handles = {object_name: handle for handle, object_name in names_of(file).items()}
+    return spec, report, VrepSource(data, name, file.is_model, handles)

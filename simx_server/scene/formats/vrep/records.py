@@ -241,6 +241,8 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "Wrp": "list group",
         "Mas": "r",
         "Ine": "10r",  # position, quaternion, moments divided by the mass
+        "Com": "3d",  # centre of mass, since CoppeliaSim 4.5
+        "Imx": "9d",  # moments as a matrix, divided by the mass
         "Dmi": "i",  # material
         "Var": "B",  # 4 convex
     },

@@ -45,16 +45,12 @@ class Conversion:
         """Return the name of an object in the scene."""
         return self.names[item.handle]
 
-    def collection_name(self, collection: Collection) -> str:
-        """Return the name under which a collection is registered: without what separates words of annotations."""
-        return "_".join(collection.name.replace(",", " ").split()) or f"collection_{collection.id}"
-
     def entity(self, number: int) -> str | None:
         """Return what an annotation names an entity: an object, a collection, or `all` for -1; None when it is gone."""
         if number == -1:
             return "all"
         collections = [each for each in self.file.collections if each.id == number]
-        collection = f"{ENTITY_PREFIX}{self.collection_name(collections[0])}" if collections else None
+        collection = f"{ENTITY_PREFIX}{collection_name(collections[0])}" if collections else None
         return self.names.get(number, collection)
 
     def annotate(self, kind: str, name: str, /, **values: object) -> None:
@@ -68,6 +64,11 @@ class Conversion:
         for (kind, name), note in self.notes.items():
             data = " ".join(f"{encode_key(key)}={encode(value)}" for key, value in note.items())
             self.spec.add_text(name=f"{PREFIX}{kind}:{name}", data=data)
+
+
+def collection_name(collection: Collection) -> str:
+    """Return the name under which a collection is registered: without what separates words of annotations."""
+    return "_".join(collection.name.replace(",", " ").split()) or f"collection_{collection.id}"
 
 
 def _text(value: Any) -> str:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from simx_server.scene.formats.texts.graph_streams import plain_name
 from simx_server.scene.formats.texts.values import write_steps
-from simx_server.scene.formats.vrep.conversion.context import Conversion
+from simx_server.scene.formats.vrep.conversion.context import Conversion, collection_name
 from simx_server.scene.formats.vrep.objects import Collection, Pair
 
 _ALL = 5
-_KINDS = {0: "object", 1: "tree", 2: "below", 3: "chain", 4: "above", _ALL: "all"}
+KINDS = {0: "object", 1: "tree", 2: "below", 3: "chain", 4: "above", _ALL: "all"}
 """Kinds of entries of a collection, with the file's numbers."""
 
 
@@ -22,10 +22,10 @@ def add_registered(conversion: Conversion) -> None:
 
 
 def _add_collection(conversion: Conversion, collection: Collection) -> None:
-    name_here = conversion.collection_name(collection)
+    name_here = collection_name(collection)
     steps: list[tuple[bool, str, str]] = []
     for item, number, additive in collection.entries:
-        kind = _KINDS.get(number)
+        kind = KINDS.get(number)
         name = "" if kind == "all" else conversion.names.get(item)
         if kind is None or name is None:
             what = f"entries of kind {number}" if kind is None else "entries whose object is not in the file"

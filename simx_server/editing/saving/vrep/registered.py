@@ -1,0 +1,144 @@
+"""Entries beside the objects: collections, groups of inverse kinematics, collision and distance objects, old UIs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.texts.graph_streams import plain_name
+from simx_server.scene.formats.texts.values import read_steps
+from simx_server.scene.formats.vrep.chunks import decoded
+from simx_server.scene.formats.vrep.conversion.facts.registered import KINDS
+from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
+from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list
+from simx_server.scene.formats.vrep.writing.top_level import TopRecord
+
+from .field import NotInVrepFiles, Writing
+
+if TYPE_CHECKING:
+    from .baseline import Baseline
+    from .facts import Facts
+
+_GROUP = "GRP"
+
+ENTRIES = {
+    _GROUP: ("collection", "Grn"),
+    "COL": ("collision", "Nme"),
+    "DST": ("distance", "Nme"),
+    "IKO": ("ik", "Nme"),
+    "PPL": ("planning", "Nme"),
+    "MPL": ("motion_planning", "Nme"),
+    "BBK": ("old_ui", "Bkn"),
+}
+"""Tags of entries: kind of annotation, and tag of the name."""
+
+FIRST_COLLECTION = 2_000_000
+"""First number of a collection in a file."""
+
+_NUMBERS = {kind: number for number, kind in KINDS.items()}
+
+
+def kept_entries(facts: Facts, baseline: Baseline, writing: Writing) -> list[TopRecord]:
+    """Return the records of a file, without the entries that do not exist any more, and with the new collections.
+
+    Raises:
+        NotInVrepFiles: an entry has changed, or is new and not a collection.
+    """
+    now, before = facts.saved.registered, baseline.facts.saved.registered
+    renamed = _renamed(facts, baseline)
+    unique, found = UniqueNames("{}#{}"), list[TopRecord]()
+    seen = {(kind, name) for kind, notes in before.items() for name in notes}
+    for tag, payload in baseline.records:
+        if tag not in ENTRIES:
+            found.append((tag, payload))
+            continue
+        kind, name_tag = ENTRIES[tag]
+        name = _name(tag, parse_list(tag, payload, baseline.header.serialization).raw(name_tag) or b"")
+        name = unique.take(name or "UI") if kind == "old_ui" else name
+        old, new = before.get(kind, {}).get(name), now.get(kind, {}).get(name)
+        if old is None or _is_same(old, new, renamed):
+            found.append((tag, payload))
+        elif new is not None and tag == _GROUP:
+            found.append((tag, _collection(payload, name, new, facts, writing)))
+        elif new is not None:
+            raise NotInVrepFiles(f"the changed {kind.replace('_', ' ')} '{name}'")
+    for kind, notes in now.items():
+        for name, note in notes.items():
+            if (kind, name) in seen or (kind == "ik" and not note):
+                continue
+            if kind != "collection":
+                raise NotInVrepFiles(f"the new {kind.replace('_', ' ')} '{name}'")
+            found.append((_GROUP, _collection(b"", name, note, facts, writing)))
+    return found
+
+
+def number_collections(facts: Facts, known: Mapping[int, int]) -> dict[int, int]:
+    """Return the numbers in the file of all collections, by handle: those that they have there, or new ones."""
+    found, collections = dict(known), facts.world.collections
+    free = max([FIRST_COLLECTION - 1, *known.values()]) + 1
+    for name in facts.saved.registered.get("collection", {}):
+        handle = collections.find(name)
+        if handle is not None and handle not in found:
+            found[handle] = free
+            free += 1
+    return found
+
+
+def _name(tag: str, payload: bytes) -> str:
+    text = decoded(payload[4:])
+    if tag == _GROUP:
+        return "_".join(text.replace(",", " ").split())
+    return plain_name(text) if tag in ("COL", "DST") else text
+
+
+def _renamed(facts: Facts, baseline: Baseline) -> dict[str, str]:
+    """Return the names of objects of the file that have another one now: old to new."""
+    found: dict[str, str] = {}
+    for handle, name in facts.saved.names.items():
+        origin = facts.world.origins.of(handle)
+        if origin is not None and origin[0] is baseline.source:
+            old = baseline.facts.saved.names[baseline.handles[origin[1]]]
+            if old != name:
+                found.setdefault(old, name)
+    return found
+
+
+def _is_same(old: Annotation, new: Annotation | None, renamed: Mapping[str, str]) -> bool:
+    if new is None or old.keys() != new.keys():
+        return False
+    return all(new[key] == value or new[key] == _translated(value, renamed) for key, value in old.items())
+
+
+def _translated(value: object, renamed: Mapping[str, str]) -> object:
+    """Return a text that lists names, with new ones in place of the old ones."""
+    if not isinstance(value, str) or not renamed:
+        return value
+    for sign in ";,":
+        if sign in value:
+            return sign.join(str(_translated(part, renamed)) for part in value.split(sign))
+    start, colon, name = value.rpartition(":")
+    return start + colon + renamed.get(name, name)
+
+
+def _collection(payload: bytes, name: str, note: Annotation, facts: Facts, writing: Writing) -> bytes:
+    """Return the payload of a collection. Raises NotInVrepFiles."""
+    records = parse_list(_GROUP, payload, writing.serialization)
+    handle = facts.world.collections.find(name)
+    if handle is None:
+        raise NotInVrepFiles(f"the collection '{name}'")
+    if not payload:
+        records.put_text("Grn", name)
+        records.put_numbers("Gix", writing.collections[handle])
+    records.put_bits("Par", 1, int(bool(note.get("overrides", False))))
+    handles = {each: number for number, each in facts.saved.names.items()}
+    members = list[bytes]()
+    for taken_out, kind, named in read_steps(str(note.get("steps", ""))):
+        member = RecordList("member", writing.serialization)
+        number = writing.numbers.get(handles.get(named, -1), -1)
+        member.put_numbers("Obj", number, -1)
+        member.put_numbers("Gty", _NUMBERS["object" if kind == "objects" else kind])
+        member.put_numbers("Var", int(not taken_out))
+        members.append(bytes(member) + END)
+    records.put("Asg", *members)
+    return bytes(records) + END
