@@ -140,12 +140,6 @@ class ObjectSettings(Part):
             known = float(note.get(str(number), default))
         return known
 
-    def all_kept(self, handle: int) -> dict[int, float]:
-        """Return the values of all parameters of an object that `keep` has stored, by number."""
-        note = self._sim.scene.objects[handle].annotations.get("kept", {})
-        found = {int(number): float(value) for number, value in note.items()}
-        return found | {number: value for (other, number), value in self._kept.items() if other == handle}
-
     def keep(self, handle: int, number: int, value: float) -> None:
         """Store the value of an object's parameter that has no effect here."""
         self._kept[handle, number] = value

@@ -67,13 +67,8 @@ def pack_model(world: World, base: int, folder: str = "") -> Packed:
         UnknownHandle: the object does not exist.
         CommandError: it is not the base of a model, or cannot be saved.
     """
+    check_base(world, base)
     scene = world.simulation.scene
-    item = scene.get(base)
-    if not scene.is_model_base(base):
-        raise CommandError(
-            f"'{item.name}' is not the base of a model, which alone can be saved; make it one with "
-            "sim.setModelProperty(handle, 0)"
-        )
     handles = [base, *scene.descendants(base)]
     for each in map(scene.get, handles):
         if each.element == "geom":
@@ -81,6 +76,17 @@ def pack_model(world: World, base: int, folder: str = "") -> Packed:
                 f"'{each.name}' is a part of the world itself, which no model has; make it a body in the scene's file"
             )
     return _pack(world, handles, folder, is_model=True)
+
+
+def check_base(world: World, base: int) -> None:
+    """Raise UnknownHandle, or CommandError for an object that is not the base of a model."""
+    scene = world.simulation.scene
+    item = scene.get(base)
+    if not scene.is_model_base(base):
+        raise CommandError(
+            f"'{item.name}' is not the base of a model, which alone can be saved; make it one with "
+            "sim.setModelProperty(handle, 0)"
+        )
 
 
 def _pack(world: World, handles: list[int], folder: str, *, is_model: bool) -> Packed:

@@ -51,8 +51,10 @@ def listing(world: World) -> dict[str, Quantities]:
     return found
 
 
-def differences(before: Mapping[str, Quantities], after: Mapping[str, Quantities]) -> list[str]:
-    """One line for each quantity that differs."""
+def differences(
+    before: Mapping[str, Quantities], after: Mapping[str, Quantities], *, tolerance: float = 1e-9
+) -> list[str]:
+    """One line for each quantity that differs; numbers by more than the tolerance, relative and absolute."""
     lines = [
         f"{name}: only {'before' if name in before else 'after'}" for name in before.keys() ^ after.keys()
     ]
@@ -61,16 +63,18 @@ def differences(before: Mapping[str, Quantities], after: Mapping[str, Quantities
         lines += [
             f"{name}.{key}: {str(first.get(key))[:90]} -> {str(second.get(key))[:90]}"
             for key in first.keys() | second.keys()
-            if not _are_equal(first.get(key), second.get(key))
+            if not _are_equal(first.get(key), second.get(key), tolerance)
         ]
     return sorted(lines)
 
 
-def _are_equal(one: Any, other: Any) -> bool:
+def _are_equal(one: Any, other: Any, tolerance: float) -> bool:
     if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
-        return one.shape == other.shape and bool(np.allclose(one, other, rtol=1e-6, atol=1e-6))
+        near = max(tolerance, 1e-6)
+        return one.shape == other.shape and bool(np.allclose(one, other, rtol=near, atol=near))
     if isinstance(one, float) and isinstance(other, (float, int)):
-        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9) or (math.isnan(one) and math.isnan(other))
+        is_close = math.isclose(one, other, rel_tol=tolerance, abs_tol=tolerance)
+        return is_close or (math.isnan(one) and math.isnan(other))
     if isinstance(one, (list, tuple)) and isinstance(other, (list, tuple)):
         if len(one) != len(other):
             return False
@@ -78,10 +82,10 @@ def _are_equal(one: Any, other: Any) -> bool:
         if kinds == {int}:
             return list(one) == list(other)
         if kinds == {float}:
-            return np.allclose(one, other, rtol=1e-9, atol=1e-9, equal_nan=True)
-        return all(map(_are_equal, one, other))
+            return np.allclose(one, other, rtol=tolerance, atol=tolerance, equal_nan=True)
+        return all(_are_equal(*pair, tolerance) for pair in zip(one, other, strict=True))
     if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_are_equal(one[key], other[key]) for key in one)
+        return one.keys() == other.keys() and all(_are_equal(one[key], other[key], tolerance) for key in one)
     return type(one) is not np.ndarray and bool(one == other)
 
 

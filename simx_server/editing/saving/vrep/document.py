@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.vrep.conversion.facts.scripts import options_of_version
 from simx_server.scene.formats.vrep.reading import OBJECTS
 from simx_server.scene.formats.vrep.writing.meshes import MeshPools
 from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
@@ -26,6 +28,9 @@ from .registered import ENTRIES, kept_entries, number_collections
 from .settings import change_settings
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from simx_server.scene.formats.vrep.source import VrepSource
     from simx_server.world.world import World
 
@@ -42,7 +47,16 @@ _FIRST_WITH_POOLS, _FIRST_WITH_SURFACES = 18, 20
 """Versions of the format from which meshes are in common pools, and parameters of contacts in the shapes."""
 
 
-def vrep_scene(world: World) -> bytes:
+@dataclass(frozen=True)
+class VrepData:
+    """The bytes of a file."""
+
+    data: bytes
+    has_code_of_client: bool
+    """Whether a client sent one of its scripts."""
+
+
+def vrep_scene(world: World) -> VrepData:
     """Return the scene as a `.ttt` file.
 
     Raises:
@@ -54,7 +68,7 @@ def vrep_scene(world: World) -> bytes:
     return _Document(world, source, list(world.simulation.scene.objects), is_model=False).data()
 
 
-def vrep_model(world: World, base: int) -> bytes:
+def vrep_model(world: World, base: int) -> VrepData:
     """Return an object and all below it as a `.ttm` file. Raises NotInVrepFiles, UnknownHandle."""
     scene = world.simulation.scene
     origin = world.origins.of(scene.get(base).handle)
@@ -83,17 +97,22 @@ class _Document:
         self._writing.collections = number_collections(
             self._facts, collection_numbers(self._first.file, world) if self._same_kind else {}
         )
+        self._writing.free_texture = 1 + max([0, *(_number_of(each) for each in records if each[0] == "TEX")])
         self._others: dict[int, tuple[Mapping[str, int], Mapping[int, int]]] = {}
+        self._brought_textures = list[TopRecord]()
         self._top = records
         self._next_script = 1 + max(
             (int((each.numbers("Si2") or [0])[0]) for each in self._scripts_of(self._first)), default=0
         )
 
-    def data(self) -> bytes:
-        """Return the bytes of the file."""
+    def data(self) -> VrepData:
+        """Return the file. Raises NotInVrepFiles."""
         version = self._first.header.serialization
+        for origin in filter(None, map(self._world.origins.of, self._handles)):
+            self._baseline(origin[0])
+        others = [each for each in self._baselines.values() if each is not self._first]
         if self._same_kind:
-            self._top = kept_entries(self._facts, self._first, self._writing)
+            self._top = kept_entries(self._facts, self._first, others, self._writing)
         if not self._is_model:
             change_settings(self._top, self._facts, self._first.facts, version)
         scripts_of = {handle: self._scripts(handle) for handle in self._handles}
@@ -101,11 +120,13 @@ class _Document:
             handle: [script for _, script in each] for handle, each in scripts_of.items()
         }
         objects = self._objects()
+        self._order_siblings(objects)
         for handle, each in scripts_of.items():
             for origin, script in each:
                 self._place(handle, origin, script, objects)
         found = self._arranged(objects, scripts_of)
-        return file_bytes(found, self._first.source.data, is_model=self._is_model)
+        data = file_bytes(found, self._first.source.data, is_model=self._is_model)
+        return VrepData(data, self._facts.saved.has_code_of_client)
 
     # Where objects come from.
 
@@ -161,16 +182,15 @@ class _Document:
         return self._others[id(baseline)]
 
     def _bring_textures(self, baseline: Baseline) -> dict[int, int]:
-        used = [int.from_bytes(p[7:11], "little") for t, p in self._top if t == "TEX"]
-        free, found = max([0, *used]) + 1, dict[int, int]()
+        found: dict[int, int] = {}
         for tag, payload in baseline.records:
             if tag == "TEX":
                 texture = parse_list("TEX", payload, baseline.header.serialization)
                 number, width, height = texture.numbers("Ipa") or (0, 0, 0)
-                found[int(number)] = free
-                texture.put_numbers("Ipa", free, width, height)
-                self._top.append(("TEX", bytes(texture) + END))
-                free += 1
+                found[int(number)] = self._writing.free_texture
+                texture.put_numbers("Ipa", self._writing.free_texture, width, height)
+                self._brought_textures.append(("TEX", bytes(texture) + END))
+                self._writing.free_texture += 1
         return found
 
     # Parts of the file.
@@ -192,6 +212,21 @@ class _Document:
                 found[self._numbers[handle]] = records
         return found
 
+    def _order_siblings(self, objects: Mapping[int, ObjectRecords]) -> None:
+        """Give the children of an object their places, where one of them has come from another object."""
+        scene = self._world.simulation.scene
+        for parent in {scene.objects[handle].parent for handle in self._handles if self._has_moved(handle)}:
+            for place, child in enumerate(scene.children(parent)):
+                if child in self._numbers:
+                    objects[self._numbers[child]].common.put_numbers("Cor", place)
+
+    def _has_moved(self, handle: int) -> bool:
+        """Return whether an object of the first file has another parent now."""
+        if not self._is_first(handle) or self._numbers[handle] not in self._first.objects:
+            return False
+        parent = self._numbers.get(self._world.simulation.scene.objects[handle].parent, -1)
+        return self._first.file.objects[self._numbers[handle]].parent != parent
+
     def _scripts_of(self, baseline: Baseline) -> Iterable[RecordList]:
         for tag, payload in baseline.records:
             if tag == "LST":
@@ -212,6 +247,11 @@ class _Document:
             name = next(name for name, number in origin[0].handles.items() if number == origin[1])
             known = scripts.noted_kinds(baseline.annotations.objects.get(name, {}))
             known = {kind: note for kind, note in known.items() if note.get("text")}
+            if known and options_of_version(baseline.file.program) != options_of_version(
+                self._first.file.program
+            ):
+                what = f"the script of '{name}', which is of another version than the scene and would run differently"
+                raise NotInVrepFiles(what)
             for old in self._scripts_at(baseline, origin[1]):
                 kind = (
                     scripts.CUSTOMIZATION if scripts.kind_of(old) == scripts.CUSTOMIZATION else scripts.CHILD
@@ -296,6 +336,9 @@ class _Document:
                 found.append((tag, payload))
         if list(self._pools.records) and not any(tag == "VIN" for tag, _ in found):
             found.insert(0, ("VIN", bytes(self._pools.records) + END))
+        textures = [("TEX", _texture(number, pixels, version)) for number, pixels in self._writing.textures]
+        place = next((place for place, (tag, _) in enumerate(found) if tag in OBJECTS), len(found))
+        found[place:place] = self._brought_textures + textures
         found += [(records.tag, bytes(records)) for records in left.values()] + added
         order = [
             ObjectRecords.parse(tag, payload, version).handles[0] for tag, payload in found if tag in OBJECTS
@@ -326,3 +369,18 @@ class _Document:
 
     def _handle_of(self, number: int) -> int | None:
         return next((handle for handle, each in self._numbers.items() if each == number), None)
+
+
+def _number_of(texture: TopRecord) -> int:
+    found = parse_list("TEX", texture[1], 0).numbers("Ipa")
+    return int(found[0]) if found else 0
+
+
+def _texture(number: int, pixels: NDArray[np.uint8], serialization: int) -> bytes:
+    """Return the payload of a new texture: (rows, columns, 4), first row at v = 0."""
+    rows, columns = pixels.shape[:2]
+    found = RecordList("TEX", serialization)
+    found.put_numbers("Ipa", number, columns, rows)
+    found.put_numbers("Bst", 1)
+    found.put("Img", pixels.tobytes())
+    return bytes(found) + END

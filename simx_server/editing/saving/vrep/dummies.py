@@ -40,14 +40,11 @@ def _put_offset(records: ObjectRecords, value: tuple[float, ...], _writing: Writ
         records.own.put_numbers("Po5", value[0], None)
 
 
-def _color(world: World, handle: int) -> Any:
-    return world.simulation.scene.objects[handle].annotations.get("dummy", {}).get("color")
-
-
-def _put_dummy_color(records: ObjectRecords, value: Any, _writing: Writing) -> None:
-    octets = [int(part) for part in str(value).split(",")] if value is not None else []
-    if len(octets) >= 3:
-        put_color(records.own, "Cl0", diffuse=[part / 255 for part in octets[:3]])
+def _color(world: World, handle: int) -> tuple[float, ...] | None:
+    """Return red, green, blue of the mark that shows a dummy; None for a dummy that is a body."""
+    sim = world.simulation
+    item = sim.scene.objects[handle]
+    return tuple(sim.model.site_rgba[item.id, :3].tolist()) if item.element == "site" else None
 
 
 DUMMIES: Fields = {
@@ -57,7 +54,7 @@ DUMMIES: Fields = {
         lambda records, value, _: records.own.put_numbers("Dy2", value),
     ),
     "offset on a path": Field(_offset, _put_offset),
-    "colour": Field(_color, _put_dummy_color),
+    "colour": Field(_color, lambda records, value, _: put_color(records.own, "Cl0", diffuse=value)),
 }
 
 

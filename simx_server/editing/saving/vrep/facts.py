@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from simx_server.editing.saving.notes import noted
 from simx_server.scene.formats.annotations import Annotation
@@ -18,6 +18,7 @@ from .common import COMMON
 from .dummies import DUMMIES, FORCE_SENSORS
 from .field import Fields, Handle
 from .joints import JOINTS
+from .paths import PATHS
 from .sensors import CAMERAS, LIGHTS, PROXIMITY_SENSORS, VISION_SENSORS
 from .shapes import SHAPES
 
@@ -33,9 +34,10 @@ OF_KIND: Mapping[ObjectKind, Fields] = {
     ObjectKind.PROXIMITY_SENSOR: PROXIMITY_SENSORS,
     ObjectKind.CAMERA: CAMERAS,
     ObjectKind.LIGHT: LIGHTS,
+    ObjectKind.PATH: PATHS,
 }
 
-_ONLY_COMPARED = ("path", "cloud", "graph", "ros2")
+_ONLY_COMPARED = ("cloud", "graph", "ros2")
 """Kinds of annotations whose facts are compared, and not written."""
 
 _CLOSE = 1e-9
@@ -56,8 +58,6 @@ class Facts:
         """Collect the facts of these objects."""
         sim = world.simulation
         sim.refresh()
-        for handle in world.paths.handles():
-            world.paths.get(handle)  # from now on noted in the form of the server, in any world
         handles = list(handles)
         values = {handle: facts_of_object(world, handle) for handle in handles}
         return cls(world, noted(sim, sim.scene.spec.copy(), handles, is_model=is_model), values)
@@ -65,10 +65,6 @@ class Facts:
     def scripts(self, handle: int) -> Mapping[str, Annotation]:
         """Return the scripts of an object by kind: their texts and options."""
         return {kind: note for kind, note in self.saved.objects[handle].items() if kind in SCRIPT_NOTES}
-
-    def kept(self, handle: int) -> Mapping[int, float]:
-        """Return the parameters of an object that have no effect here."""
-        return self.world.object_settings.all_kept(handle)
 
     def notes(self, handle: int) -> Mapping[str, Annotation]:
         """Return the annotations that are compared, and not written."""
@@ -102,10 +98,12 @@ def are_equal(one: Any, other: Any) -> bool:
     """Return whether two values are the same, numbers up to their last digits."""
     if isinstance(one, (float, int)) and isinstance(other, (float, int)):
         return math.isclose(one, other, rel_tol=_CLOSE, abs_tol=_CLOSE)
-    if isinstance(one, (tuple, list)) and isinstance(other, (tuple, list)):
-        return len(one) == len(other) and all(map(are_equal, one, other))
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        first, second = cast("tuple[Any, ...]", one), cast("tuple[Any, ...]", other)
+        return len(first) == len(second) and all(map(are_equal, first, second))
     if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return one.keys() == other.keys() and all(are_equal(one[key], other[key]) for key in one)
+        known, found = cast("Mapping[Any, Any]", one), cast("Mapping[Any, Any]", other)
+        return known.keys() == found.keys() and all(are_equal(known[key], found[key]) for key in known)
     return bool(one == other)
 
 
@@ -114,9 +112,9 @@ def numbered(value: Any, numbers: Mapping[int, int]) -> Any:
     if isinstance(value, Handle):
         return Handle(numbers.get(value.number, -1))
     if isinstance(value, tuple):
-        return tuple(numbered(each, numbers) for each in value)
+        return tuple(numbered(each, numbers) for each in cast("tuple[Any, ...]", value))
     if isinstance(value, Mapping):
-        return {key: numbered(each, numbers) for key, each in value.items()}
+        return {key: numbered(each, numbers) for key, each in cast("Mapping[Any, Any]", value).items()}
     return value
 
 
@@ -124,5 +122,6 @@ def has_handles(value: Any) -> bool:
     """Return whether a value names other objects."""
     if isinstance(value, Handle):
         return value.number >= 0
-    parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
-    return any(map(has_handles, parts))
+    if isinstance(value, Mapping):
+        return any(map(has_handles, cast("Mapping[Any, Any]", value).values()))
+    return isinstance(value, tuple) and any(map(has_handles, cast("tuple[Any, ...]", value)))

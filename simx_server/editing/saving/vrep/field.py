@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 from simx_server.errors import CommandError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from simx_server.scene.formats.vrep.writing.meshes import MeshPools
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
     from simx_server.scene.formats.vrep.writing.record_lists import RecordList
@@ -41,6 +44,25 @@ class Writing:
     pools: MeshPools | None = None
     """The meshes of the file; None in versions that have them in the shapes."""
 
+    textures: list[tuple[int, NDArray[np.uint8]]] = field(
+        default_factory=list[tuple[int, "NDArray[np.uint8]"]]
+    )
+    """New textures with their numbers: (rows, columns, 4) red, green, blue, opacity."""
+    new_pairs: list[str] = field(default_factory=list[str])
+    """Names of new collision and distance objects."""
+    new_uis: list[str] = field(default_factory=list[str])
+    """Names of new old UIs."""
+    free_texture: int = 1
+    """First number of a new texture."""
+
+    def add_texture(self, pixels: NDArray[np.uint8]) -> int:
+        """Add a texture, unless it is there; return its number."""
+        for number, known in self.textures:
+            if known.shape == pixels.shape and bool((known == pixels).all()):
+                return number
+        self.textures.append((self.free_texture + len(self.textures), pixels))
+        return self.textures[-1][0]
+
     @property
     def all_numbers(self) -> Mapping[int, int]:
         """Return the numbers of objects and collections by handle."""
@@ -61,6 +83,10 @@ class Field:
     """Writes it. Raises NotInVrepFiles."""
     of_new: bool = True
     """Whether it is written for objects that come from no file; else they have what programs give to new ones."""
+    is_usual: Callable[[Any], bool] | None = None
+    """Whether a value of a new object is the usual one, which need not be written."""
+    concerns: Callable[[Mapping[str, Any], Mapping[str, Any]], bool] | None = None
+    """Whether a difference counts, by the present facts of the object and those of the file; None: it does."""
 
 
 Fields = Mapping[str, Field]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from simx_server.joints.state import JointMode, JointState
@@ -109,8 +110,9 @@ def _put_limits_of_motion(
         records.own.put_numbers("Ulv", value[0])
 
 
-def _put_pid(records: ObjectRecords, pid: tuple[float, float, float], writing: Writing) -> None:
-    for tag in [tag for tag in ("Dp2", "Dpc") if records.own.has(tag)]:
+def _put_pid(records: ObjectRecords, pid: tuple[float, float, float], _writing: Writing) -> None:
+    is_per_engine = any(records.own.array(tag) is not None for tag in ENGINE_TAGS.values())
+    for tag in [tag for tag in ("Dp2", "Dpc") if records.own.has(tag)] or ([] if is_per_engine else ["Dp2"]):
         records.own.put_numbers(tag, *pid)
     for engine, tag in ENGINE_TAGS.items():
         first, last = PLACES_OF_PID[engine]
@@ -139,20 +141,23 @@ def _put_lock(records: ObjectRecords, is_locked: bool, _writing: Writing) -> Non
     records.own.put_bits("Vaa", LOCK, LOCK if is_locked else 0)
 
 
-def _of_state(*names: str) -> Any:
-    """Return the reader of attributes of the settings: one value, or several as a tuple."""
+def _of_state(name: str, *more: str) -> Callable[[World, int], Any]:
+    """Return the reader of one attribute of the settings, or of several as a tuple."""
 
     def get(world: World, handle: int) -> Any:
         state = _state(world, handle)
-        if state is None:
-            return None
-        values = tuple(getattr(state, name) for name in names)
-        return values if len(values) > 1 else values[0]
+        if state is None or not more:
+            return None if state is None else getattr(state, name)
+        return tuple(getattr(state, each) for each in (name, *more))
 
     return get
 
 
 JOINTS: Fields = {
+    "type": Field(
+        lambda world, handle: world.simulation.joints.joint_type(handle),
+        lambda records, value, _: records.own.put_numbers("Jtt", value),
+    ),
     "position": Field(_position, lambda records, value, _: records.own.put_numbers("Prt", value)),
     "spherical position": Field(_turn, lambda records, value, _: records.own.put_numbers("Jst", *value)),
     "interval": Field(lambda world, handle: world.simulation.joints.interval(handle), _put_interval),

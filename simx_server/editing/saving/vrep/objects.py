@@ -26,6 +26,7 @@ TAGS = {
     ObjectKind.FORCE_SENSOR: "FSE",
     ObjectKind.VISION_SENSOR: "RSN",
     ObjectKind.PROXIMITY_SENSOR: "SNR",
+    ObjectKind.PATH: "PAT",
 }
 """Kinds of new objects that are written, and their tags."""
 
@@ -75,13 +76,13 @@ def _changed(facts: Facts, item: SceneObject, origin: Origin, writing: Writing) 
     if facts.notes(item.handle) != before.notes(handle):
         kinds = facts.notes(item.handle).keys() | before.notes(handle).keys()
         raise NotInVrepFiles(f"what has changed in '{', '.join(sorted(kinds))}'")
-    if facts.kept(item.handle) != before.kept(handle):
-        raise NotInVrepFiles("parameters without an effect here")
     values, old = facts.of_objects[item.handle], before.of_objects[handle]
     for name, field in fields_of(item.kind).items():
         value = values[name]
         is_same = are_equal(numbered(value, writing.all_numbers), numbered(old[name], baseline.numbers))
         if is_same and (origin.is_first or not has_handles(value)):
+            continue
+        if field.concerns is not None and not field.concerns(values, old):
             continue
         if name == PARAMETERS and _put_script_parameters(writing, item.handle, value):
             continue
@@ -120,12 +121,15 @@ def _new(facts: Facts, item: SceneObject, writing: Writing) -> ObjectRecords:
     tag = TAGS.get(item.kind)
     if tag is None or item.element == "tendon":
         raise NotInVrepFiles(f"a new {item.kind.text}: the object")
-    if facts.notes(item.handle) or facts.kept(item.handle):
+    if facts.notes(item.handle):
         raise NotInVrepFiles("settings")
     records = ObjectRecords.new(tag, writing.serialization)
     records.common.put_numbers("Ids", writing.numbers[item.handle], writing.numbers.get(item.parent, -1))
     for name, field in fields_of(item.kind).items():
         value = facts.of_objects[item.handle][name]
-        if value is not None and value != {} and value != "" and field.of_new:
+        is_usual = (
+            value is None or value in ({}, "") or (field.is_usual is not None and field.is_usual(value))
+        )
+        if not is_usual and field.of_new:
             field.put(records, value, writing)
     return records

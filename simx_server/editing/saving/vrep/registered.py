@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.annotations import ENTITY_PREFIX, Annotation
 from simx_server.scene.formats.texts.graph_streams import plain_name
 from simx_server.scene.formats.texts.values import read_steps
 from simx_server.scene.formats.vrep.chunks import decoded
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .baseline import Baseline
     from .facts import Facts
 
-_GROUP = "GRP"
+_GROUP, _UI = "GRP", "BBK"
 
 ENTRIES = {
     _GROUP: ("collection", "Grn"),
@@ -29,21 +29,33 @@ ENTRIES = {
     "IKO": ("ik", "Nme"),
     "PPL": ("planning", "Nme"),
     "MPL": ("motion_planning", "Nme"),
-    "BBK": ("old_ui", "Bkn"),
+    _UI: ("old_ui", "Bkn"),
 }
 """Tags of entries: kind of annotation, and tag of the name."""
 
 FIRST_COLLECTION = 2_000_000
 """First number of a collection in a file."""
 
+_PAIRS = {"collision": "COL", "distance": "DST"}
+_FIRST_PAIR = {"COL": 2_010_000, "DST": 2_020_000}
+"""Tags of entries that measure two entities, and the first number of each kind in a file."""
+
 _NUMBERS = {kind: number for number, kind in KINDS.items()}
 
 
-def kept_entries(facts: Facts, baseline: Baseline, writing: Writing) -> list[TopRecord]:
-    """Return the records of a file, without the entries that do not exist any more, and with the new collections.
+def kept_entries(
+    facts: Facts, baseline: Baseline, others: Iterable[Baseline], writing: Writing
+) -> list[TopRecord]:
+    """Return the records of a file, without the entries that do not exist any more, and with new ones.
+
+    Args:
+        facts: those of the present world.
+        baseline: the file.
+        others: the files of models that were loaded since.
+        writing: the numbers of objects and collections.
 
     Raises:
-        NotInVrepFiles: an entry has changed, or is new and not a collection.
+        NotInVrepFiles: an entry has changed, or is new and of a kind that is not written.
     """
     now, before = facts.saved.registered, baseline.facts.saved.registered
     renamed = _renamed(facts, baseline)
@@ -67,9 +79,14 @@ def kept_entries(facts: Facts, baseline: Baseline, writing: Writing) -> list[Top
         for name, note in notes.items():
             if (kind, name) in seen or (kind == "ik" and not note):
                 continue
-            if kind != "collection":
+            if kind == "collection":
+                found.append((_GROUP, _collection(b"", name, note, facts, writing)))
+            elif kind in _PAIRS:
+                found.append((_PAIRS[kind], _pair(_PAIRS[kind], name, note, facts, writing)))
+            elif kind == "old_ui" and (payload := _ui(name, note, (baseline, *others), facts, writing)):
+                found.append((_UI, payload))
+            else:
                 raise NotInVrepFiles(f"the new {kind.replace('_', ' ')} '{name}'")
-            found.append((_GROUP, _collection(b"", name, note, facts, writing)))
     return found
 
 
@@ -119,6 +136,58 @@ def _translated(value: object, renamed: Mapping[str, str]) -> object:
             return sign.join(str(_translated(part, renamed)) for part in value.split(sign))
     start, colon, name = value.rpartition(":")
     return start + colon + renamed.get(name, name)
+
+
+def _ui(
+    name: str, note: Annotation, baselines: Iterable[Baseline], facts: Facts, writing: Writing
+) -> bytes | None:
+    """Return the payload of the old UI of a loaded model or of a copy; None where no file has it."""
+    found = None
+    numbers = [0]
+    for baseline in baselines:
+        version = baseline.header.serialization
+        for payload in (payload for tag, payload in baseline.records if tag == _UI):
+            records = parse_list(_UI, payload, version)
+            numbers.append(int((records.numbers("Bkh") or [0])[0]))
+            if decoded((records.raw("Bkn") or b"")[4:]) == name.partition("#")[0]:
+                found = records
+    if found is None:
+        return None
+    writing.new_uis.append(name)
+    found.put_text("Bkn", name)
+    found.put_numbers("Bkh", max(numbers) + len(writing.new_uis))
+    handles = {each: number for number, each in facts.saved.names.items()}
+    found.put_numbers("Aoi", writing.numbers.get(handles.get(str(note.get("object", "")), -1), -1))
+    return bytes(found) + END
+
+
+def _pair(tag: str, name: str, note: Annotation, facts: Facts, writing: Writing) -> bytes:
+    """Return the payload of a new collision or distance object. Raises NotInVrepFiles."""
+    if note.get("explicit", False):
+        raise NotInVrepFiles(f"the explicit handling of '{name}'")
+    records = RecordList(tag, writing.serialization)
+    entities = (_entity(str(note.get(key, "all")), facts, writing) for key in ("entity1", "entity2"))
+    # Beyond those of the file, which count from the first one.
+    number = _FIRST_PAIR[tag] + 5000 + len(writing.new_pairs)
+    writing.new_pairs.append(name)
+    records.put_numbers("Inx", *entities, number)
+    records.put_text("Nme", name)
+    if tag == "DST":
+        records.put_numbers("Trh", 0.0)
+    return bytes(records) + END
+
+
+def _entity(text: str, facts: Facts, writing: Writing) -> int:
+    """Return the number of an entity that an annotation names; -1 for all objects. Raises NotInVrepFiles."""
+    if text == "all":
+        return -1
+    collection = facts.world.collections.find(text.removeprefix(ENTITY_PREFIX))
+    if text.startswith(ENTITY_PREFIX) and collection is not None:
+        return writing.collections[collection]
+    handles = {each: number for number, each in facts.saved.names.items()}
+    if text not in handles:
+        raise NotInVrepFiles(f"what is measured of '{text}'")
+    return writing.numbers[handles[text]]
 
 
 def _collection(payload: bytes, name: str, note: Annotation, facts: Facts, writing: Writing) -> bytes:

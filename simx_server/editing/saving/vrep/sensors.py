@@ -108,7 +108,7 @@ VISION_SENSORS: Fields = {
     "filters": Field(
         _filters,
         unwritable("filters of images"),
-        of_new=False,
+        is_usual=lambda value: value is None,
     ),
     "detection by brightness": Field(
         lambda world, handle: (
@@ -116,7 +116,7 @@ VISION_SENSORS: Fields = {
             world.vision.settings(handle).detect_below,
         ),
         unwritable("detection by the brightness of images"),
-        of_new=False,
+        is_usual=lambda value: value == (None, None),
     ),
 }
 

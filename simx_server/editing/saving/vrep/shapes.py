@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from simx_server.scene.formats.vrep.writing.leaves import (
     change_outermost,
     put_leaves,
 )
-from simx_server.scene.formats.vrep.writing.record_lists import RecordList
+from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList
 from simx_server.scene.poses.poses import matrix
 
 from .field import Field, Fields, NotInVrepFiles, Writing, unwritable
@@ -94,8 +95,11 @@ def _part(world: World, model: mujoco.MjModel, handle: int, geom: int) -> _Part:
 
 
 def _put_parts(records: ObjectRecords, parts: tuple[_Part, ...], writing: Writing) -> None:
+    """Replace the whole geometry, with its colours and its mass."""
+    world, handle = parts[0].world, parts[0].handle
     leaves = [_leaf(part, writing) for part in parts]
-    put_leaves(records.own, leaves, _mass_of(_mass(parts[0].world, parts[0].handle)))
+    put_leaves(records.own, leaves, _mass_of(_mass(world, handle)))
+    _put_looks(records, _looks(world, handle), writing)
 
 
 def _leaf(part: _Part, writing: Writing) -> RecordList:
@@ -104,8 +108,6 @@ def _leaf(part: _Part, writing: Writing) -> RecordList:
     kind = _PRIMITIVES.get(int(model.geom_type[part.geom]))
     if kind is None or writing.pools is None:
         raise NotInVrepFiles("the form of the shape")
-    if part.texture:
-        raise NotInVrepFiles("the texture of the shape")
     position, turn = part.form[4:7], part.form[7:11]
     corners = shape_looks.part_corners(part.world, part.handle, part.geom)
     points, faces = shape_looks.indexed(corners)
@@ -117,6 +119,11 @@ def _leaf(part: _Part, writing: Writing) -> RecordList:
         "Ppr", kind, *(np.ptp(local, axis=0) if kind != Primitive.MESH else np.zeros(3)).tolist()
     )
     leaf.put_numbers("Ppf", *position, *turn)
+    if (texture := shape_looks.part_texture(model, part.geom)) is not None:
+        use = RecordList("texture use", writing.serialization)
+        use.put_numbers("Tob", writing.add_texture(texture.pixels), 0, 1.0, 1.0)
+        use.put("Ftc", texture.coordinates.astype("<f4").tobytes())
+        leaf.put("Toj", bytes(use) + END)
     leaf.put_numbers("Gsa", 0.5, 0)
     leaf.put_numbers("Var", 0)
     return leaf
@@ -168,7 +175,11 @@ def _mass(world: World, handle: int) -> tuple[float, ...] | None:
 def _mass_of(value: tuple[float, ...] | None) -> Mass:
     if value is None or value[0] <= 0:
         return Mass(
-            1.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.01, 0.01, 0.01), np.diag([0.01] * 3).ravel()
+            1.0,
+            (0.0, 0.0, 0.0),
+            (1.0, 0.0, 0.0, 0.0),
+            (0.01, 0.01, 0.01),
+            np.diag([0.01] * 3).ravel().tolist(),
         )
     mass, position, turn = value[0], value[1:4], value[4:8]
     moments = [moment / mass for moment in value[8:]]
@@ -195,6 +206,15 @@ def _contacts(world: World, handle: int) -> tuple[tuple[float, ...], ...]:
     )
 
 
+def _keeps_contacts(now: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
+    """Return whether the file's parameters of contacts must be those of the shape.
+
+    They follow from the file for a shape that did not collide, and a shape of another form has those of one part.
+    """
+    name = "parameters of contacts"
+    return bool(now[name] and before[name]) and now["form"] == before["form"]
+
+
 SHAPES: Fields = {
     "form": Field(_parts, _put_parts),
     "colours": Field(_looks, _put_looks),
@@ -214,6 +234,8 @@ SHAPES: Fields = {
         lambda world, handle: world.object_settings.first_velocity(handle),
         lambda records, value, _: records.own.put_numbers("Idv", *value),
     ),
-    "parameters of contacts": Field(_contacts, unwritable("parameters of contacts"), of_new=False),
+    "parameters of contacts": Field(
+        _contacts, unwritable("parameters of contacts"), of_new=False, concerns=_keeps_contacts
+    ),
 }
 """The form comes first: it is written with the default colours."""

@@ -6,6 +6,8 @@ import struct
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+
 from simx_server.scene.formats.vrep.chunks import MARKERS, Body, form_of, has_twin, heads, twin
 from simx_server.scene.formats.vrep.records import RECORDS
 
@@ -13,6 +15,8 @@ END = b"EOO"
 
 FIRST_WITH_TWINS, FIRST_WITHOUT_SINGLES = 24, 25
 """Versions of the format from which reals are written as float64 too, and only so."""
+
+_LARGEST_SINGLE = np.finfo(np.float32).max
 
 _HEAD = struct.Struct("<3sI")
 
@@ -100,7 +104,12 @@ class RecordList:
         new = [old if value is None else value for value, old in zip(values, present, strict=True)]
         for place in form.ints:
             new[place] = int(new[place])
-        self._put_real_forms(tag, text, form.single.pack(*new), form.double.pack(*new))
+        rounded = list(new)
+        for place in form.reals:
+            rounded[place] = _single(new[place])
+        self._put_real_forms(
+            tag, text, form.single.pack(*rounded), form.double.pack(*new), is_exact=rounded == new
+        )
 
     def put_bits(self, tag: str, mask: int, bits: int) -> None:
         """Change some bits of a record that is one whole number."""
@@ -121,11 +130,12 @@ class RecordList:
 
     def put_array(self, tag: str, reals: Sequence[float], ints: Sequence[int]) -> None:
         """Write the parameters of an engine."""
+        rounded = list(map(_single, reals))
         single, double = (
-            struct.pack(f"<2i{len(reals)}{letter}{len(ints)}i", len(reals), len(ints), *reals, *ints)
-            for letter in "fd"
+            struct.pack(f"<2i{len(reals)}{letter}{len(ints)}i", len(reals), len(ints), *values, *ints)
+            for letter, values in (("f", rounded), ("d", reals))
         )
-        self._put_real_forms(tag, "array", single, double)
+        self._put_real_forms(tag, "array", single, double, is_exact=rounded == list(reals))
 
     @contextmanager
     def child(self, tag: str) -> Generator[RecordList]:
@@ -137,7 +147,12 @@ class RecordList:
         others = self.each(tag)[1:]
         self.put(tag, bytes(found) + END, *others)
 
-    def _put_real_forms(self, tag: str, form: str, single: bytes, double: bytes) -> None:
+    def _put_real_forms(self, tag: str, form: str, single: bytes, double: bytes, *, is_exact: bool) -> None:
+        """Write a record, its twin, or both.
+
+        Args:
+            is_exact: whether float32 holds the numbers; else old files get a twin too, which V-REP 3 skips.
+        """
         if not has_twin(form):
             self.put(tag, single)
             return
@@ -145,10 +160,17 @@ class RecordList:
         if not has_single and not has_double:
             has_single = self.serialization < FIRST_WITHOUT_SINGLES
             has_double = self.serialization >= FIRST_WITH_TWINS
+        has_double = has_double or not is_exact
         if has_single:
             self.put(tag, single)
         if has_double:
             self.put(twin(tag), double)
+
+
+def _single(value: float) -> float:
+    """Return the nearest number that float32 holds."""
+    with np.errstate(over="ignore"):
+        return float(np.clip(np.float32(value), -_LARGEST_SINGLE, _LARGEST_SINGLE))
 
 
 def split(names: Sequence[str], payload: bytes, serialization: int) -> list[RecordList]:

@@ -106,14 +106,19 @@ def _add(conversion: Conversion, script: Script, name: str) -> None:
         options |= {"enabled": False} if script.is_disabled else {}
         options |= {"order": _ORDERS[script.order]} if script.order != 1 else {}
         options |= {"traversal": _TRAVERSALS[script.traversal]} if script.traversal else {}
-        options |= {"joint_bases": True} if conversion.file.program < _MOVING_FRAMES else {}
-        options |= {"full_results": True} if conversion.file.program >= _FULL_RESULTS else {}
-        options |= {"stops_at_errors": False} if goes_on else {}
+        options |= options_of_version(conversion.file.program)
         if options:
             conversion.annotate("script", f"{kind}{name}", **options)
     shown = "main script" if script.type == MAIN else f"{_words(script)} of '{name}'"
     if not script.is_disabled:
         conversion.report.needs[shown] = needs_of(text, script.language)
+
+
+def options_of_version(program: tuple[int, int, int]) -> dict[str, bool]:
+    """Return the options of all scripts of a file by the version of its program, where they are not the usual ones."""
+    options = {"joint_bases": True} if program < _MOVING_FRAMES else {}
+    options |= {"full_results": True} if program >= _FULL_RESULTS else {}
+    return options | ({"stops_at_errors": False} if program < _ERRORS_RAISED else {})
 
 
 def _words(script: Script) -> str:
