@@ -30,7 +30,7 @@ class VrepWorld(World):
 
     def do(self, function: str, *arguments: Any) -> Any:
         """The result of `sim.FUNCTION`."""
-        found = self._names.invoke(f"sim.{function}", list(arguments))
+        found: Any = self._names.invoke(f"sim.{function}", list(arguments))
         return found[0] if len(found) == 1 else found
 
     def first(self, kind: ObjectKind) -> int:

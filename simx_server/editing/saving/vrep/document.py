@@ -174,7 +174,7 @@ class _Document:
         """Add meshes and textures of another file; return where they are."""
         if id(baseline) not in self._others:
             version = baseline.header.serialization
-            if version < _FIRST_WITH_SURFACES:
+            if version < _FIRST_WITH_SURFACES and baseline is not self._first:
                 raise NotInVrepFiles(f"what comes from '{baseline.source.name}', of V-REP 3.3 or older")
             pools = next((payload for tag, payload in baseline.records if tag == "VIN"), END)
             starts = self._pools.append(MeshPools(parse_list("VIN", pools, version)))

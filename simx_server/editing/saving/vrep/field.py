@@ -31,7 +31,7 @@ class Handle:
 
 @dataclass(slots=True)
 class Writing:
-    """What the records of all objects of a file share."""
+    """Facts that the records of all objects of a file share."""
 
     serialization: int
     """Version of the file's format."""
