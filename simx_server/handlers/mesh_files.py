@@ -13,7 +13,7 @@ from simx_server.editing.creating import GREY
 from simx_server.editing.imported_meshes import Color, MeshPart
 from simx_server.errors import CommandError
 from simx_server.files.image_files import Pixels, fitted
-from simx_server.scene.formats.obj_materials import ObjMaterial, ObjUse, materials_used, read_materials
+from simx_server.scene.formats.meshes.obj_materials import ObjMaterial, ObjUse, materials_used, read_materials
 
 from .script_files import file_of_server, read_image, read_mesh
 

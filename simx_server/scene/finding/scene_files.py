@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from simx_server.scene.formats.sources import Sources
@@ -31,7 +32,7 @@ class SceneFiles:
         """
         self.workspace = (workspace or Path.cwd()).resolve()
         self.client_files = ClientFiles(None if workspace is None else self.workspace)
-        self.sources = sources or Sources.of()
+        self.sources = self._watched(sources or Sources.of())
         self.own_scene = own_scene
         self.more_folders: Sequence[Path] = ()
         """Further folders from which clients may load."""
@@ -59,9 +60,15 @@ class SceneFiles:
 
     def read_from(self, sources: Sources, folder: Path | None = None) -> None:
         """Search referenced files elsewhere from now on; let clients load from one folder more."""
-        self.sources = sources
+        self.sources = self._watched(sources)
         if folder is not None:
             self.more_folders = [*self.more_folders, folder]
+
+    def _watched(self, sources: Sources) -> Sources:
+        def is_of_client(path: Path) -> bool:
+            return self.client_files.holds(path)
+
+        return replace(sources, is_of_client=is_of_client)
 
     def scene_opened(self, path: Path | None) -> None:
         """Note the file of the present scene."""

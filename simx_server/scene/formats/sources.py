@@ -73,11 +73,22 @@ class Sources:
     contents: Contents | None = field(default=None, compare=False, repr=False)
     """The only files there are, with their bytes, after a trial (`trial`); None: the files of the disk."""
 
+    xacro_arguments: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Values of the arguments of xacro files, from ``--xacro``."""
+
+    is_of_client: Callable[[Path], bool] | None = field(default=None, compare=False, repr=False)
+    """Whether a file has bytes that a client sent; None: no file."""
+
     _seen: _Seen | None = field(default=None, compare=False, repr=False)
 
     @classmethod
-    def of(cls, packages: Iterable[str] = (), environment: Mapping[str, str] | None = None) -> Sources:
-        """Return sources from ``NAME=DIR`` texts and environment variables (default: the process's)."""
+    def of(
+        cls,
+        packages: Iterable[str] = (),
+        environment: Mapping[str, str] | None = None,
+        xacro_arguments: Mapping[str, str] | None = None,
+    ) -> Sources:
+        """Return sources from ``NAME=DIR`` texts, environment variables (default: the process's) and arguments."""
         variables = os.environ if environment is None else environment
         roots = [Path(part) for name in _ROOTS for part in _parts(variables, name)]
         roots += [Path(part) / "share" for name in _SHARES for part in _parts(variables, name)]
@@ -86,6 +97,7 @@ class Sources:
             shipped_scenes().resolve(),
             {name: Path(folder) for name, _, folder in pairs},
             tuple(dict.fromkeys(root for root in roots if root.is_absolute())),
+            xacro_arguments=dict(xacro_arguments or {}),
         )
 
     def described(self) -> dict[str, Any]:
@@ -94,6 +106,7 @@ class Sources:
             "shipped": str(self.shipped),
             "packages": {name: str(folder) for name, folder in self.packages.items()},
             "roots": [str(root) for root in self.roots],
+            "xacro": dict(self.xacro_arguments),
         }
 
     @classmethod
@@ -103,6 +116,7 @@ class Sources:
             place(described["shipped"]),
             {str(name): place(folder) for name, folder in described["packages"].items()},
             tuple(place(root) for root in described["roots"]),
+            xacro_arguments={str(name): str(value) for name, value in described.get("xacro", {}).items()},
         )
 
     def confined(self, folders: Iterable[Path]) -> Sources:
@@ -121,6 +135,10 @@ class Sources:
     def read(self, file: Path) -> bytes:
         """Return the bytes of a file. Raises OSError."""
         return file.read_bytes() if self.contents is None else self.contents.read(file)
+
+    def trusts(self, path: Path) -> bool:
+        """Return whether the operator has stored a file, not a client."""
+        return self.is_of_client is None or not self.is_of_client(path)
 
     def allows(self, path: Path) -> bool:
         """Return whether a file may be read; links are resolved."""

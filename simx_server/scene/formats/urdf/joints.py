@@ -18,6 +18,9 @@ import mujoco
 from simx_server.scene.formats.annotations import PREFIX, SceneError
 from simx_server.scene.poses.poses import add, rotate
 
+from .actuation import Actuation
+from .numbers import number
+
 logger = logging.getLogger(__name__)
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -50,17 +53,21 @@ def read_joints(root: ElementTree.Element) -> dict[str, UrdfJoint]:
     for joint in root.findall("joint"):
         limit, mimic = joint.find("limit"), joint.find("mimic")
         found[joint.get("name", "")] = UrdfJoint(
-            effort=_number(limit, "effort", 0.0),
-            velocity=_number(limit, "velocity", 0.0),
+            effort=_attribute(limit, "effort", 0.0),
+            velocity=_attribute(limit, "velocity", 0.0),
             is_cyclic=joint.get("type") == "continuous",
             mimic=None
             if mimic is None
-            else (mimic.get("joint", ""), _number(mimic, "multiplier", 1.0), _number(mimic, "offset", 0.0)),
+            else (
+                mimic.get("joint", ""),
+                _attribute(mimic, "multiplier", 1.0),
+                _attribute(mimic, "offset", 0.0),
+            ),
         )
     return found
 
 
-def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
+def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint], actuation: Actuation) -> None:
     """Annotate hinges and slides, move them into their limits, and exclude collisions of the connected links."""
     names = {joint.name for joint in spec.joints if joint.type in _SINGLE}
     equalities = _equalities_by_joint(spec)
@@ -68,7 +75,7 @@ def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
         described = joints.get(joint.name)
         if described is None:
             continue
-        words = _follows(described, names) or ["motor=on", "control=position", "switches=yes"]
+        words = _follows(described, names) or _motor(joint.name, described, actuation)
         if words[0] == _DEPENDENT:
             for equality in equalities.pop(joint.name, ()):  # the annotation replaces it
                 spec.delete(equality)
@@ -112,6 +119,14 @@ def _equalities_by_joint(spec: mujoco.MjSpec) -> dict[str, list[Any]]:
         if equality.type == mujoco.mjtEq.mjEQ_JOINT:
             found[equality.name1].append(equality)
     return found
+
+
+def _motor(name: str, described: UrdfJoint, actuation: Actuation) -> list[str]:
+    """Return the annotation of a joint that does not follow another one."""
+    if described.is_cyclic and actuation.is_without(name):
+        return ["motor=off", "switches=yes"]
+    control = "velocity" if actuation.is_by_velocity(name) else "position"
+    return ["motor=on", f"control={control}", "switches=yes"]
 
 
 def _follows(described: UrdfJoint, names: set[str]) -> list[str] | None:
@@ -185,10 +200,6 @@ def _collides(body: Any) -> bool:
     return any(geom.contype or geom.conaffinity for geom in body.geoms)
 
 
-def _number(element: ElementTree.Element | None, key: str, default: float) -> float:
+def _attribute(element: ElementTree.Element | None, key: str, default: float) -> float:
     """Return an attribute that MuJoCo's reader may ignore; the default unless it is a finite number."""
-    try:
-        value = float("" if element is None else element.get(key, ""))
-    except ValueError:
-        return default
-    return value if math.isfinite(value) else default
+    return number(None if element is None else element.get(key), default)

@@ -20,9 +20,11 @@ from simx_server.joints.state import JointMode
 from simx_server.scene.formats import loader
 from simx_server.scene.formats import sources as sources_module
 from simx_server.scene.formats.annotations import SceneError
-from simx_server.scene.formats.loader import load_scene, load_text
+from simx_server.scene.formats.loader import load_scene
+from simx_server.scene.formats.meshes import collada, polygons
 from simx_server.scene.formats.sources import PACKAGE_FILE, Sources
 from simx_server.scene.formats.urdf import joints as urdf_joints
+from simx_server.scene.formats.urdf import reading
 from simx_server.scene.formats.urdf.reading import read_urdf, urdf_files
 from simx_server.scene.geometry.overlaps import overlaps
 
@@ -145,56 +147,49 @@ def test_mesh_that_is_not_there_is_told_with_the_places(tmp_path: Path) -> None:
     assert str(file.parents[1] / "meshes" / "visual" / "base_link.obj") in str(problem.value)
 
 
-def test_collada_is_left_out_where_it_is_only_seen(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def renamed(file: Path, kind: str, ending: str = ".dae") -> None:
+    for path in (file.parents[1] / "meshes" / kind).iterdir():
+        path.rename(path.with_suffix(ending))
+
+
+def test_damaged_mesh_is_left_out_where_it_is_only_seen(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     file = write_arm(tmp_path, arm(visual_ending="dae"))
-    for path in (file.parents[1] / "meshes" / "visual").iterdir():
-        path.rename(path.with_suffix(".dae"))
+    renamed(file, "visual")
     _, model = load_scene(file, sources())
     assert model.nmesh == 4
     assert (model.geom_group[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH] == 0).all(), (
         "what collides is shown then"
     )
-    (told,) = [each for each in caplog.messages if "drawn without" in each]
-    assert "MuJoCo reads STL and OBJ" in told
+    told = [each for each in caplog.messages if "is drawn without" in each]
+    assert len(told) == 4
+    assert "cannot read 'base_link.dae': it is no valid COLLADA" in told[0]
 
 
-def test_readable_mesh_beside_a_collada_file_is_taken(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    file = write_arm(tmp_path, arm(visual_ending="dae", collision_ending="dae"))
-    assert load_scene(file, sources())[1].nmesh == 8
-    assert not caplog.messages
-
-
-def test_collada_that_collides_is_an_error(tmp_path: Path) -> None:
+def test_damaged_mesh_that_collides_is_an_error(tmp_path: Path) -> None:
     file = write_arm(tmp_path, arm(collision_ending="dae"))
-    for path in (file.parents[1] / "meshes" / "collision").iterdir():
-        path.rename(path.with_suffix(".dae"))
-    with pytest.raises(SceneError, match=r"collides by .*base_link.dae.*save it as one of these beside it"):
+    renamed(file, "collision")
+    with pytest.raises(SceneError, match=r"cannot read 'base_link.dae': it is no valid COLLADA"):
         load_scene(file, sources())
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/><link name="a"/></robot>',
-        '<robot name="r"><xacro:arm/><link name="a"/></robot>',
-        '<robot name="r"><link name="a"><inertial><mass value="${m}"/></inertial></link></robot>',
-    ],
-)
-def test_xacro_by_mistake_is_told(tmp_path: Path, text: str) -> None:
-    for name in ("robot.urdf", "robot.urdf.xacro"):
-        with pytest.raises(SceneError, match=r"is a xacro file.*`xacro robot\S* > robot.urdf`"):
-            load_scene(written(tmp_path, text, name), sources())
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [("<robot name='r'/>", "no <link>"), ("<robot><link name='a'></robot>", "no well-formed XML")],
-)
-def test_what_is_no_robot_is_told(tmp_path: Path, text: str, told: str) -> None:
-    with pytest.raises(SceneError, match=told):
-        load_scene(written(tmp_path, text), sources())
+@pytest.mark.parametrize("ending", ["dae", "ply"])
+def test_without_the_library_a_readable_mesh_beside_the_file_is_taken(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    for module in (collada, polygons):
+        monkeypatch.setattr(module, "is_available", lambda: False)
+    file = write_arm(tmp_path, arm(visual_ending=ending, collision_ending=ending))
+    assert load_scene(file, sources())[1].nmesh == 8
+    assert not caplog.messages
+    renamed(file, "visual", f".{ending}")
+    assert load_scene(file, sources())[1].nmesh == 4
+    assert "is drawn without" in caplog.text
+    assert "pip install" in caplog.text
+    renamed(file, "collision", f".{ending}")
+    with pytest.raises(SceneError, match=r"a library reads those: .*pip install"):
+        load_scene(file, sources())
 
 
 # --- joints and links -----------------------------------------------------------------------------
@@ -258,17 +253,39 @@ def test_mimic_joint_follows_its_master(tmp_path: Path) -> None:
 def test_links_that_a_joint_connects_do_not_collide_with_what_is_fixed_to_them() -> None:
     """MuJoCo parts a parent from its child, but not from the world's own bodies; and a fixed link is a body too."""
     joint = (
-        '<joint name="{0}_{1}" type="{2}"><parent link="{0}"/><child link="{1}"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="{0}_{1}" type="{2}"><parent link="{0}"/><child link="{1}"/><origin xyz="0 0 {3}"/>'
+        '<axis xyz="0 0 1"/></joint>'
     )
     text = "".join(LINK.format(name, 1, ONE, BALL) for name in ("world", "base", "plate", "arm", "hand"))
-    text += joint.format("world", "base", "fixed") + joint.format("base", "plate", "fixed")
-    text += joint.format("base", "arm", "continuous") + joint.format("arm", "hand", "continuous")
-    scene, model = load_text(f'<robot name="r">{text}</robot>')
-    data = mujoco.MjData(model)
+    text += joint.format("world", "base", "fixed", 0) + joint.format("base", "plate", "fixed", 0)
+    text += joint.format("base", "arm", "continuous", 1) + joint.format("arm", "hand", "continuous", 1)
+    spec = read_urdf(f'<robot name="r">{text}</robot>'.encode(), "r.urdf", None, sources())
     # The world's own ball and those of the base touch the hand only: between them and it lies the arm.
-    touching = {pair for pair in overlaps(scene, model, data) if "arm" in pair}
-    assert touching == set()
-    assert {pair for pair in overlaps(scene, model, data) if pair == ("base", "hand")}
+    assert parted(spec) == {("world", "arm"), ("base", "arm"), ("plate", "arm"), ("arm", "hand")}
+
+
+def parted(spec: mujoco.MjSpec) -> set[tuple[str, str]]:
+    return {(each.bodyname1, each.bodyname2) for each in spec.excludes}
+
+
+def test_links_that_overlap_in_the_pose_of_the_file_do_not_collide(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    joint = (
+        '<joint name="to_{1}" type="continuous"><parent link="{0}"/><child link="{1}"/>'
+        '<origin xyz="{2} 0 0"/><axis xyz="0 0 1"/></joint>'
+    )
+    text = "".join(LINK.format(name, 1, ONE, BALL) for name in ("base", "arm", "hand", "tip"))
+    text += (
+        joint.format("base", "arm", 0.1)
+        + joint.format("arm", "hand", 0.05)
+        + joint.format("hand", "tip", 0.1)
+    )
+    with caplog.at_level(logging.INFO):
+        spec = read_urdf(f'<robot name="r">{text}</robot>'.encode(), "r.urdf", None, sources())
+    assert ("base", "hand") in parted(spec)
+    assert ("base", "tip") not in parted(spec)
+    assert "do not collide: 'arm' and 'tip', 'base' and 'hand'" in caplog.text
 
 
 def joined(*joints: tuple[str, str, str]) -> bytes:
@@ -288,6 +305,7 @@ def test_each_link_is_looked_at_a_few_times_however_many_joints_its_neighbours_h
     looked: list[str] = []
     collides = urdf_joints._collides
     monkeypatch.setattr(urdf_joints, "_collides", lambda body: looked.append(body.name) or collides(body))
+    monkeypatch.setattr(reading, "part_overlapping", lambda *_: None)
     count = 50
     fixed = [("base", f"fixed{i}", "fixed") for i in range(count)]
     turning = [("base", f"turning{i}", "continuous") for i in range(count)]
@@ -296,7 +314,8 @@ def test_each_link_is_looked_at_a_few_times_however_many_joints_its_neighbours_h
     assert len(looked) <= 3 * (2 * count + 1)
 
 
-def test_long_chain_of_fixed_links_is_read() -> None:
+def test_long_chain_of_fixed_links_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "part_overlapping", lambda *_: None)
     names = [f"link{i}" for i in range(1000)]
     chain = [(parent, child, "fixed") for parent, child in pairwise(names)]
     spec = read_urdf(joined(("base", "link0", "continuous"), *chain), "r.urdf", None, sources())

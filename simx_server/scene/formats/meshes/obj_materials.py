@@ -40,19 +40,24 @@ class ObjUse:
     """(m,) index into `names` of each triangle."""
 
 
+def library_of(obj: bytes) -> str:
+    """Return the name of the library of an OBJ file; empty without one."""
+    names = (found[2] for found in _LINE.finditer(obj) if found[1] == b"mtllib")
+    return next(names, b"").decode("utf-8", "replace")
+
+
 def materials_used(obj: bytes, count: int) -> ObjUse:
     """Return the materials of the triangles of an OBJ file, of which `count` were read.
 
     A polygon has as many triangles as corners but two. Where the numbers do not agree, all triangles have the material
     that is used first.
     """
-    library, uses = "", list[tuple[int, str]]()
-    for found in _LINE.finditer(obj):
-        name = found[2].decode("utf-8", "replace")
-        if found[1] == b"usemtl":
-            uses.append((found.start(), name))
-        elif not library:
-            library = name
+    library = library_of(obj)
+    uses = [
+        (found.start(), found[2].decode("utf-8", "replace"))
+        for found in _LINE.finditer(obj)
+        if found[1] == b"usemtl"
+    ]
     names = tuple(dict.fromkeys(name for _, name in uses)) or ("",)
     if len(names) == 1:
         return ObjUse(library, names, np.zeros(count, np.int64))

@@ -1,0 +1,40 @@
+"""Keep joints controllable that move very light links: added inertia, and less damping.
+
+A motor is a constraint, whose softness is a share of the joint's inverse inertia if all other joints are free. Where a
+link is thousands of times lighter than what hangs on it, as in hands and at ball joints made of three hinges, that is
+far softer than the motor of the held robot, and the joint would swing around its target for seconds. The same happens
+with a damping that stops the links within a fraction of a physics step.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+
+_MOST_RATIO = 1e2
+"""Largest ratio of the inertia that a joint moves to that which it moves if all other joints are free."""
+
+_STEP = 0.005
+"""Seconds of a physics step of the default scene."""
+
+_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def steady_light_links(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Add a hundredth of the moved inertia where the ratio is larger than a hundred; limit the damping.
+
+    Args:
+        spec: the robot.
+        model: the compiled spec.
+    """
+    joints: dict[str, Any] = {joint.name: joint for joint in spec.joints if joint.type in _SINGLE}
+    for index in range(model.njnt):
+        joint = joints.get(model.joint(index).name)
+        dof = int(model.jnt_dofadr[index])
+        moved = float(model.dof_M0[dof])
+        if joint is None or moved <= 0:
+            continue
+        joint.damping[0] = min(joint.damping[0], moved / _STEP)
+        if moved * float(model.dof_invweight0[dof]) > _MOST_RATIO:
+            joint.armature = moved / _MOST_RATIO
