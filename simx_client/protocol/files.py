@@ -10,7 +10,7 @@ ARCHIVE_SUFFIXES = (".zip", ".mjz")
 """Endings of archives that contain an MJCF file and all that it names; the second is MuJoCo's own."""
 
 SCENE_SUFFIXES = (".xml", ".mjcf", ".urdf", ".mjb", *ARCHIVE_SUFFIXES)
-MESH_SUFFIXES = (".stl", ".obj")
+MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply")
 UI_SUFFIXES = (".toml", ".json")
 
 VREP_SCENE_SUFFIX = ".ttt"

@@ -1,4 +1,4 @@
-"""Mesh files that scripts import: their triangles, and of OBJ files the colours and textures of their library."""
+"""Mesh files that scripts import: their triangles, and the colours and textures of their materials."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from simx_server.editing.creating import GREY
 from simx_server.editing.imported_meshes import Color, MeshPart
 from simx_server.errors import CommandError
 from simx_server.files.image_files import Pixels, fitted
+from simx_server.scene.formats.meshes.naming import plain_name
 from simx_server.scene.formats.meshes.obj_materials import ObjMaterial, ObjUse, materials_used, read_materials
+from simx_server.scene.formats.meshes.reading import COLORED
 
-from .script_files import file_of_server, read_image, read_mesh
+from .script_files import file_of_server, read_image, read_mesh, read_mesh_parts
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -29,9 +31,18 @@ _LARGEST_LIBRARY = 1 << 20
 """Bytes of a library of materials."""
 
 
-def points_of_file(world: World, path: str, scaling: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return points (n, 3) in metres and faces (m, 3) of a mesh file. Raises CommandError, SceneError."""
-    read = read_mesh(world, path)
+def points_of_file(
+    world: World, path: str, scaling: float, *, turns: bool = True
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return points (n, 3) in metres and faces (m, 3) of a mesh file.
+
+    Args:
+        turns: whether to turn the up axis of a COLLADA file to z.
+
+    Raises:
+        CommandError, SceneError: it is not a mesh file.
+    """
+    read = read_mesh(world, path, turns=turns)
     return read.points * scaling, read.faces.astype(np.int64)
 
 
@@ -45,6 +56,8 @@ def parts_of_file(
     Raises:
         CommandError, SceneError: it is not a mesh file.
     """
+    if PurePosixPath(path).suffix.lower() in COLORED:
+        return _colored_parts(world, path, scaling, with_colors=with_colors, with_textures=with_textures)
     read = read_mesh(world, path)
     points, faces = read.points * scaling, read.faces.astype(np.int64)
     # MuJoCo turns the places of OBJ files upside down, as it does with images.
@@ -69,6 +82,25 @@ def parts_of_file(
         own_places = None if pixels is None or places is None else places[chosen]
         highlights = material.highlights if with_colors and name in known else None
         parts.append(MeshPart(own_points, own_faces, color, highlights, own_places, pixels))
+    return parts, texture
+
+
+def _colored_parts(
+    world: World, path: str, scaling: float, *, with_colors: bool, with_textures: bool
+) -> tuple[list[MeshPart], str]:
+    """Return what `parts_of_file` does, of a format with its own colours."""
+    parts: list[MeshPart] = []
+    texture = "texture"
+    for part in read_mesh_parts(world, path):
+        look, pixels = part.look, None
+        if with_textures and look.image and part.coordinates is not None:
+            image = plain_name(look.image)
+            pixels = _image(world, _beside(path, image))
+            texture = PurePosixPath(image).stem if not parts else texture
+        color = (look.color if with_colors else None) or GREY
+        coordinates = None if pixels is None else part.coordinates
+        highlights = look.highlights if with_colors else None
+        parts.append(MeshPart(part.points * scaling, part.faces, color, highlights, coordinates, pixels))
     return parts, texture
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -14,7 +15,10 @@ from simx_client.protocol.kinds import to_text
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.image_files import Pixels, decoded
+from simx_server.scene.formats.meshes.parts import Part
+from simx_server.scene.formats.meshes.reading import read_parts
 from simx_server.scene.formats.model_files import Triangles, read_triangles
+from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.whole_files import is_whole
 from simx_server.scene.trial.kinds import MESH
 
@@ -22,6 +26,8 @@ from .loading import add, checked, find, load, read
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
+
+_Read = TypeVar("_Read")
 
 _LARGEST_IMAGE = 4096
 """Longest side in pixels of an image that becomes a texture."""
@@ -44,13 +50,30 @@ def load_model_of_server(world: World, given: str | bytes) -> int:
         return world.trials.finish(add(world, found, name))
 
 
-def read_mesh(world: World, text: str) -> Triangles:
-    """Return the content of a mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
+def read_mesh(world: World, text: str, *, turns: bool = True) -> Triangles:
+    """Return the content of a mesh file of the server's side, for scripts.
+
+    Args:
+        text: its name.
+        turns: whether to turn the up axis of a COLLADA file to z.
+
+    Raises:
+        CommandError, SceneError: it cannot be read.
+    """
+    return _read_mesh(world, text, partial(read_triangles, turns=turns))
+
+
+def read_mesh_parts(world: World, text: str) -> list[Part]:
+    """Return a mesh file of the server's side by its materials, z upwards. Raises CommandError, SceneError."""
+    return _read_mesh(world, text, partial(read_parts, turns=True))
+
+
+def _read_mesh(world: World, text: str, work: Callable[[Path, str, Sources], _Read]) -> _Read:
     found = world.simulation.files.find(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
     return world.trials.finish(
-        read(world, MESH, found, found.name, lambda sources: read_triangles(found, found.name, sources))
+        read(world, MESH, found, found.name, lambda sources: work(found, found.name, sources))
     )
 
 

@@ -23,6 +23,8 @@ from simx_server.scene.spec_elements import bodies_of
 from .annotations import PREFIX, SceneError
 from .loader import build
 from .loose_meshes import settle
+from .meshes.parts import Part, as_one
+from .meshes.reading import COLORED, is_mujocos, read_by_mujoco, read_parts
 from .sources import Sources
 from .specs import SpecOfFile, read_spec
 
@@ -94,39 +96,59 @@ class Triangles:
     """(m, 3, 2) u and v of a texture at the corners, v downwards; None where the file does not say."""
 
 
-def read_triangles(path: Path, name: str, sources: Sources | None = None) -> Triangles:
-    """Return the content of a mesh file. Raises SceneError."""
-    reader = mujoco.MjSpec()
-    reader.add_mesh(name="mesh", file=str(path.resolve()), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-    reader.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
-    if sources is not None and sources.contents is not None:
-        reader.assets = dict(sources.contents.assets)
+def read_triangles(path: Path, name: str, sources: Sources | None = None, *, turns: bool = True) -> Triangles:
+    """Return the content of a mesh file.
+
+    Args:
+        name: name of the file in errors.
+        sources: the files that may be read.
+        turns: whether to turn the up axis of a COLLADA file to z.
+
+    Raises:
+        SceneError: it cannot be read.
+    """
+    sources = sources or Sources.of()
+    data = _content(path, name, sources)
+    if is_mujocos(path, data) or path.suffix.lower() == ".obj":
+        points, faces, places = read_by_mujoco(data, path, name)
+        return Triangles(points, faces.astype(np.int32), places)
+    part = as_one(read_parts(path, name, sources, turns=turns))
+    return Triangles(part.points, part.faces.astype(np.int32), None)
+
+
+def _content(path: Path, name: str, sources: Sources) -> bytes:
     try:
-        read = reader.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        raise SceneError(f"cannot read '{name}': {' '.join(str(error).split())}") from error
-    points = read.mesh_vert.copy().astype(float)
-    for index, point in enumerate(read.mesh_vert):
-        mujoco.mju_rotVecQuat(points[index], point.astype(float), read.mesh_quat[0])
-    points += read.mesh_pos[0]
-    places = read.mesh_texcoord[read.mesh_facetexcoord].copy() if len(read.mesh_texcoord) else None
-    return Triangles(points, read.mesh_face.copy(), places)
+        return sources.read(path)
+    except OSError as error:
+        raise SceneError(f"cannot read '{name}': {error.strerror}") from None
 
 
 def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:
     """Return a static body with the mesh as its shape, in the file's own coordinates (metres).
 
-    The spec contains the points: later edits do not need the file.
+    The spec contains the points: later edits do not need the file. COLLADA and PLY files have their colours.
     """
     name = PurePosixPath(file_name).stem
-    read = read_triangles(path, file_name, sources)
     spec = mujoco.MjSpec()
-    spec.add_mesh(
-        name=name,
-        uservert=read.points.ravel(),
-        userface=read.faces.ravel(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-    )
     body = spec.worldbody.add_body(name=name)
-    settle(body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name))
+    for number, part in enumerate(_parts(path, file_name, sources or Sources.of())):
+        own = name if number == 0 else f"{name}_{number}"
+        spec.add_mesh(
+            name=own,
+            uservert=part.points.ravel(),
+            userface=part.faces.ravel().astype(np.int32),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+        )
+        geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=own)
+        if part.look.color is not None:
+            geom.rgba = list(part.look.color)
+        settle(geom)
     return spec
+
+
+def _parts(path: Path, file_name: str, sources: Sources) -> list[Part]:
+    if path.suffix.lower() in COLORED:
+        _content(path, file_name, sources)
+        return read_parts(path, file_name, sources, turns=True)
+    read = read_triangles(path, file_name, sources)
+    return [Part(read.points, read.faces.astype(np.int64))]

@@ -30,6 +30,7 @@ from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.contents import digests
 from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
+from simx_server.scene.formats.meshes.reading import prepare as prepare_libraries
 from simx_server.scene.formats.model_files import read_model
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import count_links
@@ -152,6 +153,7 @@ def _try(request: Mapping[str, Any], limits: Limits) -> dict[str, str]:
         from simx_server.scene.formats.vrep.opening import prepare_for_trial  # slow, and often not needed
 
         prepare_for_trial()
+    prepare_libraries(contents.assets)
     _open_no_more_files()
     _WORK[request["kind"]](path, name, sources, limits)
     return digests(contents)

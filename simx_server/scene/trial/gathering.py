@@ -19,6 +19,7 @@ from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
 from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
+from simx_server.scene.formats.urdf.xacro_files import is_xacro, refusal
 from simx_server.scene.formats.whole_files import is_whole
 
 _TEXTS = (".xml", ".mjcf", ".urdf")
@@ -38,11 +39,13 @@ def gather(file: Path, sources: Sources) -> Contents:
     gathering = _Gathering(sources)
     data = read_of_client(file)
     is_all = is_whole(data, file.name)
+    is_robot = not is_all and is_urdf(data)
+    if is_robot and is_xacro(data, file.name):
+        raise CommandError(refusal(file.name))
     if is_all or file.suffix.lower() in _ALONE:
         gathering.assets[str(file)] = data
     else:
         gathering.text(file, file.parent, ())
-    is_robot = not is_all and is_urdf(data)
     if is_robot:
         for mesh in urdf_files(file, sources):
             gathering.asset(mesh)

@@ -47,13 +47,18 @@ _EXPORTS = (
     _Format("Stanford Polygon Library", "ply", "ply", 6),
     _Format("Stanford Polygon Library (binary)", "ply", "plyb", 7),
 )
-_IMPORTS = (("Wavefront OBJ format", "obj"), ("Stereolithography", "stl"))
+_IMPORTS = (
+    ("Wavefront OBJ format", "obj"),
+    ("Stereolithography", "stl"),
+    ("COLLADA", "dae"),
+    ("Stanford Polygon Library", "ply"),
+)
 
 
 class SimAssimp(ApiPart, effect="changes"):
-    """Functions for mesh files of the workspace: OBJ and STL to read; OBJ, STL and PLY to write. Several names stand
-    in one text, with semicolons between them. A scaling of 0 is 1. Upward vector: 0 or 1 the z axis, 2 the y axis of
-    the file.
+    """Functions for mesh files of the workspace: OBJ, STL, COLLADA and PLY to read; OBJ, STL and PLY to write. Several
+    names stand in one text, with semicolons between them. A scaling of 0 is 1. Upward vector: 0 what a COLLADA file
+    says, else the z axis; 1 the z axis, 2 the y axis of the file.
     """
 
     CONSTANTS = MappingProxyType({"upVector_auto": 0, "upVector_z": 1, "upVector_y": 2})
@@ -83,7 +88,10 @@ class SimAssimp(ApiPart, effect="changes"):
         self, files: str, scaling: float = 0.0, up: int = _AUTOMATIC, _options: int = 0
     ) -> tuple[list[list[float]], list[list[int]]]:
         """Return the points and the triangles of each file."""
-        found = [points_of_file(self._world, file, scaling or 1.0) for file in _names(files)]
+        found = [
+            points_of_file(self._world, file, scaling or 1.0, turns=up == _AUTOMATIC)
+            for file in _names(files)
+        ]
         turn = _Y_TO_Z if up == _UP_Y else np.eye(3)
         return (
             [(points @ turn.T).ravel().tolist() for points, _ in found],

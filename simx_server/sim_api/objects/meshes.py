@@ -69,7 +69,7 @@ class MeshFunctions(ApiPart, effect="changes"):
     def importMesh(
         self, _format: int, path: str, _options: int, _tolerance: float, scaling: float
     ) -> tuple[list[list[float]], list[list[int]]]:
-        """Return points and indices of an STL or OBJ file of the workspace, each as one table in a table.
+        """Return points and indices of an STL, OBJ, COLLADA or PLY file of the workspace, each as one table in a table.
 
         Partly: other formats are not supported; equal points are not merged.
         """
@@ -103,9 +103,8 @@ class MeshFunctions(ApiPart, effect="changes"):
         store_file(self._world, saved_name(self._world, file), WRITERS[form](meshes))
 
     def importShape(self, _format: int, path: str, options: int, _tolerance: float, scaling: float) -> int:
-        """Create a static shape from an STL or OBJ file of the workspace, with a part for each material of an OBJ.
-        `options`: 8 without the colours of its library (.mtl), 16 with its textures, as in V-REP, which drops them
-        otherwise.
+        """Create a static shape from an STL, OBJ, COLLADA or PLY file of the workspace, with a part for each material.
+        `options`: 8 without its colours, 16 with its textures, as in V-REP, which drops them otherwise.
 
         Partly: as sim.importMesh; images of clients do not become textures.
         """

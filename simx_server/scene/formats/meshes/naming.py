@@ -24,7 +24,7 @@ def beside(file: Path, sources: Sources) -> Beside:
     """Return where the files are that a mesh file names: as written, or in its own folder."""
 
     def find(name: str) -> Path | None:
-        plain = _plain(name)
+        plain = plain_name(name)
         if not plain:
             return None
         places = (file.parent / plain, file.parent / PurePosixPath(plain).name)
@@ -61,7 +61,7 @@ def _existing(names: Iterable[str], find: Beside) -> Iterator[Path]:
             yield path
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """Return a name as a path; COLLADA has URIs, and some programs write those of Windows."""
     text = name.strip().replace("\\", "/")
     if text.startswith("file:"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
@@ -16,15 +17,20 @@ from .naming import beside, library_bytes
 from .obj_materials import ObjMaterial, library_of, materials_used, read_materials
 from .parts import Look, Part, merged
 
+COLORED = (".dae", ".ply")
+"""Endings of files with colours of their materials; the colours of an OBJ file are in its library."""
+
 _MIRROR, _SHIFT = np.array([1.0, -1.0], np.float32), np.array([0.0, 1.0], np.float32)
 
 
-def prepare(names: list[str]) -> None:
-    """Import the libraries that these files need, as far as they are installed."""
-    endings = {Path(name).suffix.lower() for name in names}
-    if ".dae" in endings:
+def prepare(files: Mapping[str, bytes]) -> None:
+    """Import the libraries that these files need, as far as they are installed. `files`: name to bytes."""
+    if any(name.lower().endswith(".dae") for name in files):
         collada.prepare()
-    if endings & {".ply", ".stl"}:
+    if any(
+        name.lower().endswith(".ply") or (name.lower().endswith(".stl") and polygons.is_unusual_stl(data))
+        for name, data in files.items()
+    ):
         polygons.prepare()
 
 
@@ -97,9 +103,10 @@ def read_by_mujoco(
         read = reader.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read '{name}': {' '.join(str(error).split())}") from error
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, read.mesh_quat[0])
-    points = read.mesh_vert.astype(float) @ turn.reshape(3, 3).T + read.mesh_pos[0]
+    points = read.mesh_vert.astype(float)
+    for index, point in enumerate(points.copy()):
+        mujoco.mju_rotVecQuat(points[index], point, read.mesh_quat[0])
+    points += read.mesh_pos[0]
     places = read.mesh_texcoord[read.mesh_facetexcoord].copy() if len(read.mesh_texcoord) else None
     return points, read.mesh_face.astype(np.int64), places
 

@@ -17,6 +17,9 @@ _LEAST_INERTIA = 0.001
 _MOMENTS = ("ixx", "iyy", "izz")
 _PRODUCTS = ("ixy", "ixz", "iyz")
 
+_NOTHING = 1e-12
+"""kg m^2: programs write such numbers for zero."""
+
 _TINY = 1e-6
 """Smallest principal moment, as a share of the largest one, of an inertia that a body can have."""
 
@@ -27,8 +30,8 @@ _MOST_NAMED = 5
 def repair_inertias(root: ElementTree.Element) -> None:
     """Repair inertias.
 
-    As in V-REP an invalid mass counts as not given, and an inertia of zeros becomes a small one. Products of inertia
-    that no body can have are left out.
+    As in V-REP an invalid mass counts as not given, and an inertia of zeros becomes a small one. Of an inertia
+    that no body can have the products are left out, and moments that are not positive.
     """
     zeros: list[str] = []
     impossible: list[str] = []
@@ -43,20 +46,24 @@ def repair_inertias(root: ElementTree.Element) -> None:
         if inertia is None:
             inertia = ElementTree.SubElement(inertial, "inertia")
         moments = [_written(inertia.get(key)) for key in _MOMENTS]
-        if max(moments) <= 0:
+        if max(moments) < _NOTHING:
             zeros.append(link.get("name", ""))
             _write(inertia, _MOMENTS, str(_LEAST_INERTIA))
             _write(inertia, _PRODUCTS, "0")
         elif not _is_possible(inertia):
             impossible.append(link.get("name", ""))
             _write(inertia, _PRODUCTS, "0")
+            for key, moment in zip(_MOMENTS, moments, strict=True):
+                inertia.set(key, str(moment if moment > _TINY * max(moments) else max(moments)))
         else:
             for key in _PRODUCTS:
                 inertia.set(key, inertia.get(key, "0"))
     if zeros:
         logger.warning("the inertia of %s is zero; it is %s kg m^2 now", _some(zeros), _LEAST_INERTIA)
     if impossible:
-        logger.warning("no body has the inertia of %s; its products are left out", _some(impossible))
+        logger.warning(
+            "no body has the inertia of %s; its products are left out, and moments of zero", _some(impossible)
+        )
 
 
 def _write(inertia: ElementTree.Element, keys: tuple[str, ...], value: str) -> None:
@@ -67,8 +74,6 @@ def _write(inertia: ElementTree.Element, keys: tuple[str, ...], value: str) -> N
 def _is_possible(inertia: ElementTree.Element) -> bool:
     """Return whether the principal moments are positive."""
     xx, yy, zz, xy, xz, yz = (number(inertia.get(key), 0.0) for key in (*_MOMENTS, *_PRODUCTS))
-    if min(xx, yy, zz) <= 0:
-        return True  # MuJoCo reports what is wrong with it
     moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
     return bool(moments[0] > _TINY * moments[-1])
 
