@@ -13,11 +13,11 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_server.errors import CommandError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.scene.formats.loader import load_scene
-from simx_server.scene.formats.sources import Sources
 from simx_server.settings.settings import Settings
 from simx_server.sim_api.listing.lacking import note_missing
 
 from .rehearsal import rehearse
+from .scene_sources import sources_of
 
 logger = logging.getLogger(__name__)
 
@@ -26,7 +26,7 @@ def print_report(settings: Settings, *, as_json: bool) -> int:
     """Print the report on the scene that the settings name. Returns the exit code."""
     try:
         file = find_scene(settings.scene or DEFAULT_SCENE)
-        sources = Sources.of(settings.package)
+        sources = sources_of(settings)
         scene, _ = load_scene(file, sources)
     except CommandError as error:
         logger.error("%s", error)

@@ -33,7 +33,6 @@ from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.saving import save_mjcf
-from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
@@ -47,6 +46,7 @@ from simx_server.world.warm_up import wait_until_warm
 from simx_server.world.world import World
 
 from .building import build_world
+from .scene_sources import sources_of
 from .serving import Gateways, add_viewers, add_watchers, make_service, open_gateways
 
 logger = logging.getLogger(__name__)
@@ -83,7 +83,7 @@ def open_world(
         rendering,
         workspace=settings.workspace,
         limits=settings.limits,
-        sources=Sources.of(settings.package),
+        sources=sources_of(settings),
         own_scene=scene.resolve(),
         allows_code=settings.allow_code,
         needs_seccomp=not settings.unconfined_scripts,
@@ -224,7 +224,7 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
 
 def _save_mjcf(path: Path, settings: Settings) -> int:
     try:
-        save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, Sources.of(settings.package))
+        save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, sources_of(settings))
     except CommandError as error:
         logger.error("%s", error)
         return FAILURE
@@ -233,7 +233,7 @@ def _save_mjcf(path: Path, settings: Settings) -> int:
 
 def _convert(folder: Path, settings: Settings) -> int:
     try:
-        write_folder(find_scene(settings.scene or DEFAULT_SCENE), folder, Sources.of(settings.package))
+        write_folder(find_scene(settings.scene or DEFAULT_SCENE), folder, sources_of(settings))
     except CommandError as error:
         logger.error("%s", error)
         return FAILURE

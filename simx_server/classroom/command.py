@@ -33,8 +33,8 @@ from .tokens import TokensError, make_tokens
 logger = logging.getLogger(__name__)
 
 OF_SERVERS = (
-    "scene", "start", "speed", "time_step", "package", "limit", "allow_code", "unconfined_scripts", "check_files",
-    "supervised",
+    "scene", "start", "speed", "time_step", "package", "xacro", "limit", "allow_code", "unconfined_scripts",
+    "check_files", "supervised",
     "log_level", "log_format",
 )  # fmt: skip
 """Settings of ``simx-server`` that hold for every seat."""

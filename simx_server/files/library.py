@@ -17,6 +17,8 @@ from simx_client.protocol.files import (
 from simx_client.protocol.nearest import did_you_mean, file_like
 from simx_server.errors import CommandError
 
+from .robot_collections import find_robot, is_in_collection
+
 DEFAULT_SCENE = "ur5_rg2_kinect"
 """The scene of the tutorial, which the package ships."""
 
@@ -57,13 +59,15 @@ def find_scene(text: str | Path, *, model: bool = False) -> Path:
     """Return the file meant by `text`.
 
     Args:
-        text: an existing path, the name of a shipped scene or model, or a missing V-REP file that has a shipped
-            equivalent.
+        text: an existing path, the name of a shipped scene or model, a missing V-REP file that has a shipped
+            equivalent, or a robot of a collection (`robot_collections.py`).
         model: search for a model; a mesh file is accepted too.
 
     Raises:
         CommandError: the file does not exist; the text lists the shipped ones.
     """
+    if is_in_collection(str(text)):
+        return find_robot(str(text))
     given = Path(text)
     if given.name in ("", ".."):
         raise CommandError(f"'{text}' is a folder{_scenes_in(given)}; {_ADVICE}")

@@ -143,7 +143,7 @@ def _without_clients(settings: Settings) -> Conflicts:
     of_servers = [each.name for each in fields(settings) if each.metadata and each.metadata["setting"].serves]
     of_replay = {*of_servers, *DECISIVE, "workspace", "duration"}
     if settings.replay:  # a recording may ask for code
-        beside, meaningless = "--replay", (of_replay | {"package"}) - {"allow_code"}
+        beside, meaningless = "--replay", (of_replay | {"package", "xacro"}) - {"allow_code"}
         meaningless -= {"duration"} if settings.snapshot else set()
     elif settings.snapshot or settings.save:
         beside, meaningless = "--snapshot" if settings.snapshot else "--save", set(of_servers)
@@ -151,6 +151,6 @@ def _without_clients(settings: Settings) -> Conflicts:
         beside, meaningless = "--save-mjcf" if settings.save_mjcf else "--convert", of_replay
     else:
         return
-    for name in (*of_servers, *DECISIVE, "workspace", "package", "duration"):
+    for name in (*of_servers, *DECISIVE, "workspace", "package", "xacro", "duration"):
         if name in meaningless and _is_flag(settings, name):
             yield name, f"has no meaning beside {beside}; valid: one of both"

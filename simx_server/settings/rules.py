@@ -189,6 +189,14 @@ def _package(text: str) -> str:
     return f"{name.strip()}={_folder(path.strip())}"
 
 
+def _xacro(text: str) -> str:
+    """Check ``NAME:=VALUE`` and return it; the value may be empty, and may contain spaces."""
+    name, sign, value = text.partition(":=")
+    if not sign or not re.fullmatch(r"[^\s:=]+", name.strip()):
+        raise ValueError(text)
+    return f"{name.strip()}:={value.strip()}"
+
+
 def web_address(text: str) -> str:
     """Return ``HOST:PORT`` of the web viewer; a port alone means this host."""
     host, colon, number = text.strip().rpartition(":")
@@ -244,6 +252,7 @@ NEW_FOLDER = Rule(
     "FOLDER",
 )
 PACKAGE = Rule("NAME=DIR with an existing folder", _package, "NAME=DIR")
+XACRO = Rule("NAME:=VALUE, such as ur_type:=ur5e", _xacro, "NAME:=VALUE")
 WEB_ADDRESS = Rule("a port, 0 for a free one, or HOST:PORT; SCENE stands before it", web_address, "PORT")
 LEGACY_ADDRESS = Rule(
     "a port, 0 for a free one, or HOST:PORT with an IPv4 address of this machine, such as 0.0.0.0:19997",

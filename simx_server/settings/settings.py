@@ -232,7 +232,14 @@ class Settings:
         Path.cwd, "the only folder where clients may touch files", rules.FOLDER, heading="clients"
     )
     package: tuple[str, ...] = _setting(
-        (), "folder of a ROS package that a URDF names, repeatable", rules.PACKAGE, many=True
+        (), "folder of a ROS package, repeatable (--xacro NAME:=VALUE: for xacro)", rules.PACKAGE, many=True
+    )
+    xacro: tuple[str, ...] = _setting(
+        (),
+        "value of an argument of a xacro file, repeatable",
+        rules.XACRO,
+        many=True,
+        is_told_elsewhere=True,
     )
     limit: tuple[str, ...] = _setting(
         (), "how much clients may make it hold, as objects=500; repeatable", _LIMIT, many=True
