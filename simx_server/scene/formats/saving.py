@@ -27,6 +27,11 @@ def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
             "folder with --convert FOLDER"
         )
     spec = read_scene(file, sources).spec
+    if any(texture.file in spec.assets for texture in spec.textures):
+        raise SceneError(
+            f"the meshes of '{file.name}' have images, which do not fit into one MJCF file; write a folder with "
+            "--convert FOLDER"
+        )
     try:
         compile_spec(spec)
         for assets, folder in (

@@ -1,4 +1,4 @@
-"""Write a V-REP file, or a saved one, as a folder: MJCF with annotations, and the files that it names.
+"""Write a V-REP file, a saved one or a URDF as a folder: MJCF with annotations, and the files that it names.
 
 This is how a scene is edited.
 """
@@ -31,7 +31,7 @@ _MOST_NAMED = 4
 
 
 def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
-    """Write a V-REP file, or a saved one, as a folder, and compare the result with the file.
+    """Write a V-REP file, a saved one or a URDF as a folder, and compare the result with the file.
 
     Args:
         file: a scene or a model; a model gets a second file, a scene in which it stands on V-REP's default floor.
@@ -43,19 +43,20 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
     Raises:
         SceneError: another kind of file, a file in the folder has one of the names, or it cannot be written.
     """
-    if not is_whole_file(file):
-        raise SceneError(
-            f"'{file.name}' is not a V-REP file, nor a saved one, which --convert takes; MJCF is edited as it is, and "
-            "--save-mjcf FILE writes a URDF as MJCF"
-        )
     read = read_spec(file, sources)
-    spec, stem = read.spec, file_stems([file.stem])[file.stem]
+    if not (read.is_urdf or is_whole_file(file)):
+        raise SceneError(
+            f"'{file.name}' is not a V-REP file, a saved one or a URDF, which --convert takes; MJCF is edited as it is"
+        )
+    is_model = read.is_model or read.is_urdf
+    name = file.stem.removesuffix(".urdf")  # of a xacro file
+    spec, stem = read.spec, file_stems([name])[name]
     target, on_floor = folder / f"{stem}.xml", folder / f"{stem}_scene.xml"
     try:
         before = compile_spec(spec.copy())
-        spec.modelname = file.stem
+        spec.modelname = name
         files = take_out(spec) | take_out_scripts(spec)
-        _refuse_existing(folder, [target.name, *([on_floor.name] if read.is_model else []), *files])
+        _refuse_existing(folder, [target.name, *([on_floor.name] if is_model else []), *files])
         _write(folder, files)
         _write(folder, {target.name: text_of(spec, folder)})
         written = mujoco.MjSpec.from_file(str(target))
@@ -67,7 +68,7 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
     if differing:
         logger.warning("the converted scene differs from '%s' in: %s", file.name, ", ".join(differing))
     logger.info("'%s' is written as %s, with %d files that it names", file.name, target, len(files))
-    if read.is_model:
+    if is_model:
         _write_scene_of_model(on_floor, target, sources)
     return target
 

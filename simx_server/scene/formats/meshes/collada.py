@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import io
+import warnings
 from collections.abc import Collection, Iterator, Sequence
 from functools import cache
 from typing import Any, cast
@@ -66,7 +67,9 @@ def read_collada(data: bytes, name: str, *, turns: bool) -> list[Part]:
         raise SceneError(f"'{name}' is a packed COLLADA file; unpack it")
     refuse_entities(data, name)
     try:
-        return merged(_pieces(_document(data), turns, name), name)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PendingDeprecationWarning)  # the library uses numpy.matrix
+            return merged(_pieces(_document(data), turns, name), name)
     except (MemoryError, RecursionError, SceneError):
         raise
     except Exception as error:  # the library does not say what it raises for a damaged file
