@@ -47,7 +47,8 @@ def is_available() -> bool:
 def prepare() -> None:
     """Import the library now, if it is installed: a trial cannot open files later."""
     if is_available():
-        importlib.import_module("collada")
+        for module in ("collada", "numpy.ma"):
+            importlib.import_module(module)
 
 
 def read_collada(data: bytes, name: str, *, turns: bool) -> list[Part]:

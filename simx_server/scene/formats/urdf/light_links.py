@@ -3,7 +3,7 @@
 A motor is a constraint, whose softness is a share of the joint's inverse inertia if all other joints are free. Where a
 link is thousands of times lighter than what hangs on it, as in hands and at ball joints made of three hinges, that is
 far softer than the motor of the held robot, and the joint would swing around its target for seconds. The same happens
-with a damping that stops the links within a fraction of a physics step.
+with a damping that stops the links within a physics step.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import mujoco
 _MOST_RATIO = 1e2
 """Largest ratio of the inertia that a joint moves to that which it moves if all other joints are free."""
 
-_STEP = 0.005
-"""Seconds of a physics step of the default scene."""
+_SHORTEST = 0.05
+"""Seconds in which damping alone may stop a link: ten physics steps of the default scene."""
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -35,6 +35,6 @@ def steady_light_links(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
         moved = float(model.dof_M0[dof])
         if joint is None or moved <= 0:
             continue
-        joint.damping[0] = min(joint.damping[0], moved / _STEP)
+        joint.damping[0] = min(joint.damping[0], moved / _SHORTEST)
         if moved * float(model.dof_invweight0[dof]) > _MOST_RATIO:
             joint.armature = moved / _MOST_RATIO

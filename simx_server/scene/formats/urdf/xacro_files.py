@@ -40,6 +40,9 @@ _INDEX = "ament_index_python"
 _MESSAGES = ("warning", "message", "error", "print_location")
 """Functions of the library that print."""
 
+_UNDEFINED = "Undefined substitution argument"
+"""The library's words for an argument without a value."""
+
 _lock = RLock()
 """The library keeps the state of an expansion in its module."""
 
@@ -111,7 +114,8 @@ def expand(data: bytes, name: str, file: Path | None, sources: Sources) -> Expan
     except (MemoryError, RecursionError, SceneError):
         raise
     except Exception as error:  # expressions may raise anything
-        raise SceneError(f"cannot expand '{name}': {reading.problem or _in_words(error, name)}") from None
+        problem = reading.problem or _in_words(error)
+        raise SceneError(f"cannot expand '{name}': {problem}") from None
 
 
 def refusal(name: str) -> str:
@@ -122,13 +126,11 @@ def refusal(name: str) -> str:
     )
 
 
-def _in_words(error: Exception, name: str) -> str:
-    text = " ".join(str(error).split()) or type(error).__name__
-    if type(error).__name__ == "ArgException":
-        text = f"its argument {text} has no value: start the server with --xacro {text.strip(chr(39))}:=VALUE"
-    elif "Undefined substitution argument" in text:
-        text += f"; start the server with --xacro NAME:=VALUE for each argument of {name}"
-    return text[:600]
+def _in_words(error: Exception) -> str:
+    text = (" ".join(str(error).split()) or type(error).__name__)[:600]
+    if _UNDEFINED in text:
+        text += "; start the server with --xacro NAME:=VALUE"
+    return text
 
 
 class _Reading:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 import pytest
+from collada_files import PLY, collada
 from sim_api_calls import ScriptWorld
 
 from simx_server.simulation.part import Part
@@ -208,3 +209,55 @@ def test_exported_meshes_are_collada_too(world: ScriptWorld, tmp_path: Path) -> 
 )
 def test_a_mesh_that_cannot_be_exported_is_refused(world: ScriptWorld, call: str, text: str) -> None:
     world.fails(f"sim.exportMesh({call})", text)
+
+
+# --- COLLADA and PLY ------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tetrahedra(tmp_path: Path) -> ScriptWorld:
+    pytest.importorskip("collada")
+    pytest.importorskip("trimesh")
+    (tmp_path / "maps").mkdir()
+    cv2.imwrite(str(tmp_path / "maps" / "map.png"), np.full((8, 8, 3), (0, 0, 255), np.uint8))
+    (tmp_path / "t.dae").write_text(collada(unit=0.5, up="Y_UP", image="maps/map.png"))
+    (tmp_path / "t.ply").write_text(PLY)
+    (tmp_path / "bomb.dae").write_text(collada(head='<!DOCTYPE c [<!ENTITY a "a">]>'))
+    return ScriptWorld(tmp_path)
+
+
+def test_collada_becomes_a_shape_with_its_materials(tetrahedra: ScriptWorld) -> None:
+    tetrahedra.lua("s = sim.importShape(0, 't.dae', 16, 0, 2)")
+    pictured, blue = tetrahedra.lua("return sim.getShapeViz(s, 0), sim.getShapeViz(s, 1)")
+    assert blue["colors"][:3] == [0, 0, 1]
+    assert blue["transparency"] == pytest.approx(0.5)
+    assert set(color_at_corners(pictured).values()) == {(255, 0, 0)}
+    tetrahedra.lua("p = sim.importShape(0, 't.dae', 8, 0, 2)")
+    plain, other = tetrahedra.lua("return sim.getShapeViz(p, 0), sim.getShapeViz(p, 1)")
+    assert plain["colors"][:3] == other["colors"][:3] != [0, 0, 1]
+    assert "texture" not in plain
+
+
+def test_points_of_collada_and_ply_are_read_with_z_upwards(tetrahedra: ScriptWorld) -> None:
+    for file, wanted in (
+        ("t.dae", {(0, 0, 0), (1, 0, 0), (0, -1, 0), (0, 0, 1)}),
+        ("t.ply", {(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 2)}),
+    ):
+        ((points,), (indices,)) = tetrahedra.lua(f"return sim.importMesh(0, '{file}', 0, 0, 2)")
+        assert len(indices) == 12
+        assert {tuple(np.round(point, 5) + 0.0) for point in np.array(points).reshape(-1, 3)} == wanted
+        (points, *_), _ = tetrahedra.lua(f"return simAssimp.importMeshes('{file}', 1, 1)")
+        assert max(points) == (0.5 if file == "t.dae" else 1)
+    assert tetrahedra.value("simAssimp.getImportFormat(2)") == "COLLADA"
+    tetrahedra.lua("s = sim.importShape(0, 't.ply', 0, 0, 1)")
+    assert tetrahedra.lua("return sim.getShapeViz(s, 0)")[0]["colors"][:3] == [1, 0, 0]
+
+
+def test_collada_is_a_model_with_its_colours(tetrahedra: ScriptWorld) -> None:
+    tetrahedra.lua("m = sim.loadModel('t.dae')")
+    assert tetrahedra.lua("return sim.getShapeViz(m, 1)")[0]["colors"][:3] == [0, 0, 1]
+
+
+def test_entities_of_collada_are_refused(tetrahedra: ScriptWorld) -> None:
+    tetrahedra.fails("sim.importShape(0, 'bomb.dae', 0, 0, 1)", "declares XML entities")
+    tetrahedra.fails("sim.importMesh(0, 'bomb.dae', 0, 0, 1)", "declares XML entities")
