@@ -171,6 +171,10 @@ class Collections(Part):
         """Return the names of the collections that the scene registers."""
         return [name for name, _ in self._registry.all().values()]
 
+    def handles(self) -> list[int]:
+        """Return the handles of all collections."""
+        return list(self._all())
+
     def name(self, handle: int) -> str:
         """Return the name of a collection. Raises CommandError."""
         return self._get(handle).name

@@ -39,6 +39,7 @@ from .motion.moves import MoveFunctions
 from .motion.old_moves import OldMoveFunctions
 from .motion.profiles import ProfileFunctions
 from .named_parameters import NamedParameterFunctions
+from .object_model.functions import ObjectModelFunctions
 from .objects.collisions import CollisionFunctions
 from .objects.compounds import CompoundFunctions
 from .objects.custom_data import CustomDataFunctions
@@ -167,6 +168,7 @@ class SimApi(
     MotionPlanningFunctions,
     FlatPathFunctions,
     ApiListingFunctions,
+    ObjectModelFunctions,
 ):
     """All functions of ``sim``, for one script."""
 

@@ -83,6 +83,10 @@ class Namespaces:
         self._found: dict[str, tuple[Callable[..., Any], Signature]] = {}
         """Functions that were called, by full name."""
 
+    def space(self, name: str) -> Any:
+        """Return the object with the functions of a namespace."""
+        return self._spaces[name]
+
     @staticmethod
     @cache
     def names() -> Mapping[str, Mapping[str, Constant | None]]:

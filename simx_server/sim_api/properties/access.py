@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _MOST_COMPARED, _MOST_LISTED = 200, 100
 """Names that a message suggests from, and that it lists; a program may make thousands."""
 
-_NOT_WRITABLE, _NOT_READABLE, _REMOVABLE, _LARGE = 1, 2, 4, 0x100
+NOT_WRITABLE, NOT_READABLE, REMOVABLE, LARGE = 1, 2, 4, 0x100
 """sim.propertyinfo_*."""
 
 
@@ -43,6 +43,14 @@ class Target:
         if self.handle in (SCENE, APPLICATION):
             return of_target(self.handle)
         return of_kind(self.world.simulation.scene.get(self.handle).kind)
+
+    def lacks(self, name: str) -> CommandError:
+        """Return why it has no property of a name, with the names that it has."""
+        if elsewhere := kinds_with(name):
+            return CommandError(f"{self} has no property '{name}'; that is one of {', '.join(elsewhere)}")
+        if (why := missing.reason(name)) is not None:
+            return Unsupported(f"CoppeliaSim's property '{name}' is not available here: {why}")
+        return CommandError(f"{self} has no property '{name}'; {some_of([*self.table, *STORES], name)}")
 
     def __str__(self) -> str:
         if self.handle == SCENE:
@@ -138,14 +146,14 @@ def information(target: Target, name: str) -> tuple[int, int] | None:
     table = target.table
     if name in table:
         entry = table[name]
-        flags = _LARGE if entry.is_large else 0
-        flags |= 0 if entry.set is not None else _NOT_WRITABLE
-        return entry.type.number, flags | (0 if entry.get is not None else _NOT_READABLE)
+        flags = LARGE if entry.is_large else 0
+        flags |= 0 if entry.set is not None else NOT_WRITABLE
+        return entry.type.number, flags | (0 if entry.get is not None else NOT_READABLE)
     store = store_of(name)
     if store is None or not store.has_target(target.handle):
         return None
     found = store.get(target.world, target.handle, name.removeprefix(store.prefix), None)
-    return None if found is None else (found[0].number, _REMOVABLE)
+    return None if found is None else (found[0].number, REMOVABLE)
 
 
 def names(target: Target) -> list[str]:
@@ -173,21 +181,17 @@ def _find(target: Target, table: Mapping[str, Property], name: str) -> Property:
     """Return a property of the table. Raises CommandError."""
     if name in table:
         return table[name]
-    if elsewhere := kinds_with(name):
-        raise CommandError(f"{target} has no property '{name}'; that is one of {', '.join(elsewhere)}")
-    if (why := missing.reason(name)) is not None:
-        raise Unsupported(f"CoppeliaSim's property '{name}' is not available here: {why}")
-    raise CommandError(f"{target} has no property '{name}'; {_some([*table, *STORES], name)}")
+    raise target.lacks(name)
 
 
 def _not_made(target: Target, store: Store, key: str) -> CommandError:
     listed = store.names(target.world, target.handle)
     return CommandError(
-        f"{target} has no property '{store.prefix}{key}' now; {_some(listed, key)} ({store.prefix}...)"
+        f"{target} has no property '{store.prefix}{key}' now; {some_of(listed, key)} ({store.prefix}...)"
     )
 
 
-def _some(listed: list[str], name: str) -> str:
+def some_of(listed: list[str], name: str) -> str:
     """Return the end of a message: similar names, or all of them."""
     if similar := did_you_mean(name, listed[:_MOST_COMPARED]):
         return similar.removeprefix("; ")

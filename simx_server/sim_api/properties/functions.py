@@ -12,9 +12,6 @@ from . import access
 from .base import PropertyPart
 from .property_types import TYPES
 
-_NOT_WRITABLE, _NOT_READABLE, _REMOVABLE, _LARGE = 1, 2, 4, 0x100
-"""sim.propertyinfo_*."""
-
 
 class PropertyFunctions(PropertyPart, effect="changes"):
     """Functions for properties of CoppeliaSim 4.8 and later. A target is an object, sim.handle_scene or
@@ -79,8 +76,8 @@ class PropertyFunctions(PropertyPart, effect="changes"):
         names: list[str] = self._property_result(options, lambda: access.names(where)) or []
         for name in names:
             try:
-                _, flags = access.information(where, name) or (0, _NOT_READABLE)
-                if not (flags & _NOT_READABLE or (flags & _LARGE and is_short)):
+                _, flags = access.information(where, name) or (0, access.NOT_READABLE)
+                if not (flags & access.NOT_READABLE or (flags & access.LARGE and is_short)):
                     found[name] = access.read(where, name, None)
             except CommandError:
                 continue  # it has no value now, as the size of a perspective view
@@ -99,10 +96,10 @@ class PropertyFunctions(PropertyPart, effect="changes"):
                 "type": kind,
                 "flags": {
                     "value": flags,
-                    "readable": not flags & _NOT_READABLE,
-                    "writable": not flags & _NOT_WRITABLE,
-                    "removable": bool(flags & _REMOVABLE),
-                    "large": bool(flags & _LARGE),
+                    "readable": not flags & access.NOT_READABLE,
+                    "writable": not flags & access.NOT_WRITABLE,
+                    "removable": bool(flags & access.REMOVABLE),
+                    "large": bool(flags & access.LARGE),
                 },
                 "class": access.group(where, name),
                 "label": name,

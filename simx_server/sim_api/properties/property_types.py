@@ -15,6 +15,7 @@ from typing import Any, cast
 from simx_server.constant_tables import TABLES
 from simx_server.errors import CommandError
 from simx_server.scripting.signature import (
+    to_any,
     to_bool,
     to_bytes,
     to_float,
@@ -128,6 +129,31 @@ def _unpack_bool(data: bytes) -> bool:
     return struct.unpack("<i", data) != (0,)
 
 
+def _to_rows(value: Any) -> list[list[float]]:
+    rows: list[list[float]] = [_row(each) for each in to_list(to_any)(value)]
+    if len({len(row) for row in rows}) > 1:
+        raise TypeError("a table of rows that are equally long")
+    return rows
+
+
+_row = to_list(to_float)
+_SHAPE = struct.Struct("<ii")
+
+
+def _pack_rows(rows: list[list[float]]) -> bytes:
+    width = len(rows[0]) if rows else 0
+    numbers = [number for row in rows for number in row]
+    return _SHAPE.pack(len(rows), width) + struct.pack(f"<{len(numbers)}d", *numbers)
+
+
+def _unpack_rows(data: bytes) -> list[list[float]]:
+    count, width = _SHAPE.unpack_from(data)
+    numbers = list(struct.unpack(f"<{(len(data) - _SHAPE.size) // 8}d", data[_SHAPE.size :]))
+    if count < 0 or width < 0 or count * width != len(numbers):
+        raise struct.error("no matrix has this size")
+    return [numbers[width * place : width * (place + 1)] for place in range(count)]
+
+
 _COLOUR = "a table of 3 numbers from 0 to 1: red, green, blue"
 _BIGGEST_SINGLE = 3.4e38
 """Greatest number of single precision, in which colours are stored."""
@@ -153,6 +179,9 @@ POSE = _floats(
     "a table of 7 numbers: x, y, z, then a quaternion x, y, z, w",
 )
 COLOR = PropertyType("Color", "floats", "red, green, blue, 0 to 1", _colour, *_numbers("f"), "&col&.")
+MATRIX = PropertyType(
+    "Matrix", "matrix", "a matrix, a table of its rows", _to_rows, _pack_rows, _unpack_rows, "&mtrx&."
+)
 FLOAT_ARRAY = PropertyType("FloatArray", "floats", "numbers", to_list(to_float), *_numbers("d"), "&vect&.")
 INT_ARRAY = PropertyType("IntArray", "integers", "integers", to_list(to_int), *_numbers("i"), "&ivect&.")
 INT_ARRAY2 = PropertyType(
@@ -174,8 +203,8 @@ TYPES: Mapping[str, PropertyType] = MappingProxyType(
     {
         each.name: each
         for each in (
-            BOOL, INT, LONG, FLOAT, STRING, BUFFER, TABLE, VECTOR2, VECTOR3, QUATERNION, POSE, COLOR, FLOAT_ARRAY,
-            INT_ARRAY, INT_ARRAY2, HANDLE, HANDLE_ARRAY, STRING_ARRAY,
+            BOOL, INT, LONG, FLOAT, STRING, BUFFER, TABLE, VECTOR2, VECTOR3, QUATERNION, POSE, COLOR, MATRIX,
+            FLOAT_ARRAY, INT_ARRAY, INT_ARRAY2, HANDLE, HANDLE_ARRAY, STRING_ARRAY,
         )
     }
 )  # fmt: skip

@@ -19,7 +19,7 @@ class TablePropertyFunctions(
     PropertyPart,
     effect="changes",
     types=(
-        *(t.TABLE, t.VECTOR2, t.VECTOR3, t.QUATERNION, t.POSE, t.COLOR),
+        *(t.TABLE, t.VECTOR2, t.VECTOR3, t.QUATERNION, t.POSE, t.COLOR, t.MATRIX),
         *(t.INT_ARRAY, t.INT_ARRAY2, t.FLOAT_ARRAY, t.HANDLE_ARRAY, t.STRING_ARRAY),
     ),
 ):

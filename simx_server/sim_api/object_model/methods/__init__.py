@@ -1,0 +1,1 @@
+"""The methods of each class of API 2, over the functions of API 1."""

@@ -1,0 +1,134 @@
+"""One method: its name, its classes, its effect, and the function that runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from simx_server.errors import CommandError
+from simx_server.scripting.signature import Signature
+from simx_server.sim_api.effects import Effect
+from simx_server.sim_api.object_model.classes import classes_of, to_api_1
+from simx_server.sim_api.object_model.values import Matrix, plain, to_matrix
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.world import World
+
+    from .api_1 import Api1
+
+Options = dict[str, Any] | None
+"""The map that many methods take as their last argument."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """The call of a method."""
+
+    sim: Api1
+    """The functions of API 1, as the caller has them."""
+
+    world: World
+    script: Script
+    """The caller; of a client the script that stands for it."""
+
+    handle: int
+    """The object."""
+
+    @property
+    def old(self) -> int:
+        """Return the handle of the object in API 1."""
+        return to_api_1(self.handle)
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A method of a class."""
+
+    name: str
+    effect: Effect
+    function: Callable[..., Any]
+    """Takes the call, then the arguments with the types that it declares; returns a result, a tuple of several, or a
+    generator that returns them and yields once per simulation step. None: the method has no result.
+    """
+
+    signature: Signature
+    takes_values: bool
+    """Whether it takes arguments as API 2 has them, and not as API 1's numbers."""
+
+    def run(self, call: Call, arguments: list[Any]) -> Any:
+        """Run it. Raises CommandError."""
+        given = arguments if self.takes_values else [plain(each) for each in arguments]
+        return self.function(call, *self.signature.bind(given))
+
+
+METHODS: dict[str, dict[str, Method]] = {}
+"""By class and name, as the modules of this folder declare them."""
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def method(classes: str, name: str, effect: Effect, *, takes_values: bool = False) -> Callable[[_F], _F]:
+    """Declare a function as a method.
+
+    Args:
+        classes: names of classes, separated by spaces.
+        name: of the method; dots are part of it.
+        effect: what it does to the simulator.
+        takes_values: whether it takes objects, poses, matrices and colours, and not numbers.
+    """
+
+    def declare(function: _F) -> _F:
+        made = Method(name, effect, function, Signature.of(function), takes_values)
+        for each in classes.split():
+            METHODS.setdefault(each, {})[name] = made
+        return function
+
+    return declare
+
+
+def methods_of(kind: str) -> Mapping[str, Method]:
+    """Return the methods of a class with those of the classes above it."""
+    found: dict[str, Method] = {}
+    for each in reversed(classes_of(kind)):
+        found |= METHODS.get(each, {})
+    return found
+
+
+def option(options: Options, name: str, default: Any = None) -> Any:
+    """Return an option; the default where it is missing or nil."""
+    value = (options or {}).get(name)
+    return default if value is None else plain(value)
+
+
+def text_option(options: Options, name: str, default: str = "") -> str:
+    """Return an option that is text."""
+    value = option(options, name, default)
+    return value.decode("utf-8", "surrogateescape") if isinstance(value, bytes) else str(value)
+
+
+def points_of(value: Any, rows: int = 3) -> list[float]:
+    """Return the columns of a matrix one after the other; a flat list is taken as it is. Raises CommandError."""
+    try:
+        if isinstance(value, Matrix):
+            return value.points(rows)
+        matrix = to_matrix(value)
+        return matrix.numbers if matrix.columns == 1 else matrix.points(rows)
+    except TypeError as problem:
+        raise CommandError(f"the points must be {problem}") from None
+
+
+def silently(options: Options, act: Callable[[], Any]) -> Any:
+    """Return the result of an action; nil where it fails and the options say `noError`."""
+    try:
+        return act()
+    except CommandError:
+        if option(options, "noError", False):
+            return (None,)
+        raise
+
+
+def handles(values: Iterable[Any]) -> list[int]:
+    """Return the handles of a list of objects."""
+    return [int(plain(each)) for each in values]

@@ -1,0 +1,49 @@
+"""A world whose object model is called directly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from handler_calls import World
+from sim_api_calls import SCENE
+
+from simx_server.scripting.script import Script, ScriptKind
+from simx_server.sim_api.namespaces import Namespaces
+from simx_server.sim_api.object_model.dispatch import call_method
+from simx_server.sim_api.object_model.values import Ref
+
+SCENE_HANDLE, APP_HANDLE = -12, -13
+
+
+class Model(World):
+    """A world and a caller of its object model."""
+
+    def __init__(self, xml: str, **named: Any) -> None:
+        super().__init__(xml, **named)
+        self.script = Script(4_000_000, ScriptKind.CUSTOMIZATION, -1, "client", full_results=True)
+        self.api = Namespaces(self.parts, self.script).space("sim")
+
+    def do(self, target: str | int | Ref, method: str, *arguments: Any) -> Any:
+        """Call a method of an object, given by its path, handle or reference."""
+        if isinstance(target, str):
+            target = {"scene": SCENE_HANDLE, "app": APP_HANDLE}.get(target) or self.at(target).handle
+        handle = target.handle if isinstance(target, Ref) else target
+        return call_method(self.api, self.parts, self.script, handle, method, list(arguments))
+
+    def at(self, path: str) -> Ref:
+        (found,) = self.do("scene", "getObject", path)
+        return found
+
+    def get(self, target: str | int | Ref, name: str) -> Any:
+        (found,) = self.do(target, "getProperty", name)
+        return found
+
+    def set(self, target: str | int | Ref, name: str, value: Any) -> None:
+        self.do(target, "setProperty", name, value)
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Model:
+    return Model(SCENE, workspace=tmp_path)
