@@ -17,6 +17,7 @@ from simx_server.gateways.ros2.opening import open_ros2
 from simx_server.gateways.script_ports import open_script_ports
 from simx_server.gateways.zenoh.gateway import open_zenoh
 from simx_server.gateways.zmq import open_zmq, open_zmq_viewers
+from simx_server.gateways.zmq2 import open_zmq2, open_zmq2_viewers
 from simx_server.history import History
 from simx_server.service.ending import QuitAfterStop
 from simx_server.service.service import Service
@@ -30,6 +31,8 @@ GATEWAYS: Sequence[Entry] = (
     Entry(("legacy_ports",), open_original),
     Entry(("zmq",), open_zmq),
     Entry(("zmq_viewers",), open_zmq_viewers),
+    Entry(("zmq2",), open_zmq2),
+    Entry(("zmq2_viewers",), open_zmq2_viewers),
     Entry(("ros2",), open_ros2),
     Entry((), open_script_ports),  # behind those that have ports of the server
 )

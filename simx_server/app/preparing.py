@@ -18,7 +18,7 @@ from simx_server.world.world import World
 
 def prepare(world: World, settings: Settings) -> None:
     """Import the gateways that the settings open, and describe the API if a script or such a gateway needs it."""
-    has_zmq = settings.zmq is not None or settings.zmq_viewers is not None
+    has_zmq = any((settings.zmq, settings.zmq_viewers, settings.zmq2, settings.zmq2_viewers))
     if has_zmq:
         from simx_server.gateways.zmq.gateway import missing
 

@@ -28,7 +28,9 @@ from simx_server.service.service import build_service
 from simx_server.service.watcher import Watcher
 
 from ..errors import CommandError
-from ..gateways.zmq.replayed import ReplayedClients
+from ..gateways.zmq.replayed import ReplayedClients, Replaying
+from ..gateways.zmq2.clients import KEY
+from ..gateways.zmq2.replayed import ReplayedModelClients
 from ..handlers import HANDLERS
 from .log_file import LogError
 from .records import Kind, Record
@@ -97,6 +99,7 @@ class Replayed:
         """The clients by the numbers that the recording has for them."""
 
         self._zmq = ReplayedClients(self.service)
+        self._zmq2 = ReplayedModelClients(self.service)
         world.simulation.interruptions.count(
             self._reach_point, self._reach_point if has_physics_points else None
         )
@@ -112,7 +115,8 @@ class Replayed:
 
     def await_answer(self, record: Record) -> None:
         """Give a message to the function of a client of the ZeroMQ remote API that the next event calls."""
-        self._zmq.answers[self._client(record[1])].append(record[2])
+        client = self._client(record[1])
+        self._callers(client).answers[client].append(record[2])
 
     def do_what_is_due(self, before: int | None = None) -> None:
         """Execute the records that are due: all, or those in front of this event."""
@@ -133,7 +137,9 @@ class Replayed:
                 self._handle(partial(self._clients.leave, client) if kind == Kind.LEFT else end)
             case [Kind.BATCH, _, number, payload]:
                 client = self._client(number)
-                self._handle(Arrival(client, self._zmq.recorded(client, payload) or BatchWork(payload)))
+                self._handle(
+                    Arrival(client, self._callers(client).recorded(client, payload) or BatchWork(payload))
+                )
             case [Kind.WENT_ON, number]:
                 session = self._clients.sessions.get(self._client(number))
                 if session is None or session.interrupted is None:
@@ -158,11 +164,16 @@ class Replayed:
         match record:
             case [Kind.JOINED_ZMQ, _, number, client, name, port]:
                 self._ids[number] = client
-                self._handle(lambda: self._zmq.join(client, name, port))
+                self._handle(lambda: self._callers(client).join(client, name, port))
             case [_, number, connection]:
-                self._handle(lambda: self._zmq.go_on(self._client(number), connection))
+                client = self._client(number)
+                self._handle(lambda: self._callers(client).go_on(client, connection))
             case _:  # callers give these two kinds alone
                 pass
+
+    def _callers(self, client: str) -> Replaying:
+        """Return the clients among which one is that calls functions of scripts, or methods of objects."""
+        return self._zmq2 if KEY in client else self._zmq
 
     def resume(self, what: str, blocks: list[list[Any]]) -> None:
         """Start as the successor of a crashed server did: with the scene of the start, without clients."""
@@ -170,6 +181,7 @@ class Replayed:
             self._handle(partial(self._clients.leave, client))
         self._ids.clear()
         self._zmq.begin_again()
+        self._zmq2.begin_again()
         self._due.clear()
         self._simulation.stop()
         assert self._scene is not None  # recordings are of files

@@ -45,6 +45,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from .callbacks.joints import JointCallBacks
 from .callbacks.objects import ObjectCallBacks
+from .callbacks.outside import OutsideCalls
 from .callbacks.physics import PhysicsCallBacks
 from .callbacks.vision import VisionCallBacks
 from .calling_order import Called
@@ -112,6 +113,7 @@ class Phases:
         self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity, force)
         self._physics = PhysicsCallBacks(sim, lives)
         self.objects = ObjectCallBacks(sim, self.call_all, scripts.say_once)
+        self.outside = OutsideCalls(self._outside_changed)
 
     def refuse_step(self) -> bool:
         """Call `sysCall_beforeMainScript`; return whether a script's answer is {doNotRunMainScript = true}."""
@@ -148,10 +150,12 @@ class Phases:
     def call_all(self, function: str, *values: Any) -> None:
         """Call a function of all scripts."""
         self._call(self._scripts.called().every, function, *values)
+        self.outside.call(function, *values)
 
     def call_customizations(self, function: str) -> None:
         """Call a function of all customization scripts."""
         self._call(self._scripts.called().customizations, function)
+        self.outside.call(function)
 
     def _call(self, scripts: tuple[Script, ...], function: str, *values: Any) -> int:
         """Call a function of these scripts; return how many have it."""
@@ -190,10 +194,9 @@ class Phases:
             self._lives.call(main[0], function)
         else:
             self.handle_children(function)
-        if customizations := self._scripts.called().customizations:
-            if function == ACTUATION:
-                self._resume(customizations)
-            self.call_customizations(function)
+        if function == ACTUATION:
+            self._resume(self._scripts.called().customizations)
+        self.call_customizations(function)
 
     def stop(self) -> None:
         simulated = self._simulated()
@@ -235,6 +238,7 @@ class Phases:
         """Update the lists of call-backs after scripts have started or ended."""
         scripts = self._scripts.called().every
         if not scripts and not self._watched:
+            self._watch_idle()
             return
         self._watched = scripts
         self._watch_idle()
@@ -246,6 +250,10 @@ class Phases:
 
     def _watch_idle(self) -> None:
         """Check whether a script wants calls while the simulation is idle; without one there are none."""
-        self.wants_idle = any(
+        self.wants_idle = self.outside.has(*_IDLE_FUNCTIONS) or any(
             one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.called().every
         )
+
+    def _outside_changed(self) -> None:
+        self._watch_idle()
+        self._sim.replan()

@@ -16,6 +16,7 @@ from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
 from simx_server.simulation.part import Part
 
+from .callbacks.outside import OutsideCalls
 from .calling_order import Called, called
 from .exchange import check_results
 from .interpreter import SENSING, Function, ScriptError
@@ -178,12 +179,17 @@ class Scripts(Part):
     @property
     def has_work(self) -> bool:
         """Return whether the scene has scripts."""
-        return bool(self._scripts)
+        return bool(self._scripts) or self.outside.has()
+
+    @property
+    def outside(self) -> OutsideCalls:
+        """Return the call-backs of clients, which come after those of the scripts."""
+        return self._phases.outside
 
     @property
     def senses(self) -> bool:
         """Return whether a script may have something to do after the sensors."""
-        return any(map(self._may_sense, self._scripts))
+        return self.outside.has(SENSING) or any(map(self._may_sense, self._scripts))
 
     def _may_sense(self, script: Script) -> bool:
         if script.interpreter is None:

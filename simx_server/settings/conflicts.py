@@ -60,8 +60,9 @@ def _count(settings: Settings) -> Conflicts:
                 "valid: --connect to a router that others reach, or no --count"
             ),
         )
-    if settings.zmq_viewers:
-        yield "zmq_viewers", "with --count all servers would want the same port; valid: one of both"
+    for name in ("zmq_viewers", "zmq2_viewers"):
+        if getattr(settings, name):
+            yield name, "with --count all servers would want the same port; valid: one of both"
     if settings.view:
         yield (
             "view",
@@ -71,7 +72,7 @@ def _count(settings: Settings) -> Conflicts:
             ),
         )
     last = settings.member(settings.count - 1)
-    others = [*last.legacy_ports, *([last.zmq] if last.zmq else [])]
+    others = [*last.legacy_ports, *(each for each in (last.zmq, last.zmq2) if each)]
     if max(*last.ports, 0, *(int(each.rpartition(":")[2]) for each in others)) > 65535:
         yield (
             "count",

@@ -190,6 +190,23 @@ class Settings:
         is_told_elsewhere=True,
         serves=True,
     )
+    zmq2: str | None = _setting(
+        None,
+        "serve clients of API 2 (24020; --zmq2-viewers: read only)",
+        rules.WEB_ADDRESS,
+        unset="they are not served",
+        lone="24020",
+        serves=True,
+    )
+    zmq2_viewers: str | None = _setting(
+        None,
+        "a second such port, whose clients only read (24021)",
+        rules.WEB_ADDRESS,
+        unset="there is none",
+        lone="24021",
+        is_told_elsewhere=True,
+        serves=True,
+    )
     ros2: int | None = _setting(
         None,
         "be a node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro)",
@@ -411,6 +428,7 @@ class Settings:
             realm=self.realm and f"{self.realm}-{number}",
             ros2=None if self.ros2 is None else self.ros2 + number,
             zmq=self.zmq and rules.next_address(self.zmq, number),
+            zmq2=self.zmq2 and rules.next_address(self.zmq2, number),
             count=None,
             supervised=self.is_supervised,
         )
@@ -432,6 +450,8 @@ class Settings:
             legacy_ports=tuple(found("legacy")),
             zmq=next(iter(found("zmq")), None),
             zmq_viewers=next(iter(found("zmq-viewers")), None),
+            zmq2=next(iter(found("zmq2")), None),
+            zmq2_viewers=next(iter(found("zmq2-viewers")), None),
         )
 
     def for_start(self, number: int) -> Settings:

@@ -96,7 +96,7 @@ def _eval(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
     return tuple(chunk())
 
 
-def _set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
+def set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
     """Raise the level with true, lower it with false, set it with a number; return the level before."""
     enable: Any = arguments[0] if arguments else True
     client.forget_lost_stepping()
@@ -109,7 +109,7 @@ def _set_stepping(client: Client, arguments: list[Any]) -> tuple[Any, ...]:
     return (before,)
 
 
-def _step(client: Client, _arguments: list[Any]) -> Waiting:
+def step(client: Client, _arguments: list[Any]) -> Waiting:
     """Wait for the next simulation step; return at once while the simulation is stopped or paused."""
     if why := client.session.lost_stepping:
         client.forget_lost_stepping()
@@ -123,14 +123,14 @@ def _step(client: Client, _arguments: list[Any]) -> Waiting:
     return ()
 
 
-def _lock(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+def lock_simulation(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
     client.forget_lost_stepping()
     client.locks += 1
     client.set_stepping()
     return ()
 
 
-def _unlock(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
+def unlock_simulation(client: Client, _arguments: list[Any]) -> tuple[Any, ...]:
     client.forget_lost_stepping()
     client.locks = max(0, client.locks - 1)
     client.set_stepping()
@@ -159,12 +159,12 @@ _OWN: Mapping[str, _Own] = {
     "zmqRemoteApi.info": _info,
     "zmqRemoteApi.require": _require,
     EVAL: _eval,
-    "sim.setStepping": _set_stepping,
-    "sim.step": _step,
-    "sim.yield": _step,
-    "sim.switchThread": _step,
-    "sim.acquireLock": _lock,
-    "sim.releaseLock": _unlock,
+    "sim.setStepping": set_stepping,
+    "sim.step": step,
+    "sim.yield": step,
+    "sim.switchThread": step,
+    "sim.acquireLock": lock_simulation,
+    "sim.releaseLock": unlock_simulation,
     "sim.testCB": _test_call_backs,
     "sim.handleExtCalls": _nothing,
     "sim.setThreadSwitchTiming": _nothing,

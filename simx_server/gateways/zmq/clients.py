@@ -224,8 +224,12 @@ class ZmqClients(Watcher):
         connection = client.connections.get(number)
         if connection is None:
             client.connections = {n: each for n, each in client.connections.items() if not each.peer.is_gone}
-            connection = client.connections[number] = Connection(self, client, peer)
+            connection = client.connections[number] = self._connect(client, peer)
         connection.receive(payload)
+
+    def _connect(self, client: Client, peer: Peer) -> Connection:
+        """Return a new connection of a client."""
+        return Connection(self, client, peer)
 
     def note(self, connection: Connection, payload: bytes) -> None:
         """Record a message that is going to be executed."""

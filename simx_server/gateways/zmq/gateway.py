@@ -10,7 +10,7 @@ import logging
 import re
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -61,7 +61,7 @@ QUIET = 0.15
 of that one.
 """
 
-_VIEWERS = 500_000
+VIEWERS = 500_000
 """The handles of viewers are so much higher than those of other clients."""
 
 _LARGE = 1 << 16
@@ -71,6 +71,15 @@ _KEEPALIVE = {"TCP_KEEPIDLE": 10, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
 """Seconds and counts after which the system notices that a machine has gone without a word, where it knows these."""
 
 _UUID = re.compile(r"[A-Za-z0-9_.{}-]+")
+
+_API_2 = {
+    "msg": "result",
+    "id": 1,
+    "error": True,
+    "result": "this port serves the ZeroMQ remote API of CoppeliaSim 4.3 to 4.10; for API 2 start the server with "
+    "--zmq2, and connect to that port (24020)",
+}
+"""The first answer to a client of API 2, whose first message has the number 1."""
 
 _OLD = {
     "success": False,
@@ -92,6 +101,9 @@ def missing() -> str:
 class ZmqGateway(Listening[SocketPeer]):
     """Serves one server loop to clients of the ZeroMQ remote API."""
 
+    flag = "zmq"
+    """The setting that opens it, and with which the names of its endpoints start."""
+
     silence = SILENCE
     unsaid = "it has not started"
     crowded = "others need its place"
@@ -110,9 +122,9 @@ class ZmqGateway(Listening[SocketPeer]):
             raise GatewayError(problem)
         self._prefix = VIEWER if may_only_read else ""
         self._pack = packer()
-        listener = _listen(address)
+        listener = _listen(address, self.flag)
         host, self.port = listener.getsockname()[:2]
-        name = "zmq-viewers" if may_only_read else "zmq"
+        name = f"{self.flag}-viewers" if may_only_read else self.flag
         endpoint = f"{name}/{f'[{host}]' if ':' in host else host}:{self.port}"
         self.endpoints = (endpoint,)
         if not is_loopback(host):
@@ -129,15 +141,19 @@ class ZmqGateway(Listening[SocketPeer]):
         """Numbers of the open connections of a client."""
 
         self._next_number = 1
-        self._clients = ZmqClients(
+        self._clients = self._make_clients(service, endpoint, may_only_read=may_only_read)
+        self._farewell_ends = 0.0
+        super().__init__(service, [listener], logger, endpoint)
+
+    def _make_clients(self, service: Service, endpoint: str, *, may_only_read: bool) -> ZmqClients:
+        """Return the empty list of the clients."""
+        return ZmqClients(
             service,
             self._by_number,
             self.answer,
-            first_handle=FIRST_HANDLE + may_only_read * _VIEWERS,
+            first_handle=FIRST_HANDLE + may_only_read * VIEWERS,
             gateway=endpoint,
         )
-        self._farewell_ends = 0.0
-        super().__init__(service, [listener], logger, endpoint)
 
     def answer(self, to: Peer, value: Any) -> None:
         """Send a message to a connection, if it is still open. Raises what writing the value raises."""
@@ -159,10 +175,14 @@ class ZmqGateway(Listening[SocketPeer]):
             return
         for peer in list(self._peers):
             if peer.unanswered:
-                self.answer(peer, {"err": "the server ends"})
+                self.answer(peer, self._farewell(peer))
         self._farewell_ends = time.monotonic() + FAREWELL
         super().close()
         self._service.watchers.remove(self._clients)
+
+    def _farewell(self, peer: SocketPeer) -> Mapping[str, Any]:
+        """Return the answer to the calls that wait when the server ends."""
+        return {"err": "the server ends"}
 
     # --- connections -----------------------------------------------------------------------------
 
@@ -314,6 +334,9 @@ class ZmqGateway(Listening[SocketPeer]):
     def _deliver(self, peer: SocketPeer, payload: bytes) -> None:
         """Queue a message for the physics thread, behind the others of its client."""
         if not peer.key:
+            if peer.sends_alone:
+                self.answer(peer, _API_2)
+                return
             uuid = uuid_of(payload)
             if not uuid:
                 self.answer(peer, _OLD)
@@ -323,18 +346,27 @@ class ZmqGateway(Listening[SocketPeer]):
                 return
             peer.key = f"{self._prefix}zmq/{uuid}"
             self._of_client.setdefault(peer.key, set()).add(peer.number)
+        self._submit(peer, payload)
+
+    def _submit(self, peer: SocketPeer, payload: bytes) -> None:
+        """Queue a message of a peer that has a client, or answer that it cannot be queued."""
         if refusal := self._clients.welcome(peer, payload, self.port):
-            self.answer(peer, refusal)
+            self.answer(peer, self._refusal(payload, refusal))
             return
         is_large = len(payload) > _LARGE
         if is_large and (reached := self._service.queue.limit_reached(peer.key, len(payload))):
             limits = self._service.simulation.limits
-            self.answer(peer, {"err": str(limits.reached(reached, "wait for answers now and then"))})
+            text = str(limits.reached(reached, "wait for answers now and then"))
+            self.answer(peer, self._refusal(payload, {"err": text}))
         else:
             self._service.queue.submit(peer.key, self._clients.work(peer.number, payload))
 
+    def _refusal(self, payload: bytes, text: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the answer that refuses a message."""
+        return text
 
-def _listen(address: str) -> socket.socket:
+
+def _listen(address: str, flag: str) -> socket.socket:
     """Return a socket that listens and does not block. Raises GatewayError."""
     host, _, port = address.rpartition(":")
     host = host.strip("[]")
@@ -344,7 +376,7 @@ def _listen(address: str) -> socket.socket:
     except OSError as error:
         advice = "perhaps by a CoppeliaSim; " if error.errno == errno.EADDRINUSE else ""
         raise GatewayError(
-            f"--zmq cannot listen on {address} ({error.strerror}), {advice}choose another port with --zmq N "
+            f"--{flag} cannot listen on {address} ({error.strerror}), {advice}choose another port with --{flag} N "
             "(0 finds a free one)"
         ) from None
 

@@ -11,7 +11,7 @@ from collections import deque
 from simx_server.service.clients.admission.unfinished import Unfinished
 
 from ..listening import part
-from .zmtp import GREETING, PING, BadPeer, Incoming, framed
+from .zmtp import GREETING, PING, BadPeer, Incoming, framed, framed_alone
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""
@@ -95,6 +95,11 @@ class SocketPeer(Peer):
         return not self.key
 
     @property
+    def sends_alone(self) -> bool:
+        """Return whether its messages are single frames, as those of API 2 are."""
+        return self._incoming.is_alone
+
+    @property
     def is_ready(self) -> bool:
         """Return whether the peer has said everything that comes before its messages."""
         return self._incoming.is_ready
@@ -136,7 +141,7 @@ class SocketPeer(Peer):
 
     def send(self, payload: bytes) -> None:
         """Send a message; what the system does not take now stays in `unsent`."""
-        data = framed(payload)
+        data = framed_alone(payload) if self._incoming.is_alone else framed(payload)
         if self.unsent:
             self.unsent += data
             return

@@ -14,19 +14,21 @@ if TYPE_CHECKING:
     from simx_server.service.service import Service
 
 
-class ReplayedClients(ZmqClients):
-    """All clients of one recording. Physics thread."""
+class Replaying(ZmqClients):
+    """Clients of one protocol in one recording. Physics thread."""
+
+    first_handle = FIRST_HANDLE
 
     def __init__(self, service: Service) -> None:
         """Make an empty list."""
-        super().__init__(service, {}, lambda peer, value: None)
+        super().__init__(service, {}, lambda peer, value: None, first_handle=self.first_handle)
         self.answers: defaultdict[str, deque[bytes | str]] = defaultdict(deque)
         """The recorded messages from within functions of a client, by its key; see `Recorder.within`."""
 
     def begin_again(self) -> None:
         """Count clients from the first one again, as another server did: the recorded one crashed."""
         self.answers.clear()
-        self._next_handle = FIRST_HANDLE
+        self._next_handle = self.first_handle
 
     def peer(self, number: int) -> Peer:
         """Return a connection, which is never closed."""
@@ -54,3 +56,7 @@ class ReplayedClients(ZmqClients):
     def _await(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes | str:
         answers = self.answers[connection.client.key]
         return answers.popleft() if answers else "the recording has no answer here"
+
+
+class ReplayedClients(Replaying):
+    """All clients of the older protocol in one recording. Physics thread."""

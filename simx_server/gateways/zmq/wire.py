@@ -191,7 +191,7 @@ class Reader:
             return number if major == 0 else -1 - number
         if major == 4:
             return self._list(number, self._inner(depth))
-        return self._map(number, self._inner(depth)) if major == 5 else self._tagged(number)
+        return self._map(number, self._inner(depth)) if major == 5 else self._tagged(number, depth)
 
     def _endless(self, major: int, depth: int) -> Any:
         """Return a value whose length is not given."""
@@ -324,20 +324,22 @@ class Reader:
         key = self.item(depth)
         if type(key) is bytes:
             return key.decode("utf-8", "surrogateescape")
+        if type(key) is str:
+            return key
         if isinstance(key, float) and key.is_integer():
             key = int(key)  # as in Lua
         if isinstance(key, int) and not isinstance(key, bool) and abs(key) <= _LARGEST_KEY:
             return key
         raise WireError("a key must be a text or a whole number of 64 bits")
 
-    def _tagged(self, tag: int) -> int:
+    def _tagged(self, tag: int, depth: int) -> Any:
         """Return a number of more than 64 bits, the only value with a tag that is read."""
         if tag not in (_BIG, _BIG_NEGATIVE):
             raise WireError(f"tag {tag} has no meaning here")
         is_text = (
             self._data[self._place : self._place + 1] in _TEXTS
         )  # another tag would have another one in it
-        digits = self.item(MAX_DEPTH) if is_text else None
+        digits = Reader.item(self, MAX_DEPTH) if is_text else None
         if not isinstance(digits, bytes) or len(digits) > 128:
             raise WireError("a big number has at most 128 bytes")
         number = int.from_bytes(digits, "big")

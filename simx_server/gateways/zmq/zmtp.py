@@ -41,6 +41,13 @@ def framed(payload: bytes) -> bytes:
     return head + payload
 
 
+def framed_alone(payload: bytes) -> bytes:
+    """Return a message as it travels to a client of API 2: one frame."""
+    size = len(payload)
+    head = b"\x00%c" % size if size < 256 else b"\x02" + size.to_bytes(8, "big")
+    return head + payload
+
+
 def _command(body: bytes) -> bytes:
     return bytes((_COMMAND, len(body))) + body
 
@@ -81,6 +88,9 @@ class Incoming:
         self._is_inside = False
         """The next frame is behind an empty one."""
 
+        self.is_alone = False
+        """The newest message came without an empty frame, as those of API 2 do."""
+
         self.missing = 0
         """Bytes at least of a long frame that are still to come."""
 
@@ -100,6 +110,7 @@ class Incoming:
         """
         is_start = self.is_ready and not self._data and not self._is_inside
         if is_start and data.startswith(_USUAL) and len(data) > 3 and len(data) == 4 + data[3]:
+            self.is_alone = False
             return [data[4:]]
         self._data += data
         self.missing = 0
@@ -139,12 +150,15 @@ class Incoming:
                 self._obey(body)
             elif not self.is_ready:
                 raise BadPeer("the peer sends a message before READY")
-            elif bool(flags & _MORE) == self._is_inside or (body and not self._is_inside):
+            elif self._is_inside or (not flags & _MORE and body):
+                if flags & _MORE:
+                    raise BadPeer("a message has other frames than a client's")
+                self.is_alone, self._is_inside = not self._is_inside, False
+                yield body
+            elif body or not flags & _MORE:
                 raise BadPeer("a message has other frames than a client's")
             else:
-                if self._is_inside:
-                    yield body
-                self._is_inside = not self._is_inside
+                self._is_inside = True
         raise BadPeer("a client sends on without reading answers")
 
     def _frame(self) -> tuple[int, bytes] | None:

@@ -79,10 +79,12 @@ class RawClient:
 class ZmqWorld:
     """The server, its gateway, and its clients."""
 
+    gateway_class: type[ZmqGateway] = ZmqGateway
+
     def __init__(self, world: RealWorld) -> None:
         self.world = world
         self.loop, self.simulation = self.world.loop, self.world.simulation
-        self.gateway = ZmqGateway(self.loop.service, "127.0.0.1:0")
+        self.gateway = self.gateway_class(self.loop.service, "127.0.0.1:0")
         self.port = self.gateway.port
         self._clients: list[Any] = []
         self._thread = threading.Thread(target=self.loop.run, name="test-server")

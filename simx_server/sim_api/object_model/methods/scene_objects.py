@@ -104,7 +104,7 @@ def get_ancestors(call: Call, options: Options = None) -> list[Ref]:
     return refs(found)
 
 
-@method("sceneObject", "visitTree", "runs code")
+@method("sceneObject", "visitTree", "reads")
 def visit_tree(call: Call, visitor: Function, options: Options = None) -> None:
     """Call a function with this object and all below it; where it returns false, those below are left out."""
 

@@ -70,7 +70,7 @@ def test_a_ping_is_answered_with_what_it_brought() -> None:
         (GREETING + command(b"READY", b"\x0bSocket-Type\x00\x00\x00\xffREQ")[:-1] + b"X", "no socket of kind REQ"),
         (GREETING + command(b"READY", b"\xff"), "no socket of kind REQ"),
         (GREETING + command(b"ERROR", b"\x07go away"), "refuses the server: go away"),
-        (BEGIN + b"\x00\x01x", "other frames"),
+        (BEGIN + b"\x00\x00", "other frames"),
         (BEGIN + b"\x01\x01x", "other frames"),
         (BEGIN + b"\x01\x00\x01\x01x", "other frames"),
         (BEGIN + b"\x01\x00\x02" + (LONGEST + 1).to_bytes(8, "big"), "at most 1000 are read"),

@@ -1,0 +1,15 @@
+"""The clients of API 2 in a replay."""
+
+from __future__ import annotations
+
+from ..zmq.replayed import Replaying
+from .clients import FIRST_HANDLE, ModelClients
+
+
+class ReplayedModelClients(Replaying, ModelClients):
+    """All clients of API 2 of one recording. Physics thread."""
+
+    first_handle = FIRST_HANDLE
+
+    def _pass_on(self, key: str, number: int, payload: bytes) -> None:
+        """Do nothing: the recording has the message again."""
