@@ -253,7 +253,9 @@ setmetatable(world, {
 
 function world.require(name)
     if type(name) == "string" and #name > 1000 then error("require: the name of a module is too long", 2) end
-    name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)        -- a version, as in "sim-1"
+    if name ~= "sim-2" then                                             -- a version, as in "sim-1"
+        name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)
+    end
     name = gsub(name, "^[/\\]lua[/\\]", "")                               -- V-REP's folder of modules
     if loaded[name] == nil then
         local source = finish(module(name))
@@ -394,10 +396,18 @@ end
 
 watching.spare(enter, guarded, told, report, begin, arm, disarm)
 
+-- A call-back of a script that has required sim-2 gets objects.
+local function with_objects(name, action)
+    local api_2 = loaded["sim-2"]
+    if not action or not api_2 or not find(name, "^sysCall_") then return action end
+    local convert = rawget(api_2, "__arguments")
+    return function(...) return action(convert(...)) end
+end
+
 local function find_action(name)
     if not find(name, ".", 1, true) then
         local action = rawget(world, name)
-        return hooked(name, type(action) == "function" and action or nil)
+        return hooked(name, with_objects(name, type(action) == "function" and action or nil))
     end
     local value = world
     for part in gmatch(name, "[^.]+") do
@@ -432,6 +442,7 @@ end
 function face.attempt(name, ...)
     local action = rawget(world, name)
     if type(action) ~= "function" then action = nil end
+    if loaded["sim-2"] then action = with_objects(name, action) end
     if hooks[name] then action = hooked(name, action) end
     if not action then return nil end
     return enter(plain_all, action, ...)

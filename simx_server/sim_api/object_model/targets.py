@@ -70,7 +70,8 @@ def read(target: ModelTarget, name: str, wanted: PropertyType | None) -> Any:
     """Return the value of a property as API 2 has it. Raises CommandError; see `access.read`."""
     entry = target.table.get(name)
     if entry is not None and isinstance(entry.type, EnumType) and wanted is not None:
-        number = access.read(target, name, wanted if wanted.family == "integer" else None)
+        as_it_is = wanted.family == "text" or isinstance(wanted, EnumType)
+        number = access.read(target, name, None if as_it_is else wanted)
         return word_of(entry.type.enumeration, number) if wanted.family == "text" else number
     if wanted is COLOR and _kind_now(target, name) is t.COLOR:
         wanted = None

@@ -81,8 +81,8 @@ def enum_of(enumeration: str) -> EnumType:
     )
 
 
-ENUM = enum_of("simulationState")
-"""Any enumeration."""
+ENUM = EnumType("Enum", "integer", "an item of an enumeration", to_int, t.INT.encode, t.INT.unpack)
+"""The type of the items of any enumeration."""
 
 TYPES: Mapping[str, PropertyType] = MappingProxyType(
     {**t.TYPES, "Matrix": MATRIX, "Color": COLOR, "Enum": ENUM}

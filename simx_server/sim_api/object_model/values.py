@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
+from simx_server.scripting.interpreter import Function
+
 MOST_NUMBERS = 1 << 22
 """Numbers of one matrix."""
 
@@ -102,6 +104,18 @@ _MARKS: Mapping[str, Callable[[Any], Any]] = {
     "buffer": bytes,
 }
 
+
+class ScriptFunction:
+    """A function of a script, which takes and returns values of API 2; see `interpreter.Function`."""
+
+    def __init__(self, function: Function, *, is_lua: bool) -> None:
+        self._function, self._is_lua = function, is_lua
+
+    def __call__(self, *arguments: Any) -> list[Any]:
+        results = self._function(*(to_script(each) for each in arguments))
+        return [from_script(each, is_lua=self._is_lua) for each in results]
+
+
 MARK = "@"
 """Key of the mark in a table of a script: ``{['@']='pose', value={...}}``."""
 
@@ -140,6 +154,8 @@ def from_script(value: Any, *, is_lua: bool = False) -> Any:
     if isinstance(value, list):
         items = cast(list[Any], value)
         return items if _is_flat(items) else [from_script(each, is_lua=is_lua) for each in items]
+    if isinstance(value, Function):
+        return ScriptFunction(value, is_lua=is_lua)
     if is_lua and isinstance(value, bytes):
         return value.decode("utf-8", "surrogateescape")
     if isinstance(value, dict):

@@ -6,11 +6,13 @@ import struct
 from typing import Any
 
 import pytest
-from conftest import Model
+from model_world import Model, model
 
 from simx_server.errors import CommandError
 from simx_server.sim_api.object_model.classes import class_of
 from simx_server.sim_api.object_model.values import Color, Matrix, Pose, Quaternion, Ref
+
+__all__ = ["model"]
 
 
 def made(model: Model, **fields: Any) -> Ref:

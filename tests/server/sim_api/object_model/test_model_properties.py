@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from conftest import Model
+from model_world import Model, model
 
 from simx_server.errors import CommandError
 from simx_server.sim_api.object_model.values import Color, Matrix, Pose, Quaternion, Ref
+
+__all__ = ["model"]
 
 
 def test_positions_are_matrices_of_one_column_in_the_frame_of_the_parent(model: Model) -> None:

@@ -34,6 +34,7 @@ function Matrix:item(i, j)
 end
 
 function Matrix:setitem(i, j, value)
+    assert(not rawget(self, "_frozen"), "the matrix is frozen: a copy can be changed")
     local place = self:offset(i, j)
     if place then self._data[place] = value end
     return self
@@ -57,6 +58,15 @@ function Matrix:assign(top, left, other)
     end
     return self
 end
+
+function Matrix:block(top, left, rows, cols) return self:slice(top, left, top + rows - 1, left + cols - 1) end
+
+function Matrix:freeze()
+    rawset(self, "_frozen", true)
+    return self
+end
+
+function Matrix:isfrozen() return rawget(self, "_frozen") == true end
 
 function Matrix:row(i) return self:slice(i, 1, i, self._cols) end
 function Matrix:col(j) return self:slice(1, j, self._rows, j) end
@@ -313,13 +323,21 @@ end
 function Matrix:__len() return self._rows == 1 and self._cols or self._rows end
 
 function Matrix:__index(key)
+    if key == "T" then return self:t() end
+    if type(key) == "table" then return self:item(key[1], key[2]) end
     if type(key) ~= "number" then return Matrix[key] end
     if self._rows == 1 or self._cols == 1 then return self:item(key) end
     return self:rowref(key)
 end
 
 function Matrix:__newindex(key, value)
-    if self._rows == 1 or self._cols == 1 then self:setitem(key, nil, value) else self:setrow(key, value) end
+    if type(key) == "table" then
+        self:setitem(key[1], key[2], value)
+    elseif self._rows == 1 or self._cols == 1 then
+        self:setitem(key, nil, value)
+    else
+        self:setrow(key, value)
+    end
 end
 
 function Matrix:__tostring()

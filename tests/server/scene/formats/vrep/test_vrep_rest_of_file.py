@@ -139,6 +139,7 @@ def test_a_script_without_a_known_owner_has_none() -> None:
     [
         ("-- c\nrequire('defaultMainScript')\n", 0, (4, 7, 0), True),
         ('--lua\nrequire("defaultMainScript")', 0, (4, 7, 0), True),
+        ("require('defaultMainScript-2')", 0, (4, 11, 0), True),
         (REGULAR, 0, (4, 7, 0), True),
         (REGULAR + "sim.setJointPosition(3,1)\n", 8, (4, 7, 0), False),
         (REGULAR + "while true do sim.handleGraph(1) end\n", 0, (4, 7, 0), False),

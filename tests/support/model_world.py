@@ -46,4 +46,5 @@ class Model(World):
 
 @pytest.fixture
 def model(tmp_path: Path) -> Model:
+    """To be imported by the tests that use it."""
     return Model(SCENE, workspace=tmp_path)
