@@ -13,7 +13,7 @@ from typing import NamedTuple
 from .decoding import Decoders
 from .encoding import Encoders
 from .errors import MessageError
-from .hashes import HASHES
+from .hashes import HASHES, OLDER_HASHES
 from .layouts import read_layouts
 from .types import MessageType, ServiceType, dds_name
 
@@ -28,14 +28,17 @@ class Types(NamedTuple):
     services: Mapping[str, ServiceType]
 
 
-def _make(*, humble: bool) -> Types:
+def _make(*, humble: bool = False, older: bool = False) -> Types:
     encoders, decoders = Encoders(), Decoders()
     messages: dict[str, MessageType] = {}
     services: dict[str, ServiceType] = {}
     parts: dict[str, MessageType] = {}
-    for name, layout in read_layouts(humble=humble).items():
+    hashes = {**HASHES, **OLDER_HASHES} if older else HASHES
+    for name, layout in read_layouts(humble=humble, older=older).items():
         service = name.removesuffix("_Request").removesuffix("_Response")
-        hash_ = HUMBLE_HASH if humble else f"RIHS01_{HASHES[service]}"
+        if service not in hashes:
+            continue  # a part of an action, which is sent within other messages only
+        hash_ = HUMBLE_HASH if humble else f"RIHS01_{hashes[service]}"
         made = MessageType(layout, hash_, encoders, decoders)
         (messages if service == name else parts)[name] = made
         if name.endswith("_Response"):
@@ -47,11 +50,17 @@ def _make(*, humble: bool) -> Types:
 
 @cache
 def humble() -> Types:
-    """Return the types of ROS 2 Humble: another Range, and no hashes."""
+    """Return the types of ROS 2 Humble: those of earlier releases, another Range, and no hashes."""
     return _make(humble=True)
 
 
-BY_NAME, SERVICES = _make(humble=False)
+@cache
+def older() -> Types:
+    """Return the types as earlier releases of their packages have them, where these differ."""
+    return _make(older=True)
+
+
+BY_NAME, SERVICES = _make()
 
 __all__ = (
     "BY_NAME",
@@ -62,4 +71,5 @@ __all__ = (
     "ServiceType",
     "Types",
     "humble",
+    "older",
 )

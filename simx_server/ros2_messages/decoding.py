@@ -145,17 +145,17 @@ class Decoders:
 
     def _step(self, field: Field) -> _Step:
         if isinstance(field.kind, Primitive):
-            return _numbers(field.name, field.kind, field.count or 0)
+            return _numbers(field.name, field.kind, field.count or 0, field.most)
         if isinstance(field.kind, Layout):
             read = self._of(field.kind)
             return (
                 _single(field.name, read)
                 if field.count is None
-                else _several(field.name, read, field.count, 1, _objects(field.kind))
+                else _several(field, read, 1, _objects(field.kind))
             )
         if field.count is None:
             return _string(field.name)
-        return _several(field.name, lambda reader: reader.text(field.name), field.count, 4, 1)
+        return _several(field, lambda reader: reader.text(field.name), 4, 1)
 
 
 def _objects(layout: Layout) -> int:
@@ -206,16 +206,19 @@ def _single(name: str, read: _Read) -> _Step:
     return step
 
 
-def _several(name: str, read: Callable[[_Reader], Any], fixed: int, least: int, objects: int) -> _Step:
+def _several(field: Field, read: Callable[[_Reader], Any], least: int, objects: int) -> _Step:
     """Return the step for strings or messages.
 
     Args:
         least: bytes that each of them has at least.
         objects: that each of them becomes at least.
     """
+    name, fixed, most = field.name, field.count or 0, field.most
 
     def step(reader: _Reader, found: dict[str, Any]) -> None:
         count = fixed or reader.count(name)
+        if most and count > most:
+            raise reader.fail(name, f"it has {count} values, and at most {most} are valid")
         if count * least > len(reader.data) - reader.at:
             raise reader.fail(name, f"{count} values do not fit into {len(reader.data) - reader.at} bytes")
         reader.take(name, count * objects)
@@ -224,9 +227,11 @@ def _several(name: str, read: Callable[[_Reader], Any], fixed: int, least: int, 
     return step
 
 
-def _numbers(name: str, kind: Primitive, fixed: int) -> _Step:
+def _numbers(name: str, kind: Primitive, fixed: int, most: int) -> _Step:
     def step(reader: _Reader, found: dict[str, Any]) -> None:
         count = fixed or reader.count(name)
+        if most and count > most:
+            raise reader.fail(name, f"it has {count} values, and at most {most} are valid")
         if not count:
             found[name] = np.empty(0, kind.dtype)
             return

@@ -95,6 +95,8 @@ def _packed(layout: Layout, field: Field, kind: Primitive, value: Any, path: str
 
 
 def _check_count(layout: Layout, field: Field, count: int, path: str) -> None:
+    if field.most and count > field.most:
+        raise _error(layout, path, f"takes at most {field.most} values, not {count}")
     if field.count and count != field.count:
         raise _error(layout, path, f"takes {field.count} values, not {count}")
 

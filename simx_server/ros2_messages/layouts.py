@@ -2,7 +2,8 @@
 
 A text holds the messages of one package. A line without indentation names a message; the indented lines below it are
 its fields, as in ROS 2's own files: `type name`, `type name default`, `type NAME=VALUE` for a constant. A type that
-ends in `[]` is a sequence, in `[9]` an array of nine. In a service a line `---` parts request and response.
+ends in `[]` is a sequence, in `[<=9]` one of at most nine values, in `[9]` an array of nine. In a service a line `---`
+parts request and response; an action has two of them, which part goal, result and feedback.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TypeAlias
 from .primitives import PRIMITIVES, Primitive
 
 _FIELD = re.compile(
-    r"(?P<kind>[\w/]+)(?P<array>\[(?P<count>\d*)\])?\s+(?P<name>\w+)(?:(?P<constant>=)|\s+|$)(?P<value>\S*)$"
+    r"(?P<kind>[\w/]+)(?P<array>\[(?P<most><=)?(?P<count>\d*)\])?\s+(?P<name>\w+)(?:(?P<constant>=)|\s+|$)(?P<value>\S*)$"
 )
 _FOLDER = Path(__file__).parent / "definitions"
 _PACKAGES = (
@@ -33,11 +34,29 @@ _PACKAGES = (
     "std_srvs",
     "example_interfaces",
     "simulation_interfaces",
+    "action_msgs",
+    "control_msgs",
+    "rcl_interfaces",
 )
 """A package comes after those whose messages it uses."""
 
-HUMBLE = ("humble/sensor_msgs",)
+OLDER = ("older/simulation_interfaces", "older/control_msgs")
+"""Definitions of earlier releases of packages. Distributions from Iron on have them or the newer ones."""
+
+HUMBLE = ("humble/sensor_msgs", *OLDER)
 """Definitions that replace others for ROS 2 Humble."""
+
+PARTS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
+"""The parts of services and actions, in the order of their texts."""
+
+_OF_ACTIONS = {
+    "SendGoal_Request": ("unique_identifier_msgs/UUID goal_id", "{0}_Goal goal"),
+    "SendGoal_Response": ("bool accepted", "builtin_interfaces/Time stamp"),
+    "GetResult_Request": ("unique_identifier_msgs/UUID goal_id",),
+    "GetResult_Response": ("int8 status", "{0}_Result result"),
+    "FeedbackMessage": ("unique_identifier_msgs/UUID goal_id", "{0}_Feedback feedback"),
+}
+"""The messages of every action, with its name for {0}."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +67,14 @@ class Field:
         kind: a plain type, `str`, or the layout of another message.
         count: None for one value, 0 for a sequence of any length, else the length of an array.
         default: value of a field of one plain value that is not set.
+        most: the values that a sequence has at most; 0: any number.
     """
 
     name: str
     kind: Kind
     count: int | None
     default: bool | int | float
+    most: int = 0
 
 
 @dataclass(frozen=True)
@@ -73,10 +94,18 @@ class Layout:
 Kind: TypeAlias = Primitive | type[str] | Layout
 
 
-def read_layouts(*, humble: bool = False) -> dict[str, Layout]:
-    """Return all layouts by name; a service `std_srvs/srv/Trigger` gives two, ending in `_Request` and `_Response`."""
+def read_layouts(*, humble: bool = False, older: bool = False) -> dict[str, Layout]:
+    """Return all layouts by name.
+
+    A service `std_srvs/srv/Trigger` gives two, ending in `_Request` and `_Response`. An action gives those of its goal,
+    result and feedback, and those of its two services and of its topic.
+
+    Args:
+        humble: as ROS 2 Humble has them.
+        older: as earlier releases of packages have them.
+    """
     found: dict[str, Layout] = {}
-    for text in (*_PACKAGES, *(HUMBLE if humble else ())):
+    for text in (*_PACKAGES, *(HUMBLE if humble else OLDER if older else ())):
         package = text.rpartition("/")[2]
         for name, lines in _sections((_FOLDER / f"{text}.txt").read_text(encoding="utf-8")):
             _read_section(package, name, lines, found)
@@ -97,14 +126,19 @@ def _sections(text: str) -> Iterator[tuple[str, list[str]]]:
 
 
 def _read_section(package: str, name: str, lines: list[str], found: dict[str, Layout]) -> None:
-    if "---" not in lines:
-        full = f"{package}/msg/{name}"
-        found[full] = _layout(full, lines, found)
-        return
-    at = lines.index("---")
-    for end, part in (("Request", lines[:at]), ("Response", lines[at + 1 :])):
-        full = f"{package}/srv/{name}_{end}"
+    parts: list[list[str]] = [[]]
+    for line in lines:
+        if line == "---":
+            parts.append([])
+        else:
+            parts[-1].append(line)
+    kind = {1: "msg", 2: "srv", 3: "action"}[len(parts)]
+    for end, part in zip(PARTS.get(kind, ("",)), parts, strict=True):
+        full = f"{package}/{kind}/{name}{end and '_' + end}"
         found[full] = _layout(full, part, found)
+    for end, part in _OF_ACTIONS.items() if kind == "action" else ():
+        full = f"{package}/action/{name}_{end}"
+        found[full] = _layout(full, [line.format(f"{package}/action/{name}") for line in part], found)
 
 
 def _layout(name: str, lines: list[str], known: Mapping[str, Layout]) -> Layout:
@@ -120,7 +154,10 @@ def _layout(name: str, lines: list[str], known: Mapping[str, Layout]) -> Layout:
         kind = _kind(name.partition("/")[0], match["kind"], known)
         count = None if match["array"] is None else int(match["count"] or 0)
         default = kind.default if isinstance(kind, Primitive) else 0
-        fields.append(Field(match["name"], kind, count, type(default)(match["value"] or default)))
+        most = 0
+        if match["most"]:
+            count, most = 0, count or 0
+        fields.append(Field(match["name"], kind, count, type(default)(match["value"] or default), most))
     return Layout(name, tuple(fields), constants)
 
 
@@ -129,5 +166,7 @@ def _kind(package: str, written: str, known: Mapping[str, Layout]) -> Kind:
         return str
     if written in PRIMITIVES:
         return PRIMITIVES[written]
+    if written.count("/") == 2:
+        return known[written]
     owner, _, short = written.rpartition("/")
     return known[f"{owner or package}/msg/{short}"]

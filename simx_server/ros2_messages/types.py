@@ -107,6 +107,6 @@ class ServiceType:
 def dds_name(name: str) -> str:
     """Return the name of a type in keys: `std_msgs/msg/Bool` gives `std_msgs::msg::dds_::Bool_`."""
     package, kind, short = name.split("/")
-    if kind == "srv":
+    if kind != "msg":
         short = short.removesuffix("_Request").removesuffix("_Response")
     return f"{package}::{kind}::dds_::{short}_"

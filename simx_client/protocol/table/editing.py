@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..kinds import FLOAT, INT, INTS, OPTIONAL_INTS12
-from .command import Command, Effect
+from ..kinds import FLOAT, INT, INTS, OPTIONAL_INTS12, TEXT
+from .command import Command, Effect, Place
 from .meanings import LOAD_OPTIONS, MODEL_FILE, OBJECT_HANDLE, OBJECT_HANDLES, Meaning
 
 EDITING = (
@@ -90,3 +90,18 @@ EDITING = (
         twin="sim.setObjectSel",
     ),
 )
+
+OF_SERVER = (
+    Command(
+        name="renameObject",
+        takes={
+            "objectHandle": OBJECT_HANDLE,
+            "objectName": Meaning(TEXT, "a name that no other object has", sample="'robot1'"),
+        },
+        doc="Set the name of an object, and its alias with it.",
+        effect=Effect.EDITS,
+        place=Place.CARRIED,
+        key=("objectHandle",),
+    ),
+)
+"""Calls that the server's gateways make, and recordings have."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Batch, Delivery, Operation, Reply
 from simx_client.protocol.messages import Call as TableCall
@@ -46,6 +47,9 @@ class Ros2Client(Link):
         self._replies: list[Reply] = []
         """Replies to the call of `ask`."""
 
+        self._orders: dict[int, Future[list[Any]]] = {}
+        """Calls of `order` without a reply, by their ids."""
+
         self._awaited = 0
         """Id of this call, 0 for none. Replies to others come at any time: a long batch is executed in slices."""
 
@@ -69,6 +73,16 @@ class Ros2Client(Link):
         for reply in replies:
             if reply.status != STATUS_OK:
                 raise CommandError(str(reply.values[0]) if reply.values else "a call has failed")
+
+    def order(self, call: Call) -> Future[list[Any]]:
+        """Execute one call that may take long; the physics thread finishes the future with its results.
+
+        The future has a CommandError if the call was not executed. Further calls belong into another turn: see `post`.
+        """
+        numbered = self._numbered([call], 0)
+        future = self._orders[numbered[0].call_id] = Future()
+        self._execute(numbered)
+        return future
 
     def _numbered(self, calls: Iterable[Call], delay_ms: int) -> list[TableCall]:
         first = self._next_call
@@ -109,6 +123,19 @@ class Ros2Client(Link):
     # --- the link --------------------------------------------------------------------------------
 
     def deliver(self, delivery: Delivery) -> None:
-        """Keep replies for `ask`."""
-        if self._awaited:
-            self._replies += [reply for reply in delivery.replies if reply.call_id == self._awaited]
+        """Keep the reply for `ask`, and finish what was ordered."""
+        for reply in delivery.replies:
+            if (order := self._orders.pop(reply.call_id, None)) is not None:
+                if reply.status == STATUS_OK:
+                    order.set_result(list(reply.values))
+                else:
+                    order.set_exception(_failure(reply))
+            elif reply.call_id == self._awaited:
+                self._replies.append(reply)
+
+
+def _failure(reply: Reply) -> CommandError:
+    """Return the reason of a failed call, without the name of its function in front."""
+    text = str(reply.values[0]) if reply.values else "a call has failed"
+    name, colon, why = text.partition(": ")
+    return CommandError(why if colon and " " not in name else text)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.errors import CommandError
 from simx_server.ros2_messages import MessageError, MessageType, ServiceType
 
-from .endpoints import Commanded, Message, Moment, Published, Served
+from .endpoints import Commanded, Message, Moment, Published, Sent, Served
 from .wire.endpoint import Endpoint
 from .wire.publisher import Publisher
 from .wire.service import Request, Service
@@ -28,7 +28,7 @@ class Outlet:
     """A topic that is published."""
 
     def __init__(
-        self, offer: Published, publisher: Publisher, type_: MessageType, client: Ros2Client
+        self, offer: Published | Sent, publisher: Publisher, type_: MessageType, client: Ros2Client
     ) -> None:
         self.offer, self.publisher = offer, publisher
         self._type, self._client = type_, client
@@ -41,31 +41,47 @@ class Outlet:
     def endpoint(self) -> Endpoint:
         return self.publisher
 
+    @property
+    def is_wanted(self) -> bool:
+        """Return whether someone listens."""
+        return self.publisher.is_wanted
+
     def step(self, moment: Moment) -> None:
         """Publish the state after a simulation step, if someone listens and it is time."""
+        if isinstance(self.offer, Sent):
+            return
         self._was_wanted = self.publisher.is_wanted
-        if self._was_wanted and self._is_due(moment.nanoseconds):
-            self._publish(moment)
+        if self._was_wanted and self._is_due(self.offer, moment.nanoseconds):
+            self._publish(self.offer, moment)
 
     def repeat(self, moment: Moment) -> None:
         """Publish the present state while no simulation steps are made."""
+        if isinstance(self.offer, Sent):
+            return
         was_wanted, self._was_wanted = self._was_wanted, self.publisher.is_wanted
         if self._was_wanted and (self.offer.repeats or not was_wanted or moment.nanoseconds < self._last):
-            self._publish(moment)
+            self._publish(self.offer, moment)
 
-    def _is_due(self, now: int) -> bool:
-        period = self.offer.period * 1e9
+    def send(self, message: Message) -> None:
+        """Send a message of a content."""
+        try:
+            self._send(message)
+        except Exception as problem:
+            self._fail(problem)
+
+    def _is_due(self, offer: Published, now: int) -> bool:
+        period = offer.period * 1e9
         if period <= 0 or now < self._last:
             return True
         # Whole periods are compared, so that steps of another length do not make it longer on average.
         return now // period > self._last // period
 
-    def _publish(self, moment: Moment) -> None:
+    def _publish(self, offer: Published, moment: Moment) -> None:
         if self._under_way is not None and not self._under_way.done():
             return
         self._last = moment.nanoseconds
         try:
-            made = self.offer.make(moment)
+            made = offer.make(moment)
             if isinstance(made, Future):
                 self._under_way = made
                 made.add_done_callback(self._finish)

@@ -7,6 +7,7 @@ This is the place where further topics start. A module of `content/` has a class
   as nested dicts (`messages`), or a future of one that another thread makes.
 * `Commanded`: a topic whose messages become calls of the remote API's table, executed as those of any other client. The
   function that makes calls of a message runs on the physics thread too, in the turn of ROS 2's client.
+* `Sent`: a topic whose messages a content sends itself, as those of an action.
 * `Served`: a service.
 * `Followed`: calls that become due with time, such as the stop of a drive whose commands have ceased.
 
@@ -21,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from simx_server.simulation.part import Part
 
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
     from .client import Ros2Client
+    from .content.run import Run
+    from .namespaces import Namespaces
 
 Message = Mapping[str, Any]
 """A message, nested as its type; sequences may be numpy arrays and bytes."""
@@ -90,6 +93,52 @@ class Published:
     start to listen while it is paused or stopped get one.
     """
 
+    is_older: bool = False
+    """The type is that of an earlier release of its package, which the graph does not show beside the newer one."""
+
+
+class Destination(Protocol):
+    """A topic that takes messages."""
+
+    @property
+    def is_wanted(self) -> bool:
+        """Return whether someone listens."""
+        ...
+
+    def send(self, message: Message) -> None:
+        """Send a message."""
+        ...
+
+
+class Sender:
+    """Sends the messages of a topic. Physics thread."""
+
+    def __init__(self) -> None:
+        self.outlet: Destination | None = None
+        """The topic, while it is offered."""
+
+    @property
+    def is_wanted(self) -> bool:
+        """Return whether someone listens."""
+        return self.outlet is not None and self.outlet.is_wanted
+
+    def send(self, message: Message) -> None:
+        """Send a message, if someone listens."""
+        if self.outlet is not None and self.is_wanted:
+            self.outlet.send(message)
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """A topic whose messages are sent when there are some."""
+
+    topic: str
+    type: str
+    sender: Sender
+    qos: Qos = field(default_factory=Qos)
+    is_older: bool = False
+    """As for `Published`."""
+
 
 @dataclass(frozen=True, slots=True)
 class Commanded:
@@ -126,6 +175,9 @@ class Served:
     stops: Callable[[Mapping[str, Any]], bool] = lambda _: False
     """Returns whether a request stops the simulation, so that a search that runs gives up for it."""
 
+    is_older: bool = False
+    """As for `Published`."""
+
 
 @dataclass(frozen=True, slots=True)
 class Followed:
@@ -138,7 +190,7 @@ class Followed:
     """Returns the calls that are due, after each simulation step."""
 
 
-Offer = Published | Commanded | Served | Followed
+Offer = Published | Sent | Commanded | Served | Followed
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +201,8 @@ class Context:
     client: Ros2Client
     place: Place
     distribution: Distribution
+    run: Run
+    namespaces: Namespaces
 
 
 class Content(Part):

@@ -29,7 +29,9 @@ from ..outsider_log import OutsiderLog
 from .annotated.helper import SET_STEPPING, TRIGGER
 from .client import Ros2Client
 from .content.catalogue import CONTENT
-from .endpoints import Content, Context, Moment, Offer
+from .content.run import Run
+from .endpoints import Content, Context, Moment, Offer, Published
+from .namespaces import Namespaces
 from .node import Node
 from .offered import Offered
 from .scripts import ScriptTopics
@@ -97,7 +99,14 @@ class Ros2Gateway(Gateway, Part):
             self._postman.send,
         )
         self._scripts = ScriptTopics(node, self._keep_endpoints)
-        context = Context(service.world, self._client, options.place, options.distribution)
+        context = Context(
+            service.world,
+            self._client,
+            options.place,
+            options.distribution,
+            Run(self._client, service.simulation),
+            Namespaces(self._list_again),
+        )
         self._contents = [content(context) for content in CONTENT]
         service.simulation.attach(*self._contents)
         self._offered = Offered(node)
@@ -152,6 +161,10 @@ class Ros2Gateway(Gateway, Part):
                     self._client.post(partial(self._client.execute, calls))
 
     def model_changed(self, twins: Twins | None) -> None:
+        self._list_again()
+
+    def _list_again(self) -> None:
+        """Have the offers listed again soon."""
         self._seen = None, -1
 
     def run_paused(self) -> None:
@@ -180,7 +193,7 @@ class Ros2Gateway(Gateway, Part):
         )  # such as for a client that triggers each
         moment = self._moment()
         for outlet in self._offered.outlets:
-            if outlet.offer.repeats or not waits_for_step:
+            if not waits_for_step or (isinstance(outlet.offer, Published) and outlet.offer.repeats):
                 outlet.repeat(moment)
 
     def _look_for_life(self) -> None:

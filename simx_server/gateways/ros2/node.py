@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from simx_server import ros2_messages as messages
 
-from .wire.names import Distribution, Place
+from .wire.names import NO_HASH, Distribution, Place
 from .wire.publisher import Publisher
 from .wire.qos import Qos
 from .wire.service import Service
@@ -35,9 +35,17 @@ class Node:
     send_later: Callable[[Callable[[], object], int], object]
     """Sends an answer of this many bytes, on another thread if it may take long."""
 
-    def publisher(self, name: str, kind: str, qos: Qos) -> Publisher:
-        """Make the publisher of a topic."""
-        return Publisher(self.place, name, messages.BY_NAME[kind], qos, self.distribution)
+    def types_of(self, *, is_older: bool) -> messages.Types:
+        """Return the types of the distribution, or those that earlier releases of their packages have."""
+        return messages.older() if is_older else self.types
+
+    def publisher(self, name: str, kind: str, qos: Qos, *, is_older: bool = False) -> Publisher:
+        """Make the publisher of a topic; see `Published.is_older`."""
+        made = Publisher(
+            self.place, name, self.types_of(is_older=is_older).messages[kind], qos, self.distribution
+        )
+        made.is_listed = not is_older
+        return made
 
     def subscription(
         self,
@@ -61,19 +69,31 @@ class Node:
         )
 
     def service(
-        self, name: str, kind: str, arrived: Callable[[Service], object], refusal: Callable[[str], bytes]
+        self,
+        name: str,
+        kind: str,
+        arrived: Callable[[Service], object],
+        refusal: Callable[[str], bytes],
+        *,
+        is_older: bool = False,
     ) -> Service:
         """Make the server of a service; `arrived` is called on Zenoh's threads, `refusal` encodes a reason."""
-        return Service(
+        made = Service(
             self.place,
             name,
-            messages.SERVICES[kind],
+            self.types_of(is_older=is_older).services[kind],
             self.distribution,
             guard=self.guard,
             arrived=arrived,
             refusal=refusal,
             send_later=self.send_later,
         )
+        made.is_listed = not is_older
+        newer, older = messages.SERVICES[kind].hash, messages.older().services[kind].hash
+        if newer != older and self.distribution is Distribution.NEWER:
+            # Requests of Humble, which have no hash, are those of the earlier release.
+            made.elsewhere = (newer,) if is_older else (older, NO_HASH)
+        return made
 
     def service_client(self, name: str, kind: str) -> ServiceClient:
         """Make the client of a service."""

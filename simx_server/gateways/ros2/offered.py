@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from simx_server.errors import CommandError
 
 from .desk import Desk, Intake, Outlet
-from .endpoints import Commanded, Followed, Offer, Published, Served
+from .endpoints import Commanded, Followed, Offer, Published, Sent, Served
 from .node import Node
 from .wire.endpoint import Endpoint
 from .wire.service import Service
@@ -45,23 +45,29 @@ class Offered:
         """Return the endpoints of all offers."""
         return [each.endpoint for each in self._known.values()]
 
-    def _add(self, offer: Published | Commanded | Served, before: dict[Name, Outlet | Intake | Desk]) -> None:
+    def _add(
+        self, offer: Published | Sent | Commanded | Served, before: dict[Name, Outlet | Intake | Desk]
+    ) -> None:
         match offer:
             case Published(topic, kind, _, qos):
-                name = (Published, topic, kind, qos)
+                name = (Published, topic, kind, qos, offer.is_older)
+            case Sent(topic, kind, _, qos):
+                name = (Published, topic, kind, qos, offer.is_older)
             case Commanded(topic, kind, _, qos, is_listed):
                 name = (Commanded, topic, kind, qos, is_listed)
             case Served(topic, kind):
-                name = (Served, topic, kind)
+                name = (Served, topic, kind, offer.is_older)
         if name in self._known:
             problem = "two objects have it; the first one keeps it: give the other a different name in its annotation"
             self._client.failed(self._node.place.full(topic), CommandError(problem))
             return
         made = before.get(name)
         match offer:
-            case Published():
+            case Published() | Sent():
                 made = made if isinstance(made, Outlet) else self._outlet(offer)
                 made.offer = offer
+                if isinstance(offer, Sent):
+                    offer.sender.outlet = made
             case Commanded():
                 made = made if isinstance(made, Intake) else self._intake(offer)
                 made.offer = offer
@@ -70,9 +76,12 @@ class Offered:
                 made.offer = offer
         self._known[name] = made
 
-    def _outlet(self, offer: Published) -> Outlet:
-        publisher = self._node.publisher(self._node.place.full(offer.topic), offer.type, offer.qos)
-        return Outlet(offer, publisher, self._node.types.messages[offer.type], self._client)
+    def _outlet(self, offer: Published | Sent) -> Outlet:
+        publisher = self._node.publisher(
+            self._node.place.full(offer.topic), offer.type, offer.qos, is_older=offer.is_older
+        )
+        type_ = self._node.types_of(is_older=offer.is_older).messages[offer.type]
+        return Outlet(offer, publisher, type_, self._client)
 
     def _intake(self, offer: Commanded) -> Intake:
         def arrived(_: Subscription) -> None:
@@ -85,7 +94,7 @@ class Offered:
         return intake
 
     def _desk(self, offer: Served) -> Desk:
-        type_ = self._node.types.services[offer.type]
+        type_ = self._node.types_of(is_older=offer.is_older).services[offer.type]
 
         def arrived(_: Service) -> None:
             self._client.post(desk.serve, desk.wants_stop)
@@ -93,6 +102,8 @@ class Offered:
         def refusal(why: str) -> bytes:
             return type_.response.encode(desk.offer.refusal(why))
 
-        service = self._node.service(self._node.place.full(offer.service), offer.type, arrived, refusal)
+        service = self._node.service(
+            self._node.place.full(offer.service), offer.type, arrived, refusal, is_older=offer.is_older
+        )
         desk = Desk(offer, service, type_, self._client)
         return desk

@@ -9,7 +9,7 @@ from simx_server.editing.copying import copy_objects
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.parts.communication.simulator_messages import SELECTION_CHANGED
 from simx_server.scene import properties
-from simx_server.scene.editing import editing
+from simx_server.scene.editing import editing, renaming
 from simx_server.service.calls.background import Steps
 from simx_server.service.calls.registry import handler
 from simx_server.world.warm_up import with_images
@@ -109,6 +109,12 @@ def remove_model(world: World, handle: int) -> None:
     if handle in scene.objects and scene.is_model_base(handle):
         world.scripts.of_objects.before_removal([handle, *scene.descendants(handle)])
     editing.remove_model(world.simulation, handle)
+
+
+@handler("renameObject")
+def rename_object(world: World, handle: int, name: str) -> None:
+    """Refuse a name that another object has. The stop undoes it in a run."""
+    renaming.rename(world.simulation, handle, name)
 
 
 @handler("simxCopyPasteObjects")

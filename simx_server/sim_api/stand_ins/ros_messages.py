@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def supported_messages() -> list[str]:
     """Return the types of all messages, as ROS 2 names them."""
-    return sorted(_known())
+    return sorted(name for name in _known() if "/msg/" in name)
 
 
 def default_message(kind: str) -> dict[str, Any] | None:

@@ -14,7 +14,9 @@ import simx_client as v
 from simx_server.gateways.ros2.client import Ros2Client
 from simx_server.gateways.ros2.content.catalogue import CONTENT
 from simx_server.gateways.ros2.content.control import Control
+from simx_server.gateways.ros2.content.run import Run
 from simx_server.gateways.ros2.endpoints import Commanded, Context, Followed, Moment, Offer, Published
+from simx_server.gateways.ros2.namespaces import Namespaces
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.ros2_messages import BY_NAME
 
@@ -27,7 +29,12 @@ class Contents:
     def __init__(self, scene: str | Path) -> None:
         self.world = RealWorld(scene)
         self.cid = self.world.embedded_client()
-        context = Context(self.world.loop.service.world, cast(Ros2Client, None), Place(), Distribution.NEWER)
+        self.namespaces = Namespaces(lambda: None)
+        nobody = cast(Ros2Client, None)
+        run = Run(nobody, self.world.simulation)
+        context = Context(
+            self.world.loop.service.world, nobody, Place(), Distribution.NEWER, run, self.namespaces
+        )
         self._contents = [content(context) for content in CONTENT if content is not Control]
         self.world.simulation.attach(*self._contents)
         self._fixed: Any = None

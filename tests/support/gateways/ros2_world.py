@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ from simx_client.connection.connection import Connection
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.gateways.ros2.wire.session import Router
-from simx_server.ros2_messages import BY_NAME, SERVICES
+from simx_server.ros2_messages import BY_NAME, SERVICES, older
 
 TIMEOUT = 30.0
 """Seconds until something that does not come fails the test."""
@@ -46,13 +46,6 @@ CAMERA_INFO = (
 TRIGGER = (
     "std_srvs::srv::dds_::Trigger_/RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"
 )
-STANDARD = {
-    "SetSimulationState": "RIHS01_a868b916dce49974f637ba252141258c4b07b0c06858b88af560e3eb6bfbcb30",
-    "GetSimulationState": "RIHS01_3362dcebee4b1afebbf9c4beee5c79c1455385aded62092a892d61fde8644f30",
-    "ResetSimulation": "RIHS01_4ce285d7ff9b8ac70dcc95161f32bf54c05a6f4b13427990e41ab40c36c39646",
-    "StepSimulation": "RIHS01_913fe0653690ce6bf8f09f316e6a626747012e9fca31e26719910d417aa8565c",
-}
-
 SCENE = """
 <mujoco>
   <compiler angle="radian"/>
@@ -238,10 +231,16 @@ class Peer:
         ((payload, _),) = self.ask(f"{key}/{name}/{TRIGGER}", bytes.fromhex("0001000000"), attachment())
         return SERVICES["std_srvs/srv/Trigger"].response.decode(payload)
 
-    def call_standard(self, kind: str, name: str, **request: Any) -> dict[str, Any]:
+    def call_standard(self, kind: str, name: str, /, **request: Any) -> dict[str, Any]:
         """Call a service of simulation_interfaces."""
-        service = SERVICES[f"simulation_interfaces/srv/{kind}"]
-        key = f"0/{name}/simulation_interfaces::srv::dds_::{kind}_/{STANDARD[kind]}"
+        return self.call(f"simulation_interfaces/srv/{kind}", name, request)
+
+    def call(
+        self, kind: str, name: str, request: Mapping[str, Any], *, is_older: bool = False
+    ) -> dict[str, Any]:
+        """Call a service; `is_older`: with the types of an earlier release of its package."""
+        service = (older().services if is_older else SERVICES)[kind]
+        key = f"0/{name}/{service.dds_name}/{service.hash}"
         ((payload, _),) = self.ask(key, service.request.encode(request), attachment())
         return service.response.decode(payload)
 

@@ -49,12 +49,12 @@ class Descriptions:
             ]
 
     def _field(self, field: Field) -> dict[str, Any]:
-        above = 0 if field.count is None else _ARRAY if field.count else _SEQUENCE
+        above = 0 if field.count is None else _ARRAY if field.count else _BOUNDED if field.most else _SEQUENCE
         if isinstance(field.kind, Layout):
             self.add(field.kind)
-            return _described(field.name, above + 1, field.count or 0, field.kind.name)
+            return _described(field.name, above + 1, field.count or field.most, field.kind.name)
         number = _NUMBERS[field.kind.name] if isinstance(field.kind, Primitive) else _STRING
-        return _described(field.name, above + number, field.count or 0)
+        return _described(field.name, above + number, field.count or field.most)
 
     def add_service(self, name: str, layouts: Mapping[str, Layout]) -> None:
         """Add a service: a type of three fields, the last of which is the type of its events."""
@@ -107,7 +107,7 @@ def computed_hashes(layouts: Mapping[str, Layout]) -> dict[str, str]:
     descriptions = Descriptions()
     names: list[str] = []
     for name, layout in layouts.items():
-        if "/msg/" in name:
+        if "/msg/" in name or name.endswith("_FeedbackMessage"):
             descriptions.add(layout)
             names.append(name)
         elif name.endswith("_Response"):

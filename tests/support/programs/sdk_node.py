@@ -21,6 +21,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 import sys
 import tempfile
 import threading
@@ -69,7 +70,7 @@ def plain(value: Any) -> Any:
 def made(session: Any, kind: Any, values: Mapping[str, Any]) -> Any:
     """A message object of the SDK's type store; all fields must be given."""
     found: dict[str, Any] = {}
-    for name, description in STORE.fielddefs[kind][1]:
+    for name, description in session.store.fielddefs[kind][1]:
         node, detail = int(description[0]), cast(Any, description[1])
         value = values[name]
         if node == 2:
@@ -82,12 +83,27 @@ def made(session: Any, kind: Any, values: Mapping[str, Any]) -> Any:
     return session.store.types[kind](**found)
 
 
-MORE = {"simulation_interfaces/msg/Result": "uint8 result\nstring error_message\n"}
-"""Types that rosbags does not have."""
+DEFINITIONS = Path(__file__).parents[3] / "simx_server" / "ros2_messages" / "definitions"
+"""Texts with the fields of types that rosbags does not have; the SDK computes their hashes."""
+
+
+def more_definitions() -> dict[str, str]:
+    """The messages of the package that rosbags lacks, as files of ROS 2 have them."""
+    found: dict[str, str] = {}
+    package = "simulation_interfaces"
+    text = (DEFINITIONS / f"{package}.txt").read_text(encoding="utf-8")
+    for section in re.split(r"\n(?=\w)", re.sub(r" *#.*", "", text).strip()):
+        name, *lines = [line.strip() for line in section.splitlines() if line.strip()]
+        if "---" not in lines:
+            fields = [line for line in lines if "=" not in line]
+            found[f"{package}/msg/{name}"] = "\n".join(
+                line if line[0].islower() else f"{package}/{line}" for line in fields
+            )
+    return found
 
 
 def write_definitions(folder: Path) -> None:
-    definitions = dict(MORE)
+    definitions = more_definitions()
     for kind in STORE.fielddefs:
         definitions[kind] = STORE.generate_msgdef(kind, ros_version=2)[0].split("=" * 80)[0]
     for kind, text in definitions.items():
@@ -122,7 +138,8 @@ class Node:
         client = ROS2ServiceClient(
             service, kind, request_definition=request, response_definition=response, router_port=PORT
         )
-        answer = client.call(**values)
+        request_ = made(self._session, client.request_store_type, values)
+        answer = client.call(**{name: getattr(request_, name) for name in values})
         client.close()
         return plain(answer)
 
@@ -146,7 +163,7 @@ def main() -> None:
         write_definitions(Path(folder))
         get_registry(folder)
         node = Node()
-        for kind in MORE:
+        for kind in more_definitions():
             load_message_type(kind)
         actions: dict[str, Callable[..., Any]] = {
             "subscribe": node.subscribe,

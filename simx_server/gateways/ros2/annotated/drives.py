@@ -108,6 +108,7 @@ class Drives(Content):
     """Takes Twist and TwistStamped for each base with a drive."""
 
     def __init__(self, context: Context) -> None:
+        self._namespaces = context.namespaces
         self._simulation = context.world.simulation
         self._drives: dict[int, Drive] = {}
 
@@ -117,7 +118,7 @@ class Drives(Content):
 
     def offers(self) -> Iterable[Offer]:
         before, self._drives = self._drives, {}
-        names = Names(self._simulation.scene)
+        names = Names(self._simulation.scene, self._namespaces)
         for item, note in annotated(self._simulation.scene, "drive"):
             topic = names.topic(item, topic_of(note, "cmd") or DRIVE_TOPICS["cmd"])
             wheels = self._wheels(item, note)

@@ -41,11 +41,12 @@ class JointGroups(Content):
     """Publishes and takes JointState for the joints of each annotated object."""
 
     def __init__(self, context: Context) -> None:
+        self._namespaces = context.namespaces
         self._simulation = context.world.simulation
 
     def offers(self) -> Iterable[Offer]:
         scene = self._simulation.scene
-        names = Names(scene)
+        names = Names(scene, self._namespaces)
         for item, note in annotated(scene, "states", "command"):
             group = self._group(names, item, note)
             if not group.handles:

@@ -9,6 +9,7 @@ from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 from simx_server.scene.poses.poses import Quaternion, from_rows
 
 from ..content.naming import frame_name, joint_name, optical_frame, part_of_topic
+from ..namespaces import Namespaces
 
 TOPICS = ("states", "command", "topic", "range", "scan", "imu", "cmd", "odom")
 """Keys that name topics."""
@@ -89,16 +90,20 @@ class Names:
     """The names that annotations give, different for each robot.
 
     A robot is a model with all that is below it. If it would have a topic, frame or joint of one before it, such as a
-    copy, all its names start with that of the model: `/Pioneer_p3dx_0/odom`, `Pioneer_p3dx_0/base_link`.
+    copy, all its names start with that of the model: `/Pioneer_p3dx_0/odom`, `Pioneer_p3dx_0/base_link`. A robot that
+    was spawned with a namespace, or has one in its annotation, has this instead of the model's name.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+    def __init__(self, scene: Scene, namespaces: Namespaces) -> None:
+        self._scene, self._namespaces = scene, namespaces
         self._prefixes: dict[int, str] = {}
         """By the robot's handle."""
 
         taken: set[tuple[str, str]] = set()
         for robot, names in self._claims().items():
+            if given := self._namespace(robot):
+                self._prefixes[robot] = given
+                continue
             is_second = not names.isdisjoint(taken)
             self._prefixes[robot] = part_of_topic(scene, scene.objects[robot]) if is_second else ""
             taken |= names
@@ -107,6 +112,11 @@ class Names:
         """Return the topic of an object, with a slash in front."""
         prefix = self._prefix(item)
         return f"/{prefix}{topic}" if prefix else topic
+
+    def own_topic(self, item: SceneObject) -> str:
+        """Return the topic of an object that is named after it."""
+        given = self._namespace(self._robot(item))
+        return f"{given and '/' + given}/{part_of_topic(self._scene, item)}"
 
     def frame(self, item: SceneObject, frame: str) -> str:
         """Return a frame of an object."""
@@ -122,7 +132,7 @@ class Names:
 
     def prefixed(self, item: SceneObject, name: str) -> str:
         """Return the name of a joint of an object's robot."""
-        prefix = self._prefix(item)
+        prefix = self._prefix(item).replace("/", "_")
         return f"{prefix}_{name}" if prefix else name
 
     def header_frame(self, item: SceneObject, note: Annotation) -> str:
@@ -139,6 +149,11 @@ class Names:
         """Return the frame of a proximity sensor, x along its axis."""
         given = note.get("frame")
         return f"{frame_name(item)}_range" if given is None else self.frame(item, str(given))
+
+    def _namespace(self, robot: int) -> str:
+        """Return the namespace of a robot without a slash in front; empty for none."""
+        given = self._namespaces.of(robot) or str(note_of(self._scene.objects[robot]).get("namespace", ""))
+        return given.strip("/")
 
     def _prefix(self, item: SceneObject) -> str:
         return self._prefixes.get(self._robot(item), "")

@@ -45,11 +45,12 @@ class Ranges(Content):
     """Publishes proximity sensors with the key `range`."""
 
     def __init__(self, context: Context) -> None:
+        self._namespaces = context.namespaces
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
-        names = Names(scene)
+        names = Names(scene, self._namespaces)
         for item, note in annotated(scene, "range"):
             topic, frame = names.topic(item, str(note["range"])), names.range_frame(item, note)
             yield Published(
@@ -133,11 +134,12 @@ class Scans(Content):
     """Publishes rings of proximity sensors with the key `scan`."""
 
     def __init__(self, context: Context) -> None:
+        self._namespaces = context.namespaces
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
-        names = Names(scene)
+        names = Names(scene, self._namespaces)
         for item, note in annotated(scene, "scan"):
             sensors = [each for each in sensors_below(scene, item) if each.element == "site"]
             if not sensors:

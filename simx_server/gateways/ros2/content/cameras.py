@@ -19,7 +19,6 @@ from simx_server.sensors.vision.vision_settings import VisionSettings
 from ..annotated.notes import Names, note_of, period_of, topic_of, unpublished
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import SENSOR_DATA
-from .naming import part_of_topic
 
 JPEG_QUALITY = 95
 """Of compressed images, as image_transport has it unless told otherwise."""
@@ -36,11 +35,12 @@ class Cameras(Content):
     """
 
     def __init__(self, context: Context) -> None:
+        self._namespaces = context.namespaces
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
-        names, hidden = Names(scene), unpublished(scene)
+        names, hidden = Names(scene, self._namespaces), unpublished(scene)
         for handle in scene.of_kind(ObjectKind.VISION_SENSOR):
             if handle not in hidden:
                 yield from self._of_sensor(scene, scene.objects[handle], names)
@@ -49,7 +49,7 @@ class Cameras(Content):
         image, info = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
         handle, note = item.handle, note_of(item)
         given, period = topic_of(note, "topic"), period_of(note)
-        topic = f"/{part_of_topic(scene, item)}" if given is None else names.topic(item, given)
+        topic = names.own_topic(item) if given is None else names.topic(item, given)
         frame = names.camera_frame(item, note)
         give_image, give_depth = partial(self._image, handle, frame), partial(self._depth, handle, frame)
         give_info = partial(self._info, handle, frame)

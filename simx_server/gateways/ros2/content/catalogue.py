@@ -10,6 +10,8 @@ from ..annotated.imu import Imus
 from ..annotated.joint_groups import JointGroups
 from ..annotated.ranges import Ranges, Scans
 from ..endpoints import Content, Context
+from ..standard.simulate_steps import SimulateSteps
+from ..standard.standard import Standard
 from .cameras import Cameras
 from .clock import Clock
 from .control import Control
@@ -30,5 +32,7 @@ CONTENT: Sequence[Callable[[Context], Content]] = (
     Drives,
     Helper,
     Control,
+    Standard,
+    SimulateSteps,
 )
 """One object of each is made with the gateway. Topics of one moment leave in this order."""

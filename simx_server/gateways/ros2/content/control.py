@@ -7,15 +7,18 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
+from simx_client.protocol.constants import sim_boolparam_exit_request
+from simx_server.errors import CommandError
 from simx_server.sensors.vision.futures import then
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Content, Context, Message, Offer, Served
-from .run import Run, WrongState
+from ..endpoints import Call, Content, Context, Message, Offer, Served
+from ..standard.results import INCORRECT_STATE, OK, UNSUPPORTED, failed, result
+from .run import WrongState
 
 TRIGGER = "std_srvs/srv/Trigger"
 
-STOPPED, PLAYING, PAUSED, QUITTING = range(4)
+STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD, LOADING_WORLD = range(6)
 """States of ``simulation_interfaces/SimulationState``."""
 
 _STATES = {
@@ -24,10 +27,7 @@ _STATES = {
     SimulationState.PAUSED: PAUSED,
 }
 
-UNSUPPORTED, OK, _, INCORRECT_STATE, FAILED = range(5)
-"""Results of ``simulation_interfaces/Result``."""
-
-ALREADY_IN_TARGET_STATE, INCORRECT_TRANSITION = 101, 103
+ALREADY_IN_TARGET_STATE, TRANSITION_ERROR, INCORRECT_TRANSITION = 101, 102, 103
 """Results of ``simulation_interfaces/SetSimulationState``."""
 
 SCOPE_DEFAULT, SCOPE_TIME, SCOPE_STATE, SCOPE_SPAWNED, SCOPE_ALL = 0, 1, 2, 4, 255
@@ -40,7 +40,7 @@ class Control(Content):
     """Serves ``~/start``, ``~/stop``, ``~/pause``, ``~/reset``, ``~/step``, and four services of the standard."""
 
     def __init__(self, context: Context) -> None:
-        self._run = Run(context)
+        self._context, self._run = context, context.run
 
     def step_finished(self) -> None:
         self._run.step_finished()
@@ -69,42 +69,72 @@ class Control(Content):
             ("/reset_simulation", "ResetSimulation", self._reset, _always),
             ("/step_simulation", "StepSimulation", self._step, _never),
         ):
-            yield Served(name, f"{package}/{kind}", answer, _failed, stops)
+            yield Served(name, f"{package}/{kind}", answer, failed, stops)
 
     def _step_once(self, _: Mapping[str, Any]) -> Future[Message]:
         return then(self._run.step(1), lambda _: {"success": True, "message": "one step is made"})
 
     def _get(self, _: Mapping[str, Any]) -> Message:
-        return {"state": {"state": _STATES[self._run.state]}, **_result(OK)}
+        return {"state": {"state": self._state()}, **result(OK)}
+
+    def _state(self) -> int:
+        if self._run.world.is_loading:
+            return LOADING_WORLD
+        if self._run.world.is_unloaded and self._run.state is SimulationState.STOPPED:
+            return NO_WORLD
+        return _STATES[self._run.state]
 
     def _set(self, request: Mapping[str, Any]) -> Message:
-        wanted, present = request["state"]["state"], _STATES[self._run.state]
+        wanted, present = request["state"]["state"], self._state()
         if wanted == QUITTING:
-            return _result(UNSUPPORTED, "this server ends with its process, not by a service")
+            return self._quit()
         if wanted not in (STOPPED, PLAYING, PAUSED):
-            return _result(UNSUPPORTED, f"there is no state {wanted}; valid: 0 stopped, 1 playing, 2 paused")
+            return result(
+                UNSUPPORTED,
+                f"no state {wanted} can be set; valid: 0 stopped, 1 playing, 2 paused, 3 quitting",
+            )
+        if present in (NO_WORLD, LOADING_WORLD):
+            return result(TRANSITION_ERROR, "there is no world, or it is being loaded; load one first")
         if wanted == present:
-            return _result(ALREADY_IN_TARGET_STATE, "the simulation is in this state already")
+            return result(ALREADY_IN_TARGET_STATE, "the simulation is in this state already")
         try:
             {STOPPED: self._run.stop, PLAYING: self._run.start, PAUSED: self._run.pause}[wanted]()
         except WrongState as problem:
-            return _result(INCORRECT_TRANSITION, str(problem))
-        return _result(OK)
+            return result(INCORRECT_TRANSITION, str(problem))
+        except CommandError as problem:
+            return result(TRANSITION_ERROR, str(problem))
+        return result(OK)
 
-    def _reset(self, request: Mapping[str, Any]) -> Message:
-        if request["scope"] not in _EVERYTHING:
-            return _result(
+    def _quit(self) -> Message:
+        """Stop, and have the server end; the answer leaves before."""
+        self._run.stop()
+        try:
+            self._context.client.ask(Call("simxSetBooleanParameter", [sim_boolparam_exit_request, True]))
+        except CommandError as problem:
+            return result(TRANSITION_ERROR, str(problem))
+        return result(OK)
+
+    def _reset(self, request: Mapping[str, Any]) -> Message | Future[Message]:
+        scope = request["scope"]
+        if scope in _EVERYTHING:
+            self._run.reset_all()
+        elif scope == SCOPE_TIME | SCOPE_STATE:
+            return then(self._run.reset_but_spawned(), lambda _: result(OK))
+        elif scope == SCOPE_SPAWNED:
+            self._run.spawned.delete_spawned()
+        else:
+            return result(
                 UNSUPPORTED,
-                "time, state and spawned objects are reset together; valid: SCOPE_DEFAULT (0) or SCOPE_ALL (255)",
+                "time and state are reset together; valid: SCOPE_DEFAULT (0), SCOPE_TIME | SCOPE_STATE (3), "
+                "SCOPE_SPAWNED (4) and SCOPE_ALL (255)",
             )
-        self._run.reset()
-        return _result(OK)
+        return result(OK)
 
     def _step(self, request: Mapping[str, Any]) -> Message | Future[Message]:
         try:
-            return then(self._run.step(request["steps"]), lambda _: _result(OK))
+            return then(self._run.step(request["steps"]), lambda _: result(OK))
         except WrongState as problem:
-            return _result(INCORRECT_STATE, str(problem))
+            return result(INCORRECT_STATE, str(problem))
 
 
 def _always(_: Mapping[str, Any]) -> bool:
@@ -127,13 +157,5 @@ def _not_triggered(why: str) -> Message:
     return {"success": False, "message": why}
 
 
-def _result(code: int, text: str = "") -> Message:
-    return {"result": {"result": code, "error_message": text}}
-
-
-def _failed(why: str) -> Message:
-    return _result(FAILED, why)
-
-
 def _no_state(why: str) -> Message:
-    return {"state": {"state": STOPPED}, **_failed(why)}
+    return {"state": {"state": STOPPED}, **failed(why)}

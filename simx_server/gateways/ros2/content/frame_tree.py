@@ -18,6 +18,7 @@ from simx_server.simulation.simulation import Simulation
 
 from ..annotated.notes import Names, annotated, note_of, turn_of
 from ..annotated.odometry import Odometers
+from ..namespaces import Namespaces
 from .naming import WORLD, frame_name
 
 ATTACHED = (
@@ -72,14 +73,14 @@ class Fixed(NamedTuple):
 class FrameTree:
     """The frames of a scene with one model."""
 
-    def __init__(self, simulation: Simulation, odometers: Odometers) -> None:
+    def __init__(self, simulation: Simulation, odometers: Odometers, namespaces: Namespaces) -> None:
         self._simulation = simulation
         self._model = simulation.model
         self._odometers = odometers
         self._bases = {base.item.body: base for base in odometers.bases}
         """Mobile bases by the body that carries them."""
 
-        self._names = Names(simulation.scene)
+        self._names = Names(simulation.scene, namespaces)
         self._root = str(simulation.scene.annotations.ros2.get("root", WORLD))
         self.moving: list[Frame] = []
         """Bodies that physics moves against their parents."""

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_server.errors import CommandError
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Call, Context
+from ..endpoints import Call
+
+if TYPE_CHECKING:
+    from simx_server.simulation.simulation import Simulation
+
+    from ..client import Ros2Client
 
 START = Call("simxStartSimulation", [])
 STOP = Call("simxStopSimulation", [])
@@ -26,21 +33,53 @@ class WrongState(CommandError):
     """The simulation is in a state in which the request has no meaning."""
 
 
-class _Steps:
+class Steps:
     """A request for simulation steps that is under way."""
 
-    def __init__(self, count: int) -> None:
-        self.left = count
+    def __init__(self, count: int, made: Callable[[int], object]) -> None:
+        """Make a request.
+
+        Args:
+            made: called after each step with the number of steps that were made.
+        """
+        self.count = self.left = count
+        self.made = made
         self.done: Future[None] = Future()
+
+
+class SpawnedObjects(Protocol):
+    """The spawned entities, as far as a reset concerns them; see `standard/spawning.py`."""
+
+    def delete_spawned(self) -> None:
+        """Delete all of it."""
+        ...
+
+    def orders(self) -> list[Any]:
+        """Return what was spawned."""
+        ...
+
+    def respawn(self, orders: Sequence[Any], then: Callable[[], object]) -> None:
+        """Spawn again what has gone, and call a function after that."""
+        ...
+
+
+class World(Protocol):
+    """Whether there is a world; see `standard/worlds.py`."""
+
+    is_loading: bool
+    is_unloaded: bool
 
 
 class Run:
     """The run of the simulation, as services control it. Physics thread."""
 
-    def __init__(self, context: Context) -> None:
-        self._client = context.client
-        self._simulation = context.world.simulation
-        self._steps: deque[_Steps] = deque()
+    world: World
+    spawned: SpawnedObjects
+    """Both set when the contents are made."""
+
+    def __init__(self, client: Ros2Client, simulation: Simulation) -> None:
+        self._client, self._simulation = client, simulation
+        self._steps: deque[Steps] = deque()
         """Requests for steps; the first of them is under way."""
 
     @property
@@ -85,12 +124,51 @@ class Run:
         before = self.state
         if before is SimulationState.STOPPED:
             return "the simulation is stopped, so it is reset already"
-        for call in (STOP, START, PAUSE) if before is SimulationState.PAUSED else (STOP, START):
-            self._client.ask(call)
+        self._client.ask(STOP)
+        self._go_on_as(before)
         return "the simulation is reset"
+
+    def reset_all(self) -> None:
+        """Delete what was spawned, and reset. Raises CommandError."""
+        before = self.state
+        if before is not SimulationState.STOPPED:
+            self._client.ask(STOP)
+        self.spawned.delete_spawned()
+        self._go_on_as(before)
+
+    def reset_but_spawned(self) -> Future[None]:
+        """Reset, but keep what was spawned: what the stop takes is spawned again. The future is done then."""
+        before, done = self.state, Future[None]()
+        if before is SimulationState.STOPPED:
+            done.set_result(None)
+            return done
+        orders = self.spawned.orders()
+        self._client.ask(STOP)
+
+        def go_on() -> None:
+            self._go_on_as(before)
+            done.set_result(None)
+
+        self.spawned.respawn(orders, go_on)
+        return done
+
+    def _go_on_as(self, before: SimulationState) -> None:
+        calls = {SimulationState.PAUSED: (START, PAUSE), SimulationState.RUNNING: (START,)}
+        for call in calls.get(before, ()):
+            self._client.ask(call)
 
     def step(self, count: int) -> Future[None]:
         """Make simulation steps and pause again; return a future that is done then, or has a CommandError.
+
+        Raises as `request`.
+        """
+        return self.request(count).done
+
+    def request(self, count: int, made: Callable[[int], object] = lambda _: None) -> Steps:
+        """Have simulation steps made; return the request.
+
+        Args:
+            made: called after each step with the number of steps that were made.
 
         Raises:
             WrongState: the simulation is not paused.
@@ -107,11 +185,24 @@ class Run:
             raise CommandError(
                 f"{MOST_REQUESTS} requests for steps wait already; ask again when they are answered"
             )
-        steps = _Steps(count)
+        steps = Steps(count, made)
         self._steps.append(steps)
         if len(self._steps) == 1:
             self._go_on()
-        return steps.done
+        return steps
+
+    def give_up(self, steps: Steps) -> None:
+        """End a request before all of its steps are made; its future has a CommandError."""
+        if steps not in self._steps:
+            return
+        is_first = self._steps[0] is steps
+        self._steps.remove(steps)
+        if is_first and self._steps:
+            self._go_on()
+        elif is_first:
+            self._client.session.set_stepping(False)
+            self._client.ask(PAUSE)
+        steps.done.set_exception(CommandError("the steps were canceled"))
 
     def _go_on(self) -> None:
         """Have the next simulation step made."""
@@ -127,10 +218,11 @@ class Run:
         if self._steps:
             self._client.post(partial(self._count, self._steps[0]))
 
-    def _count(self, first: _Steps) -> None:
+    def _count(self, first: Steps) -> None:
         if not self._steps or self._steps[0] is not first:
             return  # it was interrupted meanwhile
         first.left -= 1
+        first.made(first.count - first.left)
         if first.left:
             self._go_on()
             return

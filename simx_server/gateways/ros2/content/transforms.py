@@ -30,6 +30,7 @@ class Transforms(Content):
     """Publishes the transforms of the present scene."""
 
     def __init__(self, context: Context) -> None:
+        self._namespaces = context.namespaces
         self._simulation = context.world.simulation
         self._odometers = Odometers(context.world)
         self._made: FrameTree | None = None
@@ -53,7 +54,7 @@ class Transforms(Content):
 
     def offers(self) -> Iterable[Offer]:
         scene = self._simulation.scene
-        self._odometers.renew(Names(scene))
+        self._odometers.renew(Names(scene, self._namespaces))
         self._made = None
         self._seen = None, -1
         if scene.annotations.ros2.get("tf", True):
@@ -65,7 +66,7 @@ class Transforms(Content):
     @property
     def _tree(self) -> FrameTree:
         if self._made is None:
-            self._made = FrameTree(self._simulation, self._odometers)
+            self._made = FrameTree(self._simulation, self._odometers, self._namespaces)
         return self._made
 
     def _moving(self, moment: Moment) -> Message | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from . import attachment
@@ -65,6 +65,9 @@ class Service(Endpoint):
         super().__init__(place, full_name, described, Qos(), distribution)
         self.key = key(place, full_name, described.dds_name, "*")
         self._guard, self._arrived = guard, arrived
+        self.elsewhere: Collection[str] = ()
+        """Hashes of the type in another release, which another service of the same name answers."""
+
         self._refusal, self._send_later = refusal, send_later
         self._lock = threading.Lock()
         self._waiting: deque[Request] = deque()
@@ -108,6 +111,9 @@ class Service(Endpoint):
 
     def _take_in(self, query: Any) -> None:
         """Keep a request, or refuse it. One of Zenoh's threads."""
+        if self.elsewhere and str(query.key_expr).rpartition("/")[2] in self.elsewhere:
+            query.drop()
+            return
         payload = query.payload
         size = 0 if payload is None else len(payload)
         if why := self._guard.says_no(self, str(query.key_expr), size):

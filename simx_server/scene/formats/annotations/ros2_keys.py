@@ -118,6 +118,7 @@ OF_OBJECTS: dict[str, Callable[[str], Value]] = {
     "odom_frame": frame,
     "base": frame,
     "parent_frame": frame,
+    "namespace": topic,
     "tf": switch,
     "forward": one_of(*AXES),
     "up": one_of(*AXES),

@@ -40,6 +40,20 @@ def test_a_server_names_its_router_and_serves_there_in_its_domain(scene: Path) -
         peer.close()
 
 
+def test_a_server_ends_when_the_standard_state_quitting_is_set(scene: Path) -> None:
+    port = free_port()
+    with server_process(
+        scene, "--ros2", "0", "--ros2-router", f"self=tcp/127.0.0.1:{port}", "--start"
+    ) as started:
+        peer = Peer(port)
+        peer.watch()
+        peer.wait_for_token(lambda token: "%set_simulation_state" in token)
+        answer = peer.call_standard("SetSimulationState", "set_simulation_state", state={"state": 3})
+        assert answer["result"]["result"] == 1
+        assert started.process.wait(20) == 0
+        peer.close()
+
+
 def test_a_taken_port_ends_the_server_with_advice(scene: Path) -> None:
     port = free_port()
     arguments = [str(scene), "--port", "0", "--ros2", "--ros2-router", f"self=tcp/127.0.0.1:{port}"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,9 +35,20 @@ def sdk(server: Ros2World) -> Iterator[SdkPeer]:
         yield peer
 
 
+HEADER = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+CRATE = """
+<mujoco>
+  <worldbody><body name="crate"><freejoint/><geom type="box" size=".1 .1 .1"/></body></worldbody>
+</mujoco>
+"""
+
+
+def pose(x: float, y: float, z: float) -> dict[str, object]:
+    return {"position": {"x": x, "y": y, "z": z}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+
+
 def command(names: list[str], position: list[float]) -> dict[str, object]:
-    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
-    return {"header": header, "name": names, "position": position, "velocity": [], "effort": []}
+    return {"header": HEADER, "name": names, "position": position, "velocity": [], "effort": []}
 
 
 def test_its_lists_have_our_topics_services_and_types(server: Ros2World, sdk: SdkPeer) -> None:
@@ -86,6 +98,45 @@ def test_its_standard_service_is_answered(server: Ros2World, sdk: SdkPeer) -> No
     answer = sdk.do("call", "/lab/step_simulation", kind, "uint64 steps", result, values)
     assert answer["result"]["result"] == 3
     assert "start and pause it first" in answer["result"]["error_message"]
+
+
+STANDARD = "simulation_interfaces"
+
+
+def test_its_client_reads_the_features_and_handles_an_entity(server: Ros2World, sdk: SdkPeer) -> None:
+    kind = f"{STANDARD}/srv/GetSimulatorFeatures"
+    values = {"structure_needs_at_least_one_member": 0}
+    features = f"{STANDARD}/SimulatorFeatures features"
+    answer = sdk.do("call", "/lab/get_simulator_features", kind, EMPTY, features, values)
+    assert {0, 1, 10, 11, 20, 33, 40} <= set(answer["features"]["features"])
+
+    def call(name: str, kind: str, request: str, response: str, /, **values: object) -> Any:
+        response = f"{STANDARD}/Result result\n{response}"
+        found = sdk.do("call", f"/lab/{name}", f"{STANDARD}/srv/{kind}", request, response, values)
+        return found["result"]["result"], found
+
+    spawn = (
+        f"string name\nbool allow_renaming\n{STANDARD}/Resource entity_resource\nstring entity_namespace\n"
+    )
+    stamped = {"header": HEADER, "pose": pose(0.0, 0.0, 3.0)}
+    code, made = call(
+        "spawn_entity",
+        "SpawnEntity",
+        f"{spawn}geometry_msgs/PoseStamped initial_pose",
+        "string entity_name",
+        name="thing",
+        allow_renaming=False,
+        entity_resource={"uri": "", "resource_string": CRATE},
+        entity_namespace="",
+        initial_pose=stamped,
+    )
+    assert (code, made["entity_name"]) == (1, "thing")
+    code, found = call(
+        "get_entity_state", "GetEntityState", "string entity", f"{STANDARD}/EntityState state", entity="thing"
+    )
+    assert (code, found["state"]["pose"]["position"]["z"]) == (1, 3.0)
+    assert call("delete_entity", "DeleteEntity", "string entity", "", entity="thing")[0] == 1
+    assert call("delete_entity", "DeleteEntity", "string entity", "", entity="thing")[0] == 2
 
 
 def test_its_image_is_that_of_the_remote_api_turned_upright(server: Ros2World, sdk: SdkPeer) -> None:

@@ -16,7 +16,7 @@ from ros2_world import CLOCK, JOINT_STATE, TF, Ros2World, Sent, ros2_world, seco
 
 import simx_client as v
 from simx_server.gateways.ros2.content.clock import Clock
-from simx_server.gateways.ros2.endpoints import Offer
+from simx_server.gateways.ros2.endpoints import Offer, Published
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.scene.poses import frames
 from simx_server.simulation.simulation import SimulationState
@@ -220,7 +220,7 @@ def test_a_late_transient_local_subscriber_gets_the_static_transforms_and_a_plai
 def test_no_message_is_made_while_nobody_listens(server: Ros2World, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
     for outlet in server.gateway._offered.outlets:
-        if not outlet.publisher.qos.is_transient_local:
+        if isinstance(outlet.offer, Published) and not outlet.publisher.qos.is_transient_local:
             name = outlet.offer.topic
 
             def made(_: Any, name: str = name) -> None:

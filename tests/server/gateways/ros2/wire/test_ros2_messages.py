@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from type_hashes import computed_hashes
 
-from simx_server.ros2_messages import BY_NAME, SERVICES, MessageError, MessageType, humble
+from simx_server.ros2_messages import BY_NAME, SERVICES, MessageError, MessageType, humble, older
 from simx_server.ros2_messages import decoding as d
-from simx_server.ros2_messages.hashes import HASHES
-from simx_server.ros2_messages.layouts import Field, Layout, read_layouts
+from simx_server.ros2_messages.hashes import HASHES, OLDER_HASHES
+from simx_server.ros2_messages.layouts import Field, Layout, _read_section, read_layouts
 from simx_server.ros2_messages.primitives import Primitive
 
 rosbags = pytest.importorskip("rosbags.typesys", reason="needs rosbags, of the extra dev")
@@ -29,7 +29,21 @@ PUBLIC = {
     "example_interfaces/srv/AddTwoInts": "e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a",
     "simulation_interfaces/srv/StepSimulation": "913fe0653690ce6bf8f09f316e6a626747012e9fca31e26719910d417aa8565c",
 }
-IN_ROSBAGS = [name for name in BY_NAME if not name.startswith("simulation_interfaces/")]
+KILTED = {
+    # The packages of Kilted on the package index have these in files, computed by ROS 2's own generator.
+    "action_msgs/srv/CancelGoal": "573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a",
+    "action_msgs/msg/GoalStatusArray": "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
+    "rcl_interfaces/msg/Log": "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac",
+    "rcl_interfaces/srv/DescribeParameters": "845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
+    "rcl_interfaces/srv/SetParametersAtomically": "0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
+}
+FIBONACCI = {
+    # The action of its test_msgs.
+    "SendGoal": "d807633803e38e164276573cd97e9fbd71e109c290bbf4cc312a0a1c9da7bbd9",
+    "GetResult": "5d30fdeb21d20e117aa5f36c7b4f0b6874f1a8cf7a9c038d58f1156c5737b209",
+    "FeedbackMessage": "37487bae8cea358366b97003c1ef1ca7ce7c08df36f9e8cca496624226aee64e",
+}
+IN_ROSBAGS = [name for name in BY_NAME if name in rosbags.get_typestore(rosbags.Stores.ROS2_JAZZY).fielddefs]
 
 
 def store_of(distribution: str) -> Any:
@@ -59,7 +73,7 @@ def made(layout: Layout, rng: random.Random) -> dict[str, Any]:
     def value(field: Field) -> Any:
         if field.count is None:
             return one(field)
-        return [one(field) for _ in range(field.count or rng.randrange(5))]
+        return [one(field) for _ in range(field.count or rng.randrange(field.most + 1 if field.most else 5))]
 
     return {field.name: value(field) for field in layout.fields}
 
@@ -118,6 +132,43 @@ def test_hashes_are_the_public_ones() -> None:
     assert {name: found[name] for name in PUBLIC} == {
         name: f"RIHS01_{hash_}" for name, hash_ in PUBLIC.items()
     }
+
+
+def test_hashes_of_actions_and_parameters_are_those_of_kilted() -> None:
+    found = {name: kind.hash for name, kind in {**BY_NAME, **SERVICES}.items()}
+    assert {name: found[name] for name in KILTED} == {
+        name: f"RIHS01_{hash_}" for name, hash_ in KILTED.items()
+    }
+
+
+def test_the_hashes_of_an_action_are_those_of_ros_own_generator() -> None:
+    layouts = read_layouts()
+    lines = ["int32 order", "---", "int32[] sequence", "---", "int32[] sequence"]
+    _read_section("test_msgs", "Fibonacci", lines, layouts)
+    hashes = computed_hashes(layouts)
+    assert {name: hashes[f"test_msgs/action/Fibonacci_{name}"] for name in FIBONACCI} == FIBONACCI
+
+
+def test_earlier_releases_have_other_layouts_and_hashes_of_some_types() -> None:
+    computed, newer = computed_hashes(read_layouts(older=True)), computed_hashes(read_layouts())
+    assert {name: hash_ for name, hash_ in computed.items() if hash_ != newer[name]} == dict(OLDER_HASHES)
+    spawn = "simulation_interfaces/srv/SpawnEntity"
+    assert "uri" in older().services[spawn].request.default()
+    assert "entity_resource" in SERVICES[spawn].request.default()
+    assert older().services[spawn].hash == f"RIHS01_{OLDER_HASHES[spawn]}"
+    assert "uri" in humble().services[spawn].request.default()
+
+
+def test_a_bounded_sequence_with_too_many_values_is_refused_both_ways() -> None:
+    kind = BY_NAME["rcl_interfaces/msg/ParameterDescriptor"]
+    data = kind.encode({"integer_range": [{"to_value": 1}]})
+    assert kind.decode(data)["integer_range"][0]["to_value"] == 1
+    with pytest.raises(MessageError, match="integer_range takes at most 1 values, not 2"):
+        kind.fill({"integer_range": [{}, {}]})
+    one = {"from_value": 0, "to_value": 1, "step": 0}
+    two = kind.encode({**kind.default(), "integer_range": [one, one]})
+    with pytest.raises(MessageError, match="at most 1 are valid"):
+        kind.decode(two)
 
 
 @pytest.mark.parametrize("distribution", ["iron", "jazzy", "kilted", "lyrical"])
