@@ -6,7 +6,7 @@ simulation step to the next, and ends each once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -107,7 +107,7 @@ class Action:
         handler: Handler,
         now: Callable[[], Mapping[str, int]],
         *,
-        has_older: bool = False,
+        older_lacks: Collection[str] = (),
     ) -> None:
         """Make an action without goals.
 
@@ -116,12 +116,13 @@ class Action:
             kind: such as `simulation_interfaces/action/SimulateSteps`.
             handler: executes its goals.
             now: returns the simulated time.
-            has_older: an earlier release of its package has another feedback.
+            older_lacks: fields that the feedback lacks in an earlier release of its package; empty: it is the same.
         """
         self._name, self._kind, self._handler, self._now = name, kind, handler, now
         self._goals: dict[bytes, Goal] = {}
         self._status = Sender()
-        self._feedbacks = [Sender() for _ in range(1 + has_older)]
+        self._feedbacks = [Sender() for _ in range(2 if older_lacks else 1)]
+        self._older_lacks = older_lacks
 
     def offers(self) -> Iterable[Offer]:
         """Yield its services and topics."""
@@ -158,9 +159,11 @@ class Action:
         return {"accepted": True, "stamp": goal.stamp}
 
     def _send_feedback(self, goal: Goal, message: Message) -> None:
-        for sender in self._feedbacks:
+        for number, sender in enumerate(self._feedbacks):
             if sender.is_wanted:
-                sender.send({"goal_id": {"uuid": goal.number}, "feedback": message})
+                lacks = self._older_lacks if number else ()
+                kept = {name: value for name, value in message.items() if name not in lacks}
+                sender.send({"goal_id": {"uuid": goal.number}, "feedback": kept})
 
     def _get_result(self, request: Mapping[str, Any]) -> Message | Future[Message]:
         goal = self._goals.get(bytes(request["goal_id"]["uuid"]))

@@ -17,6 +17,7 @@ from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
 from simx_server.service.answers.link import Link
 from simx_server.service.calls.work import CallsWork
+from simx_server.service.monitoring.report import health
 
 from .endpoints import Call
 
@@ -115,6 +116,10 @@ class Ros2Client(Link):
         if isinstance(problem, CommandError) and not problem.silent:  # its text may have names of others
             problem = CommandError(as_log_line(str(problem)))
         self._service.executor.failed(self.session, name, problem)
+
+    def problems(self) -> list[str]:
+        """Return what is wrong with the server at present, as its health report has it."""
+        return list(health(self._service, "")["problems"])
 
     def leave(self) -> None:
         """Leave the server loop. No thread runs it meanwhile."""

@@ -214,3 +214,6 @@ class Content(Part):
     def offers(self) -> Iterable[Offer]:
         """Yield what is offered for the present scene."""
         raise NotImplementedError
+
+    def close(self) -> None:
+        """Let go of what the content holds outside the gateway, which is being closed."""

@@ -137,6 +137,7 @@ class Ros2Gateway(Gateway, Part):
         super().close()
         self._service.world.ros2_topics.serve(None)
         for part in self._contents:
+            part.close()
             self._simulation.detach(part)
         self._session.close()
         self._client.leave()

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from simx_server.joints.joints import JOINT_TYPES
+from simx_server.joints.joints import JOINT_TYPES, Joints
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.annotations.ros2_keys import read_joints
-from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 
 from ..content.joint_commands import QOS, joint_calls
 from ..content.joint_states import joint_message
@@ -48,7 +48,7 @@ class JointGroups(Content):
         scene = self._simulation.scene
         names = Names(scene, self._namespaces)
         for item, note in annotated(scene, "states", "command"):
-            group = self._group(names, item, note)
+            group = group_of(scene, self._simulation.joints, names, item, note)
             if not group.handles:
                 continue
             if "states" in note:
@@ -57,25 +57,6 @@ class JointGroups(Content):
             if "command" in note:
                 calls = partial(self._calls, group)
                 yield Commanded(names.topic(item, str(note["command"])), TYPE, calls, QOS)
-
-    def _group(self, names: Names, item: SceneObject, note: Annotation) -> Group:
-        scene, joints = self._simulation.scene, self._simulation.joints
-        found: list[tuple[str, int, float]] = []
-        if "joints" in note:
-            for joint, name, offset in read_joints(str(note["joints"])):
-                handle = scene.by_name(joint)
-                if handle is None or scene.objects[handle].kind is not ObjectKind.JOINT:
-                    logger.warning("ROS 2: joint %s of %s is missing", joint, item.name)
-                else:
-                    found.append((names.prefixed(item, name), handle, offset))
-        else:
-            found = [(names.joint(joint), joint.handle, 0.0) for joint in joints_below(scene, item)]
-        scalar = [each for each in found if joints.joint_type(each[1]) != JOINT_TYPES["ball"]]
-        return Group(
-            tuple(name for name, _, _ in scalar),
-            tuple(handle for _, handle, _ in scalar),
-            tuple(offset for _, _, offset in scalar),
-        )
 
     def _message(self, group: Group, moment: Moment) -> Message:
         made = dict(joint_message(self._simulation.joints, group.names, group.handles, moment))
@@ -92,3 +73,23 @@ class JointGroups(Content):
             shifts = [offsets.get(name, 0.0) for name in message["name"]]
             message = {**message, "position": np.asarray(positions) - np.array(shifts)}
         return joint_calls(self._simulation.joints, handles, message)
+
+
+def group_of(scene: Scene, joints: Joints, names: Names, item: SceneObject, note: Annotation) -> Group:
+    """Return the joints of an annotated object."""
+    found: list[tuple[str, int, float]] = []
+    if "joints" in note:
+        for joint, name, offset in read_joints(str(note["joints"])):
+            handle = scene.by_name(joint)
+            if handle is None or scene.objects[handle].kind is not ObjectKind.JOINT:
+                logger.warning("ROS 2: joint %s of %s is missing", joint, item.name)
+            else:
+                found.append((names.prefixed(item, name), handle, offset))
+    else:
+        found = [(names.joint(joint), joint.handle, 0.0) for joint in joints_below(scene, item)]
+    scalar = [each for each in found if joints.joint_type(each[1]) != JOINT_TYPES["ball"]]
+    return Group(
+        tuple(name for name, _, _ in scalar),
+        tuple(handle for _, handle, _ in scalar),
+        tuple(offset for _, _, offset in scalar),
+    )

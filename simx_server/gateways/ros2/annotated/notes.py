@@ -150,6 +150,10 @@ class Names:
         given = note.get("frame")
         return f"{frame_name(item)}_range" if given is None else self.frame(item, str(given))
 
+    def robot(self, item: SceneObject) -> SceneObject:
+        """Return the model to which an object belongs, or itself."""
+        return self._scene.objects[self._robot(item)]
+
     def _namespace(self, robot: int) -> str:
         """Return the namespace of a robot without a slash in front; empty for none."""
         given = self._namespaces.of(robot) or str(note_of(self._scene.objects[robot]).get("namespace", ""))

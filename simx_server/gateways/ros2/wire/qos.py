@@ -38,3 +38,9 @@ LATCHED = Qos(depth=1, is_transient_local=True)
 
 CLOCK = Qos(depth=1, is_reliable=False)
 """Of ``/clock``."""
+
+LOG = Qos(depth=1000, is_transient_local=True)
+"""Of ``/rosout``."""
+
+EVENTS = Qos(depth=1000)
+"""Of ``/parameter_events``."""

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from action_client import ABORTED, CANCELED, SUCCEEDED, ActionClient
 from processes import ROOT
 from ros2_world import SCENE, Peer, Ros2World, attachment, ros2_world
 
-from simx_server.ros2_messages import BY_NAME, SERVICES
+from simx_server.ros2_messages import SERVICES
 from simx_server.simulation.simulation import SimulationState
 
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 STEPS = "simulation_interfaces/action/SimulateSteps"
-EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(2, 7)
 SAMPLES = ROOT.parent / "shared" / "ttt-samples"
 
 
@@ -131,50 +131,10 @@ def test_a_world_of_v_rep_with_elements_that_are_left_out_is_refused_if_wanted(s
 # --- the action ----------------------------------------------------------------------------------
 
 
-class Client:
-    """A client of an action, by its services and topics."""
-
-    def __init__(self, peer: Peer, name: str, kind: str) -> None:
-        self.peer, self._name, self._kind = peer, name, kind
-        feedback, status = BY_NAME[f"{kind}_FeedbackMessage"], BY_NAME["action_msgs/msg/GoalStatusArray"]
-        self._feedback_type, self._status_type = feedback, status
-        self.feedback_key = f"0/{name}/_action/feedback/{feedback.dds_name}/{feedback.hash}"
-        self.status_key = f"0/{name}/_action/status/{status.dds_name}/{status.hash}"
-        peer.listen(self.feedback_key)
-        peer.listen(self.status_key)
-
-    def send(self, number: int, **goal: Any) -> bool:
-        request = {"goal_id": {"uuid": [number] * 16}, "goal": goal}
-        return self.peer.call(f"{self._kind}_SendGoal", f"{self._name}/_action/send_goal", request)[
-            "accepted"
-        ]
-
-    def result(self, number: int) -> dict[str, Any]:
-        request = {"goal_id": {"uuid": [number] * 16}}
-        return self.peer.call(f"{self._kind}_GetResult", f"{self._name}/_action/get_result", request)
-
-    def cancel(self, number: int, stamp: float = 0.0) -> dict[str, Any]:
-        info = {"goal_id": {"uuid": [number] * 16}, "stamp": {"sec": int(stamp), "nanosec": 0}}
-        kind = "action_msgs/srv/CancelGoal"
-        return self.peer.call(kind, f"{self._name}/_action/cancel_goal", {"goal_info": info})
-
-    def next_feedback(self) -> dict[str, Any]:
-        return self._feedback_type.decode(self.peer.next(self.feedback_key).payload)["feedback"]
-
-    def next_status(self, number: int, wanted: int) -> None:
-        def has(sent: Any) -> bool:
-            each = self._status_type.decode(sent.payload)["status_list"]
-            return (number, wanted) in [
-                (int(one["goal_info"]["goal_id"]["uuid"][0]), one["status"]) for one in each
-            ]
-
-        self.peer.next(self.status_key, has)
-
-
 @pytest.fixture
-def steps(server: Ros2World) -> Client:
+def steps(server: Ros2World) -> ActionClient:
     load(server.peer(), text=SCENE)
-    return Client(server.peer(), "simulate_steps", STEPS)
+    return ActionClient(server.peer(), "simulate_steps", STEPS)
 
 
 def pause(server: Ros2World) -> None:
@@ -183,7 +143,7 @@ def pause(server: Ros2World) -> None:
     peer.trigger("pause")
 
 
-def test_the_action_makes_steps_with_feedback_after_each(server: Ros2World, steps: Client) -> None:
+def test_the_action_makes_steps_with_feedback_after_each(server: Ros2World, steps: ActionClient) -> None:
     pause(server)
     before = server.simulation.step_count
     server.wait_until(lambda: True)
@@ -197,14 +157,14 @@ def test_the_action_makes_steps_with_feedback_after_each(server: Ros2World, step
     steps.next_status(1, SUCCEEDED)
 
 
-def test_an_action_without_paused_simulation_is_aborted_with_the_reason(steps: Client) -> None:
+def test_an_action_without_paused_simulation_is_aborted_with_the_reason(steps: ActionClient) -> None:
     assert steps.send(2, steps=3)
     answer = steps.result(2)
     assert (answer["status"], answer["result"]["result"]["result"]) == (ABORTED, FAILED)
     assert "start and pause it first" in answer["result"]["result"]["error_message"]
 
 
-def test_a_goal_is_canceled_after_the_step_that_is_made(server: Ros2World, steps: Client) -> None:
+def test_a_goal_is_canceled_after_the_step_that_is_made(server: Ros2World, steps: ActionClient) -> None:
     pause(server)
     assert steps.send(3, steps=1_000_000)
     asking: list[Any] = []
@@ -222,7 +182,7 @@ def test_a_goal_is_canceled_after_the_step_that_is_made(server: Ros2World, steps
     assert steps.cancel(0)["return_code"] == 0
 
 
-def test_all_goals_are_canceled_together(server: Ros2World, steps: Client) -> None:
+def test_all_goals_are_canceled_together(server: Ros2World, steps: ActionClient) -> None:
     pause(server)
     assert steps.send(11, steps=1_000_000)
     assert steps.send(12, steps=1_000_000)
@@ -231,7 +191,7 @@ def test_all_goals_are_canceled_together(server: Ros2World, steps: Client) -> No
 
 
 def test_hostile_goals_are_rejected(
-    server: Ros2World, steps: Client, monkeypatch: pytest.MonkeyPatch
+    server: Ros2World, steps: ActionClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pause(server)
     assert steps.send(21, steps=1)

@@ -1,0 +1,1 @@
+"""Controllers of arms and grippers, as actions: ``FollowJointTrajectory`` and ``GripperCommand``."""
