@@ -1,11 +1,11 @@
 -- Lua's io for scripts: files of the workspace to write, the log as the standard output, and nothing to read.
 --
--- Arguments: the script's world, a function that returns the script's position, the function that receives a line.
+-- Arguments: the script's world, a function that returns the script's position, the function that receives a line,
+-- the function that returns a member of a namespace.
 -- The server's functions for files (`written_files.py`) are taken before the script can replace them.
 
-local world, where, output = ...
-local error, type, pcall, tostring, select, rawget, setmetatable = error, type, pcall, tostring, select, rawget,
-    setmetatable
+local world, where, output, member = ...
+local error, type, pcall, tostring, select, setmetatable = error, type, pcall, tostring, select, setmetatable
 local match, gsub, concat, mathtype, metatable = string.match, string.gsub, table.concat, math.type, debug.getmetatable
 
 local function refused(_, name)
@@ -18,8 +18,8 @@ world.io = setmetatable(io, { __index = refused, __metatable = false })
 local simx = world.simx
 local open, write, flush, close
 if simx then
-    open, write, flush, close = rawget(simx, "openFile"), rawget(simx, "writeFile"), rawget(simx, "flushFile"),
-        rawget(simx, "closeFile")
+    open, write, flush, close = member(simx, "openFile"), member(simx, "writeFile"), member(simx, "flushFile"),
+        member(simx, "closeFile")
 end
 local File = {}
 File.__index, File.__name, File.__metatable = File, "FILE*", false

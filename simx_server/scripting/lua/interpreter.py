@@ -105,6 +105,7 @@ class LuaInterpreter:
         self._names: dict[bytes, str] = {}
         """Names of functions that the script has called."""
 
+        self._spaces = {space.encode(): members for space, members in api.namespaces().items()}
         self._has_coroutines = False
         """Whether the script may run as a coroutine, so that its loops are counted."""
 
@@ -130,7 +131,9 @@ class LuaInterpreter:
             self._to_lua(PHASES),
             self._sealed(self._note_lacking, None),
             MAX_DEPTH,
-            load(names(api.namespaces()), b"=sandbox", b"b"),
+            self._to_lua(list(api.namespaces())),
+            self._sealed(self._member, (False, None)),
+            self._sealed(lambda: names(api.namespaces()), b""),
             self._to_lua(dict(OLD_SPACES)),
             self._runtime.table_from(compiled),
         )
@@ -280,6 +283,12 @@ class LuaInterpreter:
     def _note_lacking(self, bits: int) -> None:
         self.lacking = frozenset(name for place, name in enumerate(PHASES) if bits >> place & 1)
         self._api.phases_changed()
+
+    def _member(self, space: bytes, name: bytes) -> tuple[bool, Any]:
+        """Return whether a name of a namespace is a function, and the value of a constant."""
+        members, member = self._spaces[space], _text(name)
+        value = members.get(member)
+        return value is None and member in members, self._to_lua(value)
 
     def _is_tired(self, turns: int) -> bool:
         return self._api.switching.is_tired(turns * _TURN_TIME)

@@ -21,8 +21,8 @@
 -- result of a function of the API is its status: true, false (an error), `switch` (done, but switch to others
 -- first) or `wait` (call again after the next resumption).
 
-local late, invoke, proceed, output, module, with_turns, is_tired, refuse, phases, tell_lacking, max_depth, namespaces,
-    old_spaces, parts = ...
+local late, invoke, proceed, output, module, with_turns, is_tired, refuse, phases, tell_lacking, max_depth, spaces,
+    find_member, all_members, old_spaces, parts = ...
 
 -- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
@@ -91,6 +91,38 @@ local function bind(bound_name)
     end
 end
 
+-- Members of the API's namespaces are made when the script uses them: making all of them takes longer than most
+-- scripts. Lists of them are complete: whatever reads a namespace without its metatable calls `complete` before.
+local space_of = {}                                             -- the table of a namespace: its name
+
+local function member(members, name)
+    local value = rawget(members, name)
+    local space = value == nil and type(name) == "string" and space_of[members]
+    if not space then return value end
+    local is_function, constant = find_member(space, name)
+    if is_function then constant = bind(space .. "." .. name) end
+    rawset(members, name, constant)
+    return constant
+end
+
+local is_complete = false
+
+local function complete()
+    if is_complete then return end
+    local all = load(all_members(), "=sandbox", "b")(bind)
+    for members, space in next, space_of do
+        for name, value in next, all[space] do
+            if rawget(members, name) == nil then rawset(members, name, value) end
+        end
+    end
+    is_complete = true
+end
+
+local function complete_pairs(members)
+    complete()
+    return next, members, nil
+end
+
 local world = {
     assert = assert, error = error, getmetatable = getmetatable, ipairs = ipairs,
     next = next, pairs = pairs, rawequal = rawequal, rawget = rawget, rawlen = rawlen, rawset = rawset,
@@ -104,7 +136,9 @@ function world.setmetatable(object, meta)
     return setmetatable(object, meta)
 end
 
-local show = part("text")(world, output, max_depth, look)
+local show = part("text")(world, output, max_depth, look, function(value)
+    if space_of[value] then complete() end
+end)
 local own = {}
 local debugging = part("debug")(world, own, where, look, function(action) return action == enter end)
 local complain, is_main = debugging.complain, debugging.is_main
@@ -126,6 +160,7 @@ local function compile(source, name, environment)
     if reason then return nil, reason end
     local chunk, problem = load(source, name, "t", environment)
     look(#source)
+    if find(source, "next", 1, true) or find(source, "rawget", 1, true) then complete() end
     local counted = chunk and with_turns(source)
     local maker = counted and load(counted, name, "t", environment)
     if not chunk then return nil, problem end
@@ -205,23 +240,28 @@ part("patterns")(world, look)
 local of_simulator = function() end                             -- see simulator.lua
 local loaded = {}
 world.package = { path = "./?.lua", cpath = "", config = "/\n;\n?\n!\n-\n", loaded = loaded, preload = {} }
-for space, members in next, namespaces(bind) do
+for i = 1, #spaces do
+    local space, members = spaces[i], {}
+    space_of[members] = space
     world[space] = setmetatable(members, {
         __index = function(_, name)
-            local found = space == "sim" and of_simulator(name, "sim")
+            local found = member(members, name)
+            if found ~= nil then return found end
+            found = space == "sim" and of_simulator(name, "sim")
             if found then return found end
             return finish(invoke(0, space .. "." .. tostring(name)))
         end,
+        __pairs = complete_pairs,
         __metatable = false,
     })
     loaded[space] = members
 end
 
-part("files")(world, where, output)
+part("files")(world, where, output, member)
 
 -- V-REP's only function that overwrites its table argument: values pass the interface as copies, so it is done
 -- here.
-local inverse = world.sim and rawget(world.sim, "invertMatrix")
+local inverse = world.sim and member(world.sim, "invertMatrix")
 if inverse then
     function world.sim.invertMatrix(matrix)
         local found = inverse(matrix)
@@ -237,16 +277,16 @@ setmetatable(world, {
         local found = of_simulator(name)
         if found ~= nil then return found end
         local constant = match(name, "^sim_(.+)$") or match(name, "^sim(rml_.+)$")
-        if constant then return rawget(world.sim, constant) end
+        if constant then return member(world.sim, constant) end
         local motion = match(name, "^simRML(.+)$")
-        if motion then return rawget(world.sim, "rml" .. motion) end
+        if motion then return member(world.sim, "rml" .. motion) end
         for prefix, space in next, old_spaces do
-            local member = match(name, "^sim" .. prefix .. "(.+)$")
-            local found = member and world[space] and rawget(world[space], member)
+            local rest = match(name, "^sim" .. prefix .. "(.+)$")
+            local found = rest and world[space] and member(world[space], rest)
             if found ~= nil then return found end
         end
         local first, rest = match(name, "^sim(%u)(.*)$")
-        if first then return rawget(world.sim, lower(first) .. rest) end
+        if first then return member(world.sim, lower(first) .. rest) end
         return nil
     end,
 })
@@ -292,7 +332,7 @@ function world.dofile(path)
 end
 
 -- V-REP 3.6's form of require, with the file's path in the simulator's folder, and a text that runs before.
-if world.sim and rawget(world.sim, "include") then
+if world.sim and member(world.sim, "include") then
     function world.sim.include(file, command)
         local before, problem = compile(tostring(command or ""), "=(include)", world)
         if not before then error(problem, 2) end
@@ -316,7 +356,7 @@ local function hooked(name, action)
     end
 end
 
-if world.sim and rawget(world.sim, "registerScriptFuncHook") then
+if world.sim and member(world.sim, "registerScriptFuncHook") then
     function world.sim.registerScriptFuncHook(name, hook, is_before)
         local action = type(hook) == "string" and world[hook] or hook
         if type(action) ~= "function" then error("sim.registerScriptFuncHook: argument 2 must be a function", 2) end
@@ -330,9 +370,9 @@ end
 
 -- Functions of the API are known by their upvalue, see name_of; these are written above.
 own.sim = world.sim and {
-    invertMatrix = rawget(world.sim, "invertMatrix"),
-    include = rawget(world.sim, "include"),
-    registerScriptFuncHook = rawget(world.sim, "registerScriptFuncHook"),
+    invertMatrix = member(world.sim, "invertMatrix"),
+    include = member(world.sim, "include"),
+    registerScriptFuncHook = member(world.sim, "registerScriptFuncHook"),
 }
 for name, value in next, world do
     if loaded[name] then                                            -- a namespace of the API

@@ -3,9 +3,9 @@
 -- The text contains no addresses, so two runs print the same lines. A script's `__tostring` is called, as by
 -- Lua's print.
 -- Arguments: the script's world, the function that receives a line, the greatest depth, the hook's check of
--- the clock.
+-- the clock, a function that completes a namespace of the API.
 
-local world, output, max_depth, look = ...
+local world, output, max_depth, look, complete = ...
 local type, tostring, next, rawget, rawequal, select = type, tostring, next, rawget, rawequal, select
 local concat, sort, pack, unpack, find, match, length, mathtype, mathhuge, metatable = table.concat, table.sort,
     table.pack, table.unpack, string.find, string.match, utf8.len, math.type, math.huge, debug.getmetatable
@@ -49,6 +49,7 @@ local function show_table(value, above, room)
     for i = 1, #above do nested = nested or rawequal(above[i], value) end
     if nested then return "{...}" end
     above[depth] = value
+    complete(value)
     local keys, count = keys_of(value, room)
     local parts = {}
     for i = 1, count do

@@ -62,6 +62,33 @@ def test_tables_are_one_based_lists_or_else_dicts_that_lose_nothing() -> None:
 
 
 @pytest.mark.parametrize(
+    "count",
+    [
+        "for _ in pairs(sim) do n = n + 1 end",
+        "for _ in next, sim do n = n + 1 end",
+        "for name in ('echo refuse break_down pause objectHandle callBack handle_self'):gmatch('%S+') do "
+        "n = n + (rawget(sim, name) and 1 or 0) end",
+        "for _ in getAsString(sim):gmatch('=') do n = n + 1 end",
+        "sim.new = 1 for _ in pairs(require('sim')) do n = n + 1 end n = n - 1",
+    ],
+    ids=["pairs", "next", "rawget", "print", "changed"],
+)
+def test_lists_of_a_namespace_have_members_that_no_script_has_used(count: str) -> None:
+    interpreter = script(f"function f() local n = 0 {count} return n end")
+    assert interpreter.call("f") == [len(LuaEchoApi().namespaces()["sim"])]
+
+
+def test_a_member_of_a_namespace_is_the_same_at_each_use_and_can_be_replaced() -> None:
+    interpreter = script(
+        "local before = sim.echo function f() return before == sim.echo, before == simEcho, sim.handle_self, "
+        "sim_handle_self end "
+        "function g() sim.echo = function() return 'mine' end return sim.echo(1) end"
+    )
+    assert interpreter.call("f") == [True, True, -4, -4]
+    assert interpreter.call("g") == [b"mine"]
+
+
+@pytest.mark.parametrize(
     ("key", "what"), [("0.5", "number with a fraction"), ("true", "boolean"), ("{}", "table")]
 )
 def test_tables_with_keys_that_cannot_cross_are_an_error(key: str, what: str) -> None:
