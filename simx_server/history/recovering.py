@@ -16,7 +16,7 @@ import mujoco
 
 from simx_server.errors import CommandError
 from simx_server.joints.machine import Moment as JointsMoment
-from simx_server.scene.editing.model_state import editable_arrays
+from simx_server.scene.editing.model_state import editable_arrays, options_of
 from simx_server.scene.objects import Scene
 from simx_server.simulation.saved_state import Snapshot
 from simx_server.simulation.simulation import Memories, Simulation, SimulationState
@@ -193,7 +193,7 @@ class _Reader:
             data=data,
             state=data.qpos,  # not used, as the docstring of `Structure` says
             arrays=arrays,
-            options=kept["options"],
+            options=options_of(kept["options"]),
             parents=kept["parents"],
             identities={
                 handle: (name, alias, scene.objects[handle].annotations if notes is None else notes)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mujoco
 
 from simx_server.joints.machine import Moment as JointsMoment
+from simx_server.scene.editing.model_state import option_values
 from simx_server.scene.objects import Scene
 
 from .journal import Block
@@ -54,7 +55,7 @@ FIELDS_OF_JOINTS = tuple(
 
 _fields, _fields_of_joints = attrgetter(*FIELDS), attrgetter(*FIELDS_OF_JOINTS)
 
-OF_STRUCTURE = ("options", "parents", "overrides", "model_properties", "withheld")
+OF_STRUCTURE = ("parents", "overrides", "model_properties", "withheld")
 """Fields of a snapshot that are written as they are."""
 
 Run = tuple[str, float, float, bool, dict[str, tuple[str, bool]]]
@@ -164,6 +165,7 @@ class Writer:
                 for handle, (name, alias, annotations) in saved.identities.items()
             },
             "annotations": None if is_first and saved.annotations is first.annotations else saved.annotations,
+            "options": option_values(saved.options),
             **{name: getattr(saved, name) for name in OF_STRUCTURE},
         }
         return pack(values)

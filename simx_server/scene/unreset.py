@@ -16,6 +16,7 @@ from .poses.poses import Pose
 
 if TYPE_CHECKING:
     from .live import LiveScene
+    from .objects import Scene
 
 _SIZES = (7, 4, 1, 1)
 """Number of position values of a free, ball, slide and hinge joint."""
@@ -34,6 +35,8 @@ class UnresetModels(Part):
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._kept = _Kept({}, {})
+        self._wanted: tuple[Scene | None, int, dict[int, SceneObject]] = None, -1, {}
+        """The objects that keep their poses in a scene, and its version of the properties."""
 
     def run_stopping(self) -> None:
         self._keep()
@@ -42,13 +45,8 @@ class UnresetModels(Part):
         self._bring_back()
 
     def _keep(self) -> None:
-        scene = self._sim.scene
         self._kept = _Kept({}, {})
-        wanted = {
-            handle: item
-            for handle, item in scene.objects.items()
-            if scene.overridden(handle) & c.sim_modelproperty_not_reset
-        }
+        wanted = self._find_wanted()
         if not wanted or not np.isfinite(self._sim.data.qpos).all():  # diverged values are not kept
             return
         self._sim.refresh()
@@ -61,9 +59,24 @@ class UnresetModels(Part):
                 name = self._sim.model.joint(joint).name
                 self._kept.positions[name] = self._sim.data.qpos[address : address + size].copy()
 
+    def _find_wanted(self) -> dict[int, SceneObject]:
+        scene, (known, version, wanted) = self._sim.scene, self._wanted
+        if known is not scene or version != scene.properties_version:
+            wanted = {
+                handle: item
+                for handle, item in scene.objects.items()
+                if scene.overridden(handle) & c.sim_modelproperty_not_reset
+            }
+            self._wanted = scene, scene.properties_version, wanted
+        return wanted
+
     def _bring_back(self) -> None:
         sim = self._sim
         kept, self._kept = self._kept, _Kept({}, {})
+        if self._wanted[0] is not sim.scene:  # that of an edit, which the stop has taken back
+            self._wanted = None, -1, {}
+        if not kept.bases and not kept.positions:
+            return
         for handle, pose in kept.bases.items():
             item = sim.scene.objects.get(handle)
             if item is not None and item.element != "tendon":

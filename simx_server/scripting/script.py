@@ -271,7 +271,8 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
         raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
     # A model's file gives the script's path relative to itself, also when a scene includes that file.
     for base in (folder, sim.files.sources.shipped):
-        for path in ((base / name).resolve(), (base / MODELS / name).resolve()):
+        for path in (base / name, base / MODELS / name):
+            path = path.resolve()
             if not path.is_relative_to(base):
                 raise ScriptError(f"{name} is outside the scene's folder {base}; put it there")
             if path.is_file():

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -12,8 +13,6 @@ import numpy as np
 from simx_server.scene.editing.model_state import (
     STATE,
     get_state,
-    option_values,
-    write_options,
 )
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ class Snapshot:
     arrays: list[bytes]
     """Content of each array of the model that a command may write."""
 
-    options: dict[str, Any]
+    options: mujoco.MjOption
     parents: dict[int, int]
     identities: dict[int, tuple[str, str, Mapping[str, Annotation]]]
     """Maps handles to name, alias and annotations."""
@@ -54,7 +53,7 @@ class Snapshot:
             data=sim.data,
             state=get_state(sim.model, sim.data),
             arrays=list(map(bytes, sim.editable_arrays())),
-            options=option_values(sim.model),
+            options=copy(sim.model.opt),
             parents=_parents(sim.scene),
             identities=_identities(sim.scene),
             annotations=sim.scene.annotations,
@@ -73,7 +72,7 @@ class Snapshot:
         if b"".join(arrays) != b"".join(self.arrays):
             for array, saved in zip(arrays, self.arrays, strict=True):
                 array[:] = saved
-        write_options(self.model, self.options)
+        self.model.opt = self.options  # copies them
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self.state, STATE)
         if replaced or not self._is_of(self.scene):

@@ -106,7 +106,7 @@ def bring_up_to_date(sim: Simulation, prepared: PreparedSpec) -> mujoco.MjModel 
         weightless=scene.weightless_bodies,
         moved=prepared.moved,
     )
-    for name, value in option_values(sim.model).items():
+    for name, value in option_values(sim.model.opt).items():
         if hasattr(value, "shape"):
             getattr(spec.option, name)[:] = value
         else:

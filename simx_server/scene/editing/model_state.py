@@ -34,9 +34,9 @@ def _editable_names() -> tuple[str, ...]:
     return tuple(name for name in names if isinstance(getattr(model, name), np.ndarray))
 
 
-def option_values(model: mujoco.MjModel) -> dict[str, Any]:
-    """Return a copy of all physics options."""
-    values = ((name, getattr(model.opt, name)) for name in option_names())
+def option_values(options: mujoco.MjOption) -> dict[str, Any]:
+    """Return a copy of all physics options by name."""
+    values = ((name, getattr(options, name)) for name in option_names())
     return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values}
 
 
@@ -48,13 +48,15 @@ def option_names() -> tuple[str, ...]:
     return tuple(name for name in names if isinstance(getattr(option, name), np.ndarray | int | float))
 
 
-def write_options(model: mujoco.MjModel, values: dict[str, Any]) -> None:
-    """Set the options that `option_values` returned."""
+def options_of(values: dict[str, Any]) -> mujoco.MjOption:
+    """Return the physics options whose values `option_values` returned."""
+    options = mujoco.MjOption()
     for name, value in values.items():
         if isinstance(value, np.ndarray):
-            getattr(model.opt, name)[:] = value
+            getattr(options, name)[:] = value
         else:
-            setattr(model.opt, name, value)
+            setattr(options, name, value)
+    return options
 
 
 def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from simx_server.scene.geometry.highlights import highlights_of
 
-from .model_state import option_values, write_options
+from .model_state import option_values
 from .twins import Twins
 
 _ARRAYS = (
@@ -102,10 +102,9 @@ def carry_over(
                 target[there] = values
                 differs = True
     _unmark_simple(new_model)
-    options = option_values(old_model)
     differs |= _carry_highlights(old_model, new_model)
-    differs |= not _are_equal(options, option_values(new_model))
-    write_options(new_model, options)
+    differs |= not _are_equal(option_values(old_model.opt), option_values(new_model.opt))
+    new_model.opt = old_model.opt
     _carry_joints(old_model, old_data, new_model, new_data, *twins.pairs("jnt", copies))
     _carry_bodies(old_model, old_data, new_model, new_data, twins, placed.get("body_", ()), copies)
     _carry_actuators(old_model, old_data, new_model, new_data, *twins.pairs("actuator", copies))
