@@ -27,6 +27,7 @@ from simx_server.limits import Limits
 from simx_server.scene import properties
 from simx_server.scene.editing.model_state import editable_arrays
 from simx_server.scene.finding.scene_files import SceneFiles
+from simx_server.scene.formats.jacobian import solver_problem
 from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.objects import Scene
@@ -550,7 +551,7 @@ class Simulation:
 
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Continue with an edited scene whose state was carried over (see `scene/editing/editing.py`)."""
-        self.scene, self.model, self.data = scene, model, data
+        self._take(scene, model, data)
         self.sleepers.keep_possible(model)
         self.joints.rebind()
         self.model_edited()
@@ -600,7 +601,8 @@ class Simulation:
         return count
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self.scene, self.model, self.data = scene, model, data
+        self._solver_problem = ""
+        self._take(scene, model, data)
         self.files.scene_opened(scene.path)
         self.scene_id += 1
         self.dynamics_enabled = bool(scene.annotations.scene.get("dynamics", True))
@@ -613,6 +615,13 @@ class Simulation:
         self.refresh()
         self.model_edited()
         self.changed()
+
+    def _take(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Hold them; log what this MuJoCo solves wrongly, once while it lasts."""
+        self.scene, self.model, self.data = scene, model, data
+        known, self._solver_problem = self._solver_problem, solver_problem(model)
+        if self._solver_problem and not known:
+            logger.warning("%s", self._solver_problem)
 
     @contextmanager
     def going_back(self) -> Generator[None]:

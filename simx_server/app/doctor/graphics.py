@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 from simx_server.sensors.opengl.backend import RAYCAST, candidates, probe_in_child, requested_backend
 from simx_server.sensors.opengl.libraries import INSTALL_HINT, install_advice
@@ -47,14 +48,19 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
         yield Finding(WARNING, "graphics", "images are made by casting rays, which is slower", INSTALL_HINT)
 
 
-def check_image(scene: str | None) -> Finding:
-    """Render the first vision sensor of the scene that a server would load, in a separate process."""
+def check_scene(scene: str | None) -> list[Finding]:
+    """Load the scene that a server would load, and render its first vision sensor, in a separate process."""
     arguments = () if scene is None else (scene,)
     try:
         found = run_probe("simx_server.app.doctor.image_probe", *arguments, timeout=IMAGE_TIMEOUT)
     except ProbeFailed as error:
         advice = "see what is said of graphics above; MUJOCO_GL=disable casts rays in place of OpenGL"
-        return Finding(PROBLEM, "image", f"no test image: {error}", advice)
+        return [Finding(PROBLEM, "image", f"no test image: {error}", advice)]
+    solver = [Finding(WARNING, "solver", found["solver"])] if found["solver"] else []
+    return [*solver, _judge_image(found)]
+
+
+def _judge_image(found: dict[str, Any]) -> Finding:
     if found["sensor"] is None:
         return Finding(OK, "image", f"the scene {found['scene']} has no vision sensor to make one with")
     text = (

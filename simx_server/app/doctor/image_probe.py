@@ -37,15 +37,17 @@ def _look(scene: str | None) -> dict[str, Any]:
     import numpy as np
 
     from simx_server.app.server import open_world
+    from simx_server.scene.formats.jacobian import solver_problem
     from simx_server.scene.objects import ObjectKind
     from simx_server.settings.settings import Settings
 
     with ExitStack() as stack:
         world = open_world(Settings(scene=scene), stack)
         simulation = world.simulation
+        solver = solver_problem(simulation.model)
         sensors = simulation.scene.of_kind(ObjectKind.VISION_SENSOR)
         if not sensors:
-            return {"scene": simulation.scene.name, "sensor": None}
+            return {"scene": simulation.scene.name, "sensor": None, "solver": solver}
         handle = sensors[0]
         _look_at_all(world, handle)
         (width, height), pixels = world.vision.image(handle, as_grey=False).result(TIMEOUT)
@@ -68,6 +70,7 @@ def _look(scene: str | None) -> dict[str, Any]:
             "brightest": int(colours.max(axis=1).max()),
             "covered": float((np.frombuffer(depths, "<f4") < 1).mean()),
             "milliseconds": 1000 * took,
+            "solver": solver,
         }
 
 

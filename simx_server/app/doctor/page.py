@@ -34,7 +34,7 @@ def checks(settings: Settings) -> list[Check]:
         lambda: network.check_ports([*settings.ports, *map(port_of, settings.legacy_ports)]),
         lambda: [network.check_zenoh()],
         graphics.check_backends,
-        lambda: [graphics.check_image(settings.scene)],
+        lambda: graphics.check_scene(settings.scene),
     ]
 
 

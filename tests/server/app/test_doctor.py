@@ -156,20 +156,21 @@ def test_a_back_end_that_is_asked_for_must_work(monkeypatch: pytest.MonkeyPatch)
 def test_a_blank_image_is_a_warning_and_none_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: dict[str, Any] = {
         "scene": "s", "sensor": "eye", "backend": "egl", "width": 4, "height": 3, "colours": 1, "darkest": 0,
-        "brightest": 0, "covered": 0.0, "milliseconds": 1.0,
+        "brightest": 0, "covered": 0.0, "milliseconds": 1.0, "solver": "",
     }  # fmt: skip
     monkeypatch.setattr(graphics, "run_probe", lambda *_, **__: seen)
-    finding = graphics.check_image(None)
+    [finding] = graphics.check_scene(None)
     assert finding.level == WARNING
     assert "blank" in finding.text
-    seen["sensor"] = None
-    assert graphics.check_image(None).level == OK
+    seen |= {"sensor": None, "solver": "MuJoCo solves it wrongly"}
+    solver, image = graphics.check_scene(None)
+    assert (solver.level, solver.text, image.level) == (WARNING, "MuJoCo solves it wrongly", OK)
 
     def crash(*_: object, **__: object) -> dict[str, Any]:
         raise ProbeFailed("its process was ended by signal 11")
 
     monkeypatch.setattr(graphics, "run_probe", crash)
-    finding = graphics.check_image(None)
+    [finding] = graphics.check_scene(None)
     assert finding.level == PROBLEM
     assert "signal 11" in finding.text
 

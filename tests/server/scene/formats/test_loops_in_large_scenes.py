@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import logging
+from pathlib import Path
+
 import mujoco
 import numpy as np
+import pytest
 
-from simx_server.scene.formats.jacobian import MOST
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.formats import jacobian
+from simx_server.scene.formats.jacobian import MOST, solver_problem
 from simx_server.scene.formats.loader import build
+from simx_server.simulation.simulation import Simulation
 
 
 def _chains(spec: mujoco.MjSpec, count: int) -> list[str]:
@@ -25,7 +32,7 @@ def _chains(spec: mujoco.MjSpec, count: int) -> list[str]:
     return names
 
 
-def _scene(chains: int, *, loops: bool = True) -> mujoco.MjModel:
+def _spec(chains: int, *, loops: bool = True) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     names = _chains(spec, chains)
     for other in (names[2], names[4]) if loops else ():
@@ -37,7 +44,11 @@ def _scene(chains: int, *, loops: bool = True) -> mujoco.MjModel:
             solref=[0.005, 1],
             solimp=[0.9999, 0.9999, 0.0001, 0.5, 2],
         )
-    return build(spec, None)[1]
+    return spec
+
+
+def _scene(chains: int, *, loops: bool = True) -> mujoco.MjModel:
+    return build(_spec(chains, loops=loops), None)[1]
 
 
 def test_loops_that_join_several_chains_are_solved_in_a_large_scene() -> None:
@@ -55,3 +66,35 @@ def test_loops_that_join_several_chains_are_solved_in_a_large_scene() -> None:
 def test_mujoco_chooses_the_matrix_of_scenes_without_loops_and_of_very_large_ones() -> None:
     for model in (_scene(40, loops=False), _scene(MOST // 2 + 1)):
         assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_AUTO
+
+
+def test_a_scene_that_is_solved_wrongly_is_logged_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(jacobian, "FIXED", mujoco.mj_version() + 1)
+    spec = _spec(40)
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+    spec.compile()
+    scene = tmp_path / "loops.xml"
+    scene.write_text(spec.to_xml(), encoding="utf-8")
+    simulation = Simulation()
+    with caplog.at_level(logging.WARNING):
+        simulation.load(scene)
+        edit(simulation, lambda _spec: None, set())
+    (said,) = [each.getMessage() for each in caplog.records if "closed loops" in each.getMessage()]
+    assert "this scene of 80 degrees of freedom: install mujoco 4.0.1" in said
+
+
+def test_a_mujoco_whose_solver_is_right_keeps_its_choice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jacobian, "FIXED", mujoco.mj_version())
+    model = _scene(40)
+    assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_AUTO
+    assert solver_problem(model) == ""
+
+
+def test_no_problem_is_told_where_the_full_matrix_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jacobian, "FIXED", mujoco.mj_version() + 1)
+    model = _scene(40)
+    assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE
+    assert solver_problem(model) == ""
+    assert "4.0.1" in solver_problem(_scene(MOST // 2 + 1))
