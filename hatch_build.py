@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ PYREP_START = Path("packages/simx_pyrep.pth")
 
 def module_of(source: Path) -> Path:
     """Return the path of the module that a source is compiled to, for every CPython from 3.11 on."""
-    return source.with_suffix(".abi3.so")
+    return source.with_suffix(".pyd" if sys.platform == "win32" else ".abi3.so")
 
 
 class Build(BuildHookInterface[Any]):
@@ -64,30 +65,37 @@ def compile_modules(root: Path) -> str:
 
 
 def _compile(root: Path, source: Path) -> str:
-    if sys.platform == "win32":
-        return "it is compiled on Linux and macOS only"
     if (headers := find_headers()) is None:
         return "the package mujoco, whose headers are needed, is not installed"
     if (compiler := find_compiler()) is None:
         return "there is no C compiler"
-    module = root / module_of(source)
-    source, new = root / source, module.with_suffix(".new")
-    command = [
-        *compiler,
-        *shlex.split(os.environ.get("CFLAGS", "")),
-        *("-O2", "-std=c11", "-fPIC", "-fvisibility=hidden"),
-        "-ffp-contract=off",  # a fused multiplication rounds once, NumPy twice
-        f'-DSOURCE_HASH="{hashlib.sha256(source.read_bytes()).hexdigest()[:16]}"',
-        *(f"-I{folder}" for folder in (sysconfig.get_path("include"), headers)),
-        *(["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]),
-        *(str(source), "-o", str(new), "-lm"),
-    ]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
-        new.unlink(missing_ok=True)
-        return f"the C compiler failed: {done.stderr.strip() or done.stdout.strip()}"
-    new.replace(module)  # at once, since programs may be starting
+    module, source = root / module_of(source), root / source
+    with tempfile.TemporaryDirectory(prefix=".build-", dir=module.parent) as folder:  # linkers leave files of their own
+        new = Path(folder, module.name)
+        command = [
+            *compiler,
+            *shlex.split(os.environ.get("CFLAGS", "")),
+            *("-O2", "-std=c11", "-fvisibility=hidden"),
+            "-ffp-contract=off",  # a fused multiplication rounds once, NumPy twice
+            f'-DSOURCE_HASH="{hashlib.sha256(source.read_bytes()).hexdigest()[:16]}"',
+            *(f"-I{folder}" for folder in (sysconfig.get_path("include"), headers)),
+            *(str(source), "-o", str(new)),
+            *_link_flags(),
+        ]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            return f"the C compiler failed: {done.stderr.strip() or done.stdout.strip()}"
+        new.replace(module)  # at once, since programs may be starting
     return ""
+
+
+def _link_flags() -> list[str]:
+    """Return what makes a module of a compiler's output; only Windows links the library of Python itself."""
+    if sys.platform == "win32":
+        return ["-shared", f"-L{Path(sys.base_prefix, 'libs')}", "-lpython3"]
+    if sys.platform == "darwin":
+        return ["-fPIC", "-bundle", "-undefined", "dynamic_lookup", "-lm"]
+    return ["-fPIC", "-shared", "-lm"]
 
 
 def find_headers() -> Path | None:
@@ -100,8 +108,8 @@ def find_headers() -> Path | None:
 
 
 def find_compiler() -> list[str] | None:
-    """Return the words of the compiler's command: of the environment variable CC, Python's own, or cc."""
-    known = (os.environ.get("CC"), sysconfig.get_config_var("CC"), "cc")
+    """Return the words of the compiler's command: of the variable CC, Python's own, or one with the flags of gcc."""
+    known = (os.environ.get("CC"), sysconfig.get_config_var("CC"), "cc", "clang", "gcc")
     return next((words for each in known if each and shutil.which((words := shlex.split(each))[0])), None)
 
 

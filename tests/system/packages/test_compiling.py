@@ -78,3 +78,39 @@ def test_without_headers_no_module_is_left(
     monkeypatch.setattr(hook, "find_headers", lambda: None)
     assert "headers" in hook.compile_modules(tree)
     assert not modules(tree, hook)
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "flags"),
+    [
+        ("linux", "_physics_step.abi3.so", ["-fPIC", "-shared", "-lm"]),
+        ("darwin", "_physics_step.abi3.so", ["-fPIC", "-bundle", "-undefined", "dynamic_lookup", "-lm"]),
+        ("win32", "_physics_step.pyd", ["-shared", f"-L{Path(sys.base_prefix, 'libs')}", "-lpython3"]),
+    ],
+)
+def test_each_system_has_its_own_flags_and_names_of_modules(
+    system: str,
+    name: str,
+    flags: list[str],
+    tree: Path,
+    hook: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    """Stands in for the compiler of another system: it writes its arguments, and files beside its output as linkers do."""
+    compiler = tmp_path / "compiler.py"
+    compiler.write_text(
+        "import pathlib, sys\n"
+        "out = pathlib.Path(sys.argv[sys.argv.index('-o') + 1])\n"
+        "out.write_text('\\n'.join(sys.argv)); out.with_suffix('.lib').write_text('')\n",
+        encoding="utf-8",
+    )
+    monkeypatch.setattr(hook.sys, "platform", system)
+    monkeypatch.setenv("CC", f"{sys.executable} {compiler}")
+    assert hook.compile_modules(tree) == ""
+    first, *_ = found = modules(tree, hook)
+    assert (len(found), first.name) == (3, name)
+    assert first.read_text(encoding="utf-8").splitlines()[-len(flags) :] == flags
+    assert sorted(each.name for each in first.parent.iterdir() if each.suffix != ".so") == sorted(
+        {"_physics_step.c", name} - {"_physics_step.abi3.so"}
+    )
