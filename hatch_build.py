@@ -70,7 +70,9 @@ def _compile(root: Path, source: Path) -> str:
     if (compiler := find_compiler()) is None:
         return "there is no C compiler"
     module, source = root / module_of(source), root / source
-    with tempfile.TemporaryDirectory(prefix=".build-", dir=module.parent) as folder:  # linkers leave files of their own
+    with tempfile.TemporaryDirectory(
+        prefix=".build-", dir=module.parent
+    ) as folder:  # linkers leave files of their own
         new = Path(folder, module.name)
         command = [
             *compiler,

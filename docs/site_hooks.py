@@ -6,11 +6,20 @@ Named in mkdocs.yml. The pages are written for the repository, where they are re
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
 START = "start.md"
 """The README's page. Its own name would take the place of index.md."""
+
+
+def on_config(config: Any) -> Any:
+    """Take the address of the site and of the repository from pyproject.toml, once they are there."""
+    project = Path(config["config_file_path"]).with_name("pyproject.toml").read_text(encoding="utf-8")
+    urls: dict[str, str] = tomllib.loads(project)["project"].get("urls", {})
+    config["site_url"], config["repo_url"] = urls.get("Documentation", ""), urls.get("Repository", "")
+    return config
 
 
 def on_files(files: Any, config: Any) -> Any:

@@ -14,7 +14,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 PACKAGE = "simx_client"
-SAME = ("authors", "classifiers", "keywords", "license", "requires-python")
+SAME = ("authors", "classifiers", "keywords", "license", "requires-python", "urls")
 DEPENDENCIES = ("eclipse-zenoh", "msgpack")
 EXTRAS = {"python2": ("fissix",)}
 """What the client can use besides."""
@@ -48,7 +48,9 @@ class Metadata(MetadataHookInterface):
         metadata["optional-dependencies"] = {
             extra: requirements(names, project["dependencies"]) for extra, names in EXTRAS.items()
         } | {extra: project["optional-dependencies"][extra] for extra in SAME_EXTRAS}
-        metadata.update({name: project[name] for name in SAME})
+        metadata.update(
+            {name: project[name] for name in SAME if name in project}
+        )  # urls: once there is an address
 
 
 class Build(BuildHookInterface[Any]):

@@ -97,7 +97,7 @@ def test_each_system_has_its_own_flags_and_names_of_modules(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    """Stands in for the compiler of another system: it writes its arguments, and files beside its output as linkers do."""
+    """Stands in for the compiler of another system: it writes its arguments, and a file beside its output."""
     compiler = tmp_path / "compiler.py"
     compiler.write_text(
         "import pathlib, sys\n"
