@@ -103,10 +103,11 @@ class Watchdog:
             if lifeline is not None:
                 end_with(lifeline, grace)
             self._here, there = socket.socketpair()
+            self._here.setblocking(False)
             threading.Thread(
                 target=_watch_from_thread, args=(there,), name="simx-watchdog", daemon=True
             ).start()
-            self._wake_by(self._here.fileno())
+            self._before = signal.set_wakeup_fd(self._here.fileno(), warn_on_full_buffer=False)
 
     def _fork(self, members: int, lifeline: int | None, grace: float) -> None:
         with _room_for(2 * members):
@@ -131,9 +132,6 @@ class Watchdog:
         writer = self._writers[number]
         with contextlib.suppress(BrokenPipeError):  # the watchdog was killed
             os.write(writer, os.getpid().to_bytes(_ID_BYTES, "little"))
-        self._wake_by(writer)
-
-    def _wake_by(self, writer: int) -> None:
         os.set_blocking(writer, False)
         self._before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
 

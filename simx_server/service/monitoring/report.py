@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import socket
 import sys
@@ -212,7 +213,7 @@ def _memory() -> int:
     """Return the resident bytes: present ones on Linux, the most so far on other Unix systems; 0 on Windows."""
     statistics = Path("/proc/self/statm")
     if statistics.is_file():
-        return int(statistics.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        return int(statistics.read_text(encoding="ascii").split()[1]) * mmap.PAGESIZE
     if sys.platform == "win32":
         return 0
     import resource

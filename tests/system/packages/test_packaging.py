@@ -22,48 +22,6 @@ from simx_server.recording.log_file import MAGIC, LogWriter
 
 pytestmark = pytest.mark.slow
 
-NOT_FOR_IMPORT = (
-    "__main__",
-    "python_calls",
-    "python_child",
-    "python_launcher",
-    "python_link",
-    "python_confine",
-    "python_guard",
-    "python_limits",
-    "stable_baselines3",
-)
-"""Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""
-
-NOT_POSIX = f"""
-import asyncio, ctypes, multiprocessing, os, platform, select, signal, socket, subprocess, sys, tempfile, time
-import cv2, mujoco, numpy, zenoh
-lacking = {{
-    os: "fork forkpty getuid geteuid getgid setsid killpg getpgid sched_getaffinity register_at_fork O_NOFOLLOW "
-        "O_CLOEXEC O_DIRECTORY sysconf statvfs uname mkfifo getloadavg wait4 chown pipe2",
-    signal: "SIGKILL SIGUSR1 SIGUSR2 SIGHUP SIGCHLD SIGALRM alarm setitimer pthread_sigmask pthread_kill",
-    select: "poll epoll",
-    socket: "AF_UNIX",
-    time: "clock_gettime CLOCK_MONOTONIC CLOCK_THREAD_CPUTIME_ID",
-}}
-for module, names in lacking.items():
-    for name in names.split():
-        if hasattr(module, name):
-            delattr(module, name)
-for name in "fcntl resource pwd grp termios tty pty syslog readline curses".split():
-    sys.modules[name] = None
-import importlib, pkgutil, simx_client, simx_server
-names = [
-    module.name
-    for package in (simx_client, simx_server)
-    for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
-    if module.name.rpartition(".")[2] not in {NOT_FOR_IMPORT}
-]
-for name in names:
-    importlib.import_module(name)
-print(len(names))
-"""
-
 OLD_STYLE = """
 import numpy as np
 import simx_client as vrep
@@ -147,14 +105,6 @@ def test_the_changelog_has_this_version_with_its_date() -> None:
     released = re.search(r"^date-released: (.*)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
     assert released is not None
     assert headings[:2] == ["Unreleased", f"{simx_server.__version__} - {released[1]}"]
-
-
-def test_every_module_can_be_imported_where_there_is_no_posix() -> None:
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", NOT_POSIX], cwd=ROOT, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout) > 300
 
 
 WITH_A_CLIENT_ONLY = """

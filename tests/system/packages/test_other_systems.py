@@ -1,0 +1,192 @@
+"""Windows and macOS by stand-ins: interpreters without the names that these systems lack, in which programs run.
+
+The names are those that Python's documentation gives for fewer systems. `os.name` stays as it is, since `pathlib` and
+others of Python's own modules read it while they run.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from processes import PENDULUM, ROOT, read_line
+
+import simx_client as v
+
+pytestmark = [pytest.mark.slow, pytest.mark.system]
+
+NOT_FOR_IMPORT = (
+    "__main__",
+    "python_calls",
+    "python_child",
+    "python_launcher",
+    "python_link",
+    "python_confine",
+    "python_guard",
+    "python_limits",
+    "stable_baselines3",
+)
+"""Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""
+
+_LINUX_ONLY = {
+    "os": "memfd_create eventfd pidfd_open sched_getaffinity sched_setaffinity posix_fallocate pipe2 splice "
+    "copy_file_range setresuid",
+    "select": "epoll",
+    "socket": "SO_PEERCRED SO_PASSCRED",
+    "time": "CLOCK_BOOTTIME pthread_getcpuclockid",
+}
+_POSIX_ONLY = {
+    "os": "fork forkpty getuid geteuid getgid setsid killpg getpgid getpgrp register_at_fork O_NOFOLLOW O_CLOEXEC "
+    "O_DIRECTORY O_NONBLOCK sysconf statvfs uname mkfifo getloadavg wait4 waitid chown pread pwrite readv writev "
+    "set_blocking get_blocking setpriority getpriority sched_yield fchmod fchown posix_spawn sendfile",
+    "signal": "SIGUSR1 SIGUSR2 SIGHUP SIGCHLD SIGALRM SIGPIPE SIGQUIT SIGWINCH alarm setitimer pthread_sigmask "
+    "pthread_kill sigwait siginterrupt",
+    "select": "poll",
+    "socket": "AF_UNIX SO_REUSEPORT MSG_DONTWAIT MSG_NOSIGNAL SCM_RIGHTS send_fds recv_fds sendmsg",
+    "time": "clock_gettime CLOCK_MONOTONIC CLOCK_THREAD_CPUTIME_ID",
+    "mmap": "MAP_SHARED MAP_ANONYMOUS",
+}
+LACKING = {
+    "darwin": _LINUX_ONLY,
+    "win32": {
+        name: f"{_LINUX_ONLY.get(name, '')} {_POSIX_ONLY.get(name, '')}" for name in _POSIX_ONLY | _LINUX_ONLY
+    },
+}
+MISSING_MODULES = {"darwin": "", "win32": "fcntl resource pwd grp termios tty pty syslog readline curses"}
+
+STAND_IN = """
+import asyncio, ctypes, importlib, mmap, multiprocessing.connection, os, platform, select, selectors, signal, socket
+import multiprocessing.util, random, subprocess, sys, sysconfig, tempfile, time
+import cv2, mujoco, numpy, zenoh
+{first}
+for module, names in {lacking!r}.items():
+    for name in names.split():
+        if hasattr(sys.modules[module], name):
+            delattr(sys.modules[module], name)
+for name in {missing!r}.split():
+    sys.modules[name] = None
+if {system!r} == "win32":
+    del signal.SIGKILL
+    selectors.DefaultSelector = selectors.SelectSelector
+
+    def pair(*_):
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            return socket.create_connection(listener.getsockname()), listener.accept()[0]
+
+    socket.socketpair = pair
+sysconfig.get_config_vars()
+sys.platform = {system!r}
+"""
+
+IMPORT_ALL = f"""
+import pkgutil, simx_client, simx_server
+names = [
+    module.name
+    for package in (simx_client, simx_server)
+    for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+    if module.name.rpartition(".")[2] not in {NOT_FOR_IMPORT}
+]
+for name in names:
+    importlib.import_module(name)
+print(len(names))
+"""
+
+SERVE = "from simx_server.app.cli import main\nsys.exit(main(sys.argv[1:]))\n"
+
+CLIENT = """
+import simx_client as v
+cid = v.simxStart("127.0.0.1", int(sys.argv[1]), True, True, 10000, 5)
+code, joint = v.simxGetObjectHandle(cid, "hinge", v.simx_opmode_blocking)
+print(code, v.simxGetJointPosition(cid, joint, v.simx_opmode_blocking), v.simxGetPingTime(cid)[0])
+v.simxFinish(cid)
+"""
+
+
+def program(system: str, text: str, *arguments: object, first: str = "") -> list[str]:
+    """Return the command of a text that runs with the stand-in; `first` runs before it."""
+    stand_in = STAND_IN.format(
+        system=system, lacking=LACKING[system], missing=MISSING_MODULES[system], first=first
+    )
+    return [sys.executable, "-c", stand_in + text, *map(str, arguments)]
+
+
+def ended(command: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=90)
+
+
+@pytest.fixture(scope="module", params=list(LACKING))
+def system(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def served(system: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Popen[str]]:
+    """A server with the stand-in; its first line has been read into `ready`."""
+    folder = tmp_path_factory.mktemp(system)
+    (folder / "pendulum.xml").write_text(PENDULUM, encoding="utf-8")
+    flags = ("--port", "0", "--workspace", folder, "--until-eof")
+    process = subprocess.Popen(
+        program(system, SERVE, folder / "pendulum.xml", *flags),
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        process.ready = read_line(process)  # type: ignore[attr-defined]
+        yield process
+    finally:
+        process.kill()
+        process.wait(10)
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                pipe.close()
+
+
+def port_of(process: subprocess.Popen[str]) -> int:
+    return int(re.findall(r":(\d+)", process.ready)[0])  # type: ignore[attr-defined]
+
+
+def test_every_module_can_be_imported(system: str) -> None:
+    done = ended(program(system, IMPORT_ALL, first="import gymnasium"))
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 300
+
+
+def test_a_server_answers_clients_of_its_system_and_of_others(
+    system: str, served: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    port = port_of(served)
+    done = ended(program(system, CLIENT, port))
+    assert done.stdout == "0 (0, 0.0) 0\n", done.stderr
+    cid = v.simxStart("127.0.0.1", port, True, True, 10000, 5)
+    try:
+        assert v.simxSynchronous(cid, True) == 0
+        assert v.simxStartSimulation(cid, v.simx_opmode_blocking) == 0
+        assert v.simxSynchronousTrigger(cid) == 0
+        scene = tmp_path / "other.xml"
+        scene.write_text(PENDULUM.replace("hinge", "other"), encoding="utf-8")
+        assert v.simxStopSimulation(cid, v.simx_opmode_blocking) == 0
+        assert v.simxLoadScene(cid, str(scene), 1, v.simx_opmode_blocking) == 0
+        assert v.simxGetObjectHandle(cid, "other", v.simx_opmode_blocking)[0] == 0
+    finally:
+        v.simxFinish(cid)
+    status = ended([sys.executable, "-m", "simx_client", "status", f"127.0.0.1:{port}", "--json"])
+    assert (status.returncode, len(json.loads(status.stdout))) == (0, 1), status.stderr
+
+
+def test_what_a_system_cannot_do_is_refused_with_a_reason(system: str, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.xml"
+    scene.write_text(PENDULUM, encoding="utf-8")
+    if system == "win32":
+        done = ended(program(system, SERVE, scene, "--port", "0", "--count", "2"))
+        assert (done.returncode, "need a system that can fork" in done.stderr) == (2, True), done.stderr
+    classroom = "from simx_client.__main__ import main\nsys.exit(main(['classroom', *sys.argv[1:]]))\n"
+    done = ended(program(system, classroom, scene, "--seats", "1"))
+    assert done.returncode != 0
+    assert "Linux" in done.stderr, done.stderr
