@@ -85,7 +85,7 @@ def _count(settings: Settings) -> Conflicts:
 
 def _ros2(settings: Settings) -> Conflicts:
     if settings.ros2 is None:
-        for name in ("ros2_namespace", "ros2_router", "ros2_distro"):
+        for name in ("ros2_namespace", "ros2_router", "ros2_distro", "ros2_drive"):
             if _is_flag(settings, name):
                 yield name, "has no meaning without a node of ROS 2; valid: with --ros2"
         return

@@ -237,6 +237,14 @@ class Settings:
         is_told_elsewhere=True,
         serves=True,
     )
+    ros2_drive: str | None = _setting(
+        None,
+        "the robot whose drive is guessed for ROS 2; off: none",
+        rules.matching(r"[^\s].{0,99}", "the name of an object, or off", "NAME"),
+        unset="each without annotation",
+        is_told_elsewhere=True,
+        serves=True,
+    )
     multicast_scouting: bool = _setting(False, "let others on the network discover it", serves=True)
     realm: str | None = _setting(
         None,

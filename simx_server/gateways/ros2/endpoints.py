@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from .client import Ros2Client
     from .content.run import Run
-    from .namespaces import Namespaces
+    from .robots import Robots
 
 Message = Mapping[str, Any]
 """A message, nested as its type; sequences may be numpy arrays and bytes."""
@@ -202,7 +202,7 @@ class Context:
     place: Place
     distribution: Distribution
     run: Run
-    namespaces: Namespaces
+    robots: Robots
 
 
 class Content(Part):

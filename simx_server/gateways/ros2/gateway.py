@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,6 +19,7 @@ from simx_server.gateways.zenoh.posting import Care, Postman
 from simx_server.gateways.zenoh.throttle import Throttle
 from simx_server.limits import LimitReached
 from simx_server.scene.editing.twins import Twins
+from simx_server.scene.formats.annotations import Annotation
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
@@ -26,14 +27,15 @@ from ..errors import GatewayError
 from ..exposure import is_beyond_loopback
 from ..gateway import Gateway
 from ..outsider_log import OutsiderLog
+from .annotated.guesses import Guesses
 from .annotated.helper import SET_STEPPING, TRIGGER
 from .client import Ros2Client
 from .content.catalogue import CONTENT
 from .content.run import Run
 from .endpoints import Content, Context, Moment, Offer, Published
-from .namespaces import Namespaces
 from .node import Node
 from .offered import Offered
+from .robots import Robots
 from .scripts import ScriptTopics
 from .wire.endpoint import Endpoint
 from .wire.names import Distribution, Place
@@ -57,6 +59,9 @@ class Ros2Options:
     place: Place = field(default_factory=Place)
     router: Router = field(default_factory=Router)
     distribution: Distribution = Distribution.NEWER
+    drive: str | None = None
+    """The robot whose drive is guessed; `off`: none; None: each one without annotation."""
+
     readers: int = link.READERS
     """Zenoh's threads that read links, of which some may wait; 0: none may."""
 
@@ -99,13 +104,15 @@ class Ros2Gateway(Gateway, Part):
             self._postman.send,
         )
         self._scripts = ScriptTopics(node, self._keep_endpoints)
+        self._robots = Robots(self._list_again)
+        self._guesses = Guesses(service.world, options.drive)
         context = Context(
             service.world,
             self._client,
             options.place,
             options.distribution,
             Run(self._client, service.simulation),
-            Namespaces(self._list_again),
+            self._robots,
         )
         self._contents = [content(context) for content in CONTENT]
         service.simulation.attach(*self._contents)
@@ -216,6 +223,7 @@ class Ros2Gateway(Gateway, Part):
     def _renew(self) -> None:
         """List what the present scene offers; keep what was offered before."""
         self._seen = self._simulation.model, self._simulation.model_version
+        self._robots.guessed = self._guess()
         offers = [offer for content in self._contents for offer in self._offers_of(content)]
         if self._offered.replace(offers):
             self._keep_endpoints()
@@ -225,6 +233,14 @@ class Ros2Gateway(Gateway, Part):
 
     def _endpoints(self) -> Sequence[Endpoint]:
         return [*self._offered.endpoints(), *self._scripts.endpoints]
+
+    def _guess(self) -> Mapping[int, Annotation]:
+        """Return what the scene's annotations lack; nothing if there is a fault, which must not stop the simulation."""
+        try:
+            return self._guesses.make()
+        except Exception as problem:
+            self._client.failed("guesses", problem)
+            return {}
 
     def _offers_of(self, content: Content) -> Sequence[Offer]:
         """Return the offers of a content; none if it has a fault, which must not stop the simulation."""

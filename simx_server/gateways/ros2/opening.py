@@ -26,6 +26,7 @@ def open_ros2(opening: Opening) -> Ros2Gateway | None:
         place=Place(settings.ros2, settings.ros2_namespace or ""),
         router=Router.of(settings.ros2_router),
         distribution=humble if settings.ros2_distro == "humble" else newer,
+        drive=settings.ros2_drive,
         readers=link.READERS if settings.config is None and not settings.multicast_scouting else 0,
     )
     return Ros2Gateway(opening.service, options)

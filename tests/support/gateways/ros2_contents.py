@@ -11,12 +11,14 @@ import numpy as np
 from real_world import BLOCKING, RealWorld, start_stepped
 
 import simx_client as v
+from simx_server.gateways.ros2.annotated.guesses import Guesses
 from simx_server.gateways.ros2.client import Ros2Client
 from simx_server.gateways.ros2.content.catalogue import CONTENT
 from simx_server.gateways.ros2.content.control import Control
+from simx_server.gateways.ros2.content.rosout import Rosout
 from simx_server.gateways.ros2.content.run import Run
 from simx_server.gateways.ros2.endpoints import Commanded, Context, Followed, Moment, Offer, Published
-from simx_server.gateways.ros2.namespaces import Namespaces
+from simx_server.gateways.ros2.robots import Robots
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.ros2_messages import BY_NAME
 
@@ -26,23 +28,25 @@ HEAD = '<mujoco><option timestep="0.005"/><compiler angle="radian"/><worldbody>'
 class Contents:
     """A scene, a client of the remote API in stepped mode, and what ROS 2's node offers of it."""
 
-    def __init__(self, scene: str | Path) -> None:
+    def __init__(self, scene: str | Path, drive: str | None = None) -> None:
         self.world = RealWorld(scene)
         self.cid = self.world.embedded_client()
-        self.namespaces = Namespaces(lambda: None)
+        self.robots = Robots(lambda: None)
         nobody = cast(Ros2Client, None)
         run = Run(nobody, self.world.simulation)
         context = Context(
-            self.world.loop.service.world, nobody, Place(), Distribution.NEWER, run, self.namespaces
+            self.world.loop.service.world, nobody, Place(), Distribution.NEWER, run, self.robots
         )
-        self._contents = [content(context) for content in CONTENT if content is not Control]
+        self._contents = [content(context) for content in CONTENT if content not in (Control, Rosout)]
         self.world.simulation.attach(*self._contents)
+        self._guesses = Guesses(self.world.loop.service.world, drive)
         self._fixed: Any = None
         """The last message of the static transforms, which late subscribers get."""
         self.offers()
 
     def offers(self) -> list[Offer]:
         """List the offers again."""
+        self.robots.guessed = self._guesses.make()
         self._offers = [offer for content in self._contents for offer in content.offers()]
         return self._offers
 

@@ -2,7 +2,8 @@
 
 The place of each wheel, and the direction in which its joint turns, are measured in the scene. A wheel of radius r at
 (x, y) of the base moves with v = (vx - w y, vy + w x). A plain wheel turns with v_x / r, a mecanum wheel with
-(v_x ± v_y) / r, since its rollers stand at 45 degrees: minus in front on the left and behind on the right.
+(v_x ± v_y) / r, since its rollers stand at 45 degrees: minus in front on the left and behind on the right. An Ackermann
+steering is described in `steering.py`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ from simx_server.scene.poses.poses import Pose, compose, conjugate, inverse, rot
 from ..content.joint_commands import LARGEST
 from ..endpoints import Call, Commanded, Content, Context, Followed, Moment, Offer
 from ..wire.qos import Qos
+from . import steering
 from .notes import DRIVE_TOPICS, Names, annotated, topic_of, turn_of
+from .steering import Steer
+from .wheels import NoDrive, free_axle, steering_of
 
 logger = logging.getLogger(__name__)
 
@@ -52,8 +56,13 @@ class Wheel(NamedTuple):
     sideways: float
     """Share of the sideways velocity at the wheel: 0 for a plain wheel, 1 or -1 for a mecanum wheel."""
 
+    is_steered: bool = False
+    """An Ackermann steering turns it; `x` is then from the axle that is not steered."""
+
     def target(self, vx: float, vy: float, w: float) -> float:
         """Return the target velocity of the joint, rad/s, for velocities of the base, m/s and rad/s."""
+        if self.is_steered:
+            return self.rate * steering.speed(self.x, self.y, vx, w)
         return self.rate * (vx - w * self.y + self.sideways * (vy + w * self.x))
 
 
@@ -62,14 +71,17 @@ class Drive:
 
     def __init__(self) -> None:
         self.wheels: Sequence[Wheel] = ()
+        self.steers: Sequence[Steer] = ()
+        """The joints of an Ackermann steering; empty for other drives."""
+
         self.topic = ""
         self._timeout = 0
         self._commanded: int | None = None
         """Simulated nanoseconds of the last command that is not 0; None while the base is to stand."""
 
-    def set(self, wheels: Sequence[Wheel], topic: str, timeout: float) -> None:
+    def set(self, wheels: Sequence[Wheel], steers: Sequence[Steer], topic: str, timeout: float) -> None:
         """Take the wheels, the topic and the seconds of the present scene; what was commanded last stays."""
-        self.wheels, self.topic = wheels, topic
+        self.wheels, self.steers, self.topic = wheels, steers, topic
         self._timeout = round(timeout * 1e9)
 
     def calls(self, now: int, message: Mapping[str, Any]) -> Sequence[Call]:
@@ -98,7 +110,15 @@ class Drive:
         self._commanded = None
 
     def _targets(self, vx: float, vy: float, w: float) -> Sequence[Call]:
-        return [
+        turns: list[Call] = []
+        if self.steers:
+            vx, w = steering.limited(self.steers, vx, w)
+            if vx:  # a car that stands keeps its wheels as they are
+                turns = [
+                    Call("simxSetJointTargetPosition", [steer.handle, steering.angle(steer, vx, w)])
+                    for steer in self.steers
+                ]
+        return turns + [
             Call("simxSetJointTargetVelocity", [wheel.handle, wheel.target(vx, vy, w)])
             for wheel in self.wheels
         ]
@@ -108,7 +128,8 @@ class Drives(Content):
     """Takes Twist and TwistStamped for each base with a drive."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
+        self._world = context.world
         self._simulation = context.world.simulation
         self._drives: dict[int, Drive] = {}
 
@@ -118,14 +139,19 @@ class Drives(Content):
 
     def offers(self) -> Iterable[Offer]:
         before, self._drives = self._drives, {}
-        names = Names(self._simulation.scene, self._namespaces)
-        for item, note in annotated(self._simulation.scene, "drive"):
+        names = Names(self._simulation.scene, self._robots)
+        for item, note in annotated(self._simulation.scene, self._robots, "drive"):
             topic = names.topic(item, topic_of(note, "cmd") or DRIVE_TOPICS["cmd"])
             wheels = self._wheels(item, note)
             if not wheels:
                 continue
+            try:
+                wheels, steers = self._with_steering(item, note, wheels)
+            except NoDrive as problem:
+                logger.warning("ROS 2: %s has no drive, since %s", item.name, problem)
+                continue
             drive = self._drives[item.handle] = before.get(item.handle) or Drive()
-            drive.set(wheels, topic, float(note.get("timeout", TIMEOUT)))
+            drive.set(wheels, steers, topic, float(note.get("timeout", TIMEOUT)))
             yield from self._commands(drive, str(note.get("stamped", "auto")))
             yield Followed(f"drive {item.handle}", drive.due)
 
@@ -168,7 +194,36 @@ class Drives(Content):
                     )
                     return ()
                 found.append(wheel)
-        return found if note["drive"] == "diff" else _with_rollers(found)
+        return _with_rollers(found) if note["drive"] == "mecanum" else found
+
+    def _with_steering(
+        self, item: SceneObject, note: Annotation, wheels: Sequence[Wheel]
+    ) -> tuple[Sequence[Wheel], Sequence[Steer]]:
+        """Return the wheels with those that are steered, and the steering. Raises NoDrive."""
+        if note["drive"] != "ackermann":
+            return wheels, ()
+        scene, data = self._simulation.scene, self._simulation.data
+        base = compose(object_pose(self._simulation, item), ((0.0, 0.0, 0.0), turn_of(note)))
+        joints = [scene.objects[wheel.handle] for wheel in wheels]
+        axle = in_frame(base, free_axle(self._world, item, joints).tolist())[0]
+        steers: dict[int, Steer] = {}
+        for name in str(note["steer"]).split(","):
+            handle = scene.by_name(name)
+            joint = None if handle is None else scene.objects[handle]
+            if joint is None or joint.element != "joint":
+                raise NoDrive(f"its joint {name} is missing")
+            x, y, _ = in_frame(base, data.xanchor[joint.id].tolist())
+            up = rotate(conjugate(base[1]), data.xaxis[joint.id].tolist())[2]
+            if abs(x - axle) < 1e-3:
+                raise NoDrive(f"its joint {name} is on the axle that is not steered")
+            steers[joint.handle] = Steer(joint.handle, x - axle, y, math.copysign(1.0, up))
+        above = [steering_of(self._world, joint) for joint in joints]
+        return [
+            wheel._replace(x=steers[joint.handle].x, is_steered=True)
+            if joint is not None and joint.handle in steers
+            else wheel
+            for wheel, joint in zip(wheels, above, strict=True)
+        ], [*steers.values()]
 
     def _wheel(self, joint: SceneObject, base: Pose, note: Annotation, side: float) -> Wheel | None:
         data = self._simulation.data
@@ -180,6 +235,12 @@ class Drives(Content):
         if track is not None:
             y = side * float(track) / 2
         return Wheel(joint.handle, x, y, math.copysign(1 / float(note["radius"]), axis[1]), 0.0)
+
+
+def in_frame(base: Pose, point: Sequence[float]) -> tuple[float, float, float]:
+    """Return a point of the world in a frame."""
+    x, y, z = (float(each) for each in point)
+    return compose(inverse(base), ((x, y, z), (1.0, 0.0, 0.0, 0.0)))[0]
 
 
 def _with_rollers(wheels: Sequence[Wheel]) -> Sequence[Wheel]:

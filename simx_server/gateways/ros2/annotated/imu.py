@@ -32,7 +32,7 @@ class Imus(Content):
     """Publishes the IMUs of the scene."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._world = context.world
         self._imus: dict[int, Imu] = {}
         """By the handle of the object; each goes on when the offers are listed again."""
@@ -40,8 +40,8 @@ class Imus(Content):
     def offers(self) -> Iterable[Offer]:
         before, self._imus = self._imus, {}
         scene = self._world.simulation.scene
-        names = Names(scene, self._namespaces)
-        for item, note in annotated(scene, "imu"):
+        names = Names(scene, self._robots)
+        for item, note in annotated(scene, self._robots, "imu"):
             imu = before.get(item.handle) or Imu(self._world, item.handle)
             imu.set(note, names.header_frame(item, note))
             self._imus[item.handle] = imu

@@ -41,13 +41,13 @@ class JointGroups(Content):
     """Publishes and takes JointState for the joints of each annotated object."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._simulation = context.world.simulation
 
     def offers(self) -> Iterable[Offer]:
         scene = self._simulation.scene
-        names = Names(scene, self._namespaces)
-        for item, note in annotated(scene, "states", "command"):
+        names = Names(scene, self._robots)
+        for item, note in annotated(scene, self._robots, "states", "command"):
             group = group_of(scene, self._simulation.joints, names, item, note)
             if not group.handles:
                 continue

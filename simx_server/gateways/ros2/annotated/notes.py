@@ -9,7 +9,7 @@ from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 from simx_server.scene.poses.poses import Quaternion, from_rows
 
 from ..content.naming import frame_name, joint_name, optical_frame, part_of_topic
-from ..namespaces import Namespaces
+from ..robots import Robots
 
 TOPICS = ("states", "command", "topic", "range", "scan", "imu", "cmd", "odom")
 """Keys that name topics."""
@@ -25,10 +25,10 @@ def note_of(item: SceneObject) -> Annotation:
     return item.annotations.get("ros2", {})
 
 
-def annotated(scene: Scene, *keys: str) -> Iterator[tuple[SceneObject, Annotation]]:
-    """Yield the objects whose annotation has one of these keys, in the order of the scene."""
+def annotated(scene: Scene, robots: Robots, *keys: str) -> Iterator[tuple[SceneObject, Annotation]]:
+    """Yield the objects whose annotation, or what is guessed in its place, has one of these keys, in scene order."""
     for item in scene.objects.values():
-        note = note_of(item)
+        note = note_of(item) or robots.guessed.get(item.handle, {})
         if note and not note.keys().isdisjoint(keys):
             yield item, note
 
@@ -80,8 +80,8 @@ def period_of(note: Annotation) -> float:
 def unpublished(scene: Scene) -> set[int]:
     """Return the handles of objects that have, or are below one that has, the key `publish=no`."""
     hidden: set[int] = set()
-    for item, note in annotated(scene, "publish"):
-        if not note["publish"]:
+    for item in scene.objects.values():
+        if not note_of(item).get("publish", True):
             hidden |= {item.handle, *scene.descendants(item.handle)}
     return hidden
 
@@ -94,8 +94,8 @@ class Names:
     was spawned with a namespace, or has one in its annotation, has this instead of the model's name.
     """
 
-    def __init__(self, scene: Scene, namespaces: Namespaces) -> None:
-        self._scene, self._namespaces = scene, namespaces
+    def __init__(self, scene: Scene, robots: Robots) -> None:
+        self._scene, self._robots = scene, robots
         self._prefixes: dict[int, str] = {}
         """By the robot's handle."""
 
@@ -145,6 +145,10 @@ class Names:
         given = note.get("frame")
         return optical_frame(item) if given is None else self.frame(item, str(given))
 
+    def laser_frame(self, item: SceneObject) -> str:
+        """Return the frame of a vision sensor of one row as a laser scanner: x forward, y to the left."""
+        return f"{frame_name(item)}_laser"
+
     def range_frame(self, item: SceneObject, note: Annotation) -> str:
         """Return the frame of a proximity sensor, x along its axis."""
         given = note.get("frame")
@@ -156,7 +160,7 @@ class Names:
 
     def _namespace(self, robot: int) -> str:
         """Return the namespace of a robot without a slash in front; empty for none."""
-        given = self._namespaces.of(robot) or str(note_of(self._scene.objects[robot]).get("namespace", ""))
+        given = self._robots.namespace(robot) or str(note_of(self._scene.objects[robot]).get("namespace", ""))
         return given.strip("/")
 
     def _prefix(self, item: SceneObject) -> str:
@@ -175,7 +179,7 @@ class Names:
         """Return the names that robots want, by the robot's handle."""
         found: dict[int, set[tuple[str, str]]] = {}
         for item in self._scene.objects.values():
-            note = note_of(item)
+            note = note_of(item) or self._robots.guessed.get(item.handle, {})
             if not note:
                 continue
             names = found.setdefault(self._robot(item), set())

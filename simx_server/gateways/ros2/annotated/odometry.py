@@ -17,6 +17,7 @@ from simx_server.scene.poses.poses import Pose, Quaternion, compose, conjugate, 
 from simx_server.simulation.simulation import SimulationState
 
 from ..endpoints import Message, Moment, Published
+from ..robots import Robots
 from .notes import Names, annotated, base_frame, odom_frame, topic_of, turn_of
 
 if TYPE_CHECKING:
@@ -54,15 +55,15 @@ class Base(NamedTuple):
 class Odometers:
     """All mobile bases of a scene, with their poses at the start of the run."""
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, world: World, robots: Robots) -> None:
+        self._world, self._robots = world, robots
         self._starts: dict[int, Pose] = {}
         self.bases: list[Base] = []
 
     def renew(self, names: Names) -> None:
         """List the bases of the present scene."""
         self.bases = []
-        for item, note in annotated(self._world.simulation.scene, "drive", "odom"):
+        for item, note in annotated(self._world.simulation.scene, self._robots, "drive", "odom"):
             topic = topic_of(note, "odom")
             parent = note.get("parent_frame")
             self.bases.append(

@@ -45,13 +45,13 @@ class Ranges(Content):
     """Publishes proximity sensors with the key `range`."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
-        names = Names(scene, self._namespaces)
-        for item, note in annotated(scene, "range"):
+        names = Names(scene, self._robots)
+        for item, note in annotated(scene, self._robots, "range"):
             topic, frame = names.topic(item, str(note["range"])), names.range_frame(item, note)
             yield Published(
                 topic, RANGE, partial(self._message, item.handle, frame), SENSOR_DATA, period_of(note)
@@ -134,13 +134,13 @@ class Scans(Content):
     """Publishes rings of proximity sensors with the key `scan`."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
-        names = Names(scene, self._namespaces)
-        for item, note in annotated(scene, "scan"):
+        names = Names(scene, self._robots)
+        for item, note in annotated(scene, self._robots, "scan"):
             sensors = [each for each in sensors_below(scene, item) if each.element == "site"]
             if not sensors:
                 logger.warning("ROS 2: %s has no scan, since no proximity sensor is below it", item.name)

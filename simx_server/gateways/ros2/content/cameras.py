@@ -19,6 +19,7 @@ from simx_server.sensors.vision.vision_settings import VisionSettings
 from ..annotated.notes import Names, note_of, period_of, topic_of, unpublished
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import SENSOR_DATA
+from .clouds import CLOUD, cloud, scan_of_row
 
 JPEG_QUALITY = 95
 """Of compressed images, as image_transport has it unless told otherwise."""
@@ -35,12 +36,12 @@ class Cameras(Content):
     """
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._world = context.world
 
     def offers(self) -> Iterable[Offer]:
         scene = self._world.simulation.scene
-        names, hidden = Names(scene, self._namespaces), unpublished(scene)
+        names, hidden = Names(scene, self._robots), unpublished(scene)
         for handle in scene.of_kind(ObjectKind.VISION_SENSOR):
             if handle not in hidden:
                 yield from self._of_sensor(scene, scene.objects[handle], names)
@@ -57,6 +58,12 @@ class Cameras(Content):
         yield Published(f"{topic}/camera_info", info, give_info, SENSOR_DATA, period)
         yield Published(f"{topic}/depth/image_raw", image, give_depth, SENSOR_DATA, period)
         yield Published(f"{topic}/depth/camera_info", info, give_info, SENSOR_DATA, period)
+        give_points = partial(self._points, handle, frame)
+        yield Published(f"{topic}/points", CLOUD, give_points, SENSOR_DATA, period)
+        settings = self._world.vision.settings(handle)
+        if settings.height == 1 and settings.orthographic_size is None:
+            scan, laser = partial(self._scan, handle, names.laser_frame(item)), "sensor_msgs/msg/LaserScan"
+            yield Published(f"{topic}/scan", laser, scan, SENSOR_DATA, period)
         if note.get("compressed", False):
             kind, give = "sensor_msgs/msg/CompressedImage", partial(self._compressed, handle, frame)
             yield Published(f"{topic}/image_raw/compressed", kind, give, SENSOR_DATA, period)
@@ -96,6 +103,22 @@ class Cameras(Content):
             return _image_message(header, width, height, "32FC1", 4, data)
 
         return then(self._world.vision.depth(handle, asker="ros2"), upright)
+
+    def _points(self, handle: int, frame: str, moment: Moment) -> Future[Message]:
+        header, settings = moment.header(frame), self._world.vision.settings(handle)
+
+        def placed(seen: tuple[list[int], bytes]) -> Message:
+            return cloud(header, settings, *seen)
+
+        return then(self._world.vision.depth(handle, asker="ros2"), placed)
+
+    def _scan(self, handle: int, frame: str, moment: Moment) -> Future[Message]:
+        header, settings = moment.header(frame), self._world.vision.settings(handle)
+
+        def measured(seen: tuple[list[int], bytes]) -> Message:
+            return scan_of_row(header, settings, seen[1])
+
+        return then(self._world.vision.depth(handle, asker="ros2"), measured)
 
     def _info(self, handle: int, frame: str, moment: Moment) -> Message:
         return camera_info(moment.header(frame), self._world.vision.settings(handle))

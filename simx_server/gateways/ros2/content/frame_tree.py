@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses.placing import object_pose
-from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse
+from simx_server.scene.poses.poses import IDENTITY, Pose, compose, from_rows, inverse
 from simx_server.simulation.simulation import Simulation
 
 from ..annotated.notes import Names, annotated, note_of, turn_of
 from ..annotated.odometry import Odometers
-from ..namespaces import Namespaces
+from ..robots import Robots
 from .naming import WORLD, frame_name
 
 ATTACHED = (
@@ -70,17 +70,34 @@ class Fixed(NamedTuple):
     parent: Callable[[], Pose]
 
 
+_LASER: Pose = ((0.0, 0.0, 0.0), from_rows(((0, -1, 0), (0, 0, -1), (1, 0, 0))))
+"""The frame of a laser scan, x forward and z up, in an optical frame."""
+
+
 class FrameTree:
     """The frames of a scene with one model."""
 
-    def __init__(self, simulation: Simulation, odometers: Odometers, namespaces: Namespaces) -> None:
+    def __init__(
+        self,
+        simulation: Simulation,
+        odometers: Odometers,
+        robots: Robots,
+        is_row: Callable[[int], bool],
+    ) -> None:
+        """List the frames.
+
+        Args:
+            is_row: returns whether a vision sensor has one row, so that it is a laser scanner too.
+        """
+        self._is_row = is_row
         self._simulation = simulation
         self._model = simulation.model
         self._odometers = odometers
         self._bases = {base.item.body: base for base in odometers.bases}
         """Mobile bases by the body that carries them."""
 
-        self._names = Names(simulation.scene, namespaces)
+        self._robots = robots
+        self._names = Names(simulation.scene, robots)
         self._root = str(simulation.scene.annotations.ros2.get("root", WORLD))
         self.moving: list[Frame] = []
         """Bodies that physics moves against their parents."""
@@ -161,6 +178,9 @@ class FrameTree:
             if item.element == "camera":
                 optical = frame._replace(name=self._names.camera_frame(item, note_of(item)))
                 self._fixed.append(self._fixed_in_body(optical, item, _OPTICAL))
+                if item.kind is ObjectKind.VISION_SENSOR and self._is_row(item.handle):
+                    laser = frame._replace(name=self._names.laser_frame(item))
+                    self._fixed.append(self._fixed_in_body(laser, item, compose(_OPTICAL, _LASER)))
 
     def _add_annotated(self, names: Mapping[int, str]) -> None:
         """Add the frames that annotations name: of bases, scans, IMUs and ranges."""
@@ -170,7 +190,7 @@ class FrameTree:
                 self._fixed.append(
                     Fixed(frame, partial(self._odometers.start, base), partial(self._pose_of_body, 0))
                 )
-        for item, note in annotated(self._simulation.scene, "frame", "range"):
+        for item, note in annotated(self._simulation.scene, self._robots, "frame", "range"):
             if item.element == "camera":
                 continue
             above = self._nearest(names, item.body)

@@ -38,13 +38,13 @@ class JointCommands(Content):
     """
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._simulation = context.world.simulation
         self._handles: dict[str, int] = {}
 
     def offers(self) -> Iterable[Offer]:
         scene, joints = self._simulation.scene, self._simulation.joints
-        names = Names(scene, self._namespaces)
+        names = Names(scene, self._robots)
         self._handles = {
             names.joint(scene.objects[handle]): handle
             for handle in scene.of_kind(ObjectKind.JOINT)

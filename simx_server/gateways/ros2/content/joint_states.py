@@ -20,12 +20,12 @@ class JointStates(Content):
     """Publishes all joints in one message, in the order of the scene's objects."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
+        self._robots = context.robots
         self._simulation = context.world.simulation
 
     def offers(self) -> Iterable[Offer]:
         scene, joints = self._simulation.scene, self._simulation.joints
-        names, hidden = Names(scene, self._namespaces), unpublished(scene)
+        names, hidden = Names(scene, self._robots), unpublished(scene)
         handles = [
             each
             for each in scene.of_kind(ObjectKind.JOINT)

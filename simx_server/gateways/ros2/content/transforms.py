@@ -30,9 +30,9 @@ class Transforms(Content):
     """Publishes the transforms of the present scene."""
 
     def __init__(self, context: Context) -> None:
-        self._namespaces = context.namespaces
-        self._simulation = context.world.simulation
-        self._odometers = Odometers(context.world)
+        self._robots = context.robots
+        self._simulation, self._vision = context.world.simulation, context.world.vision
+        self._odometers = Odometers(context.world, context.robots)
         self._made: FrameTree | None = None
         """The frames of the present scene, made when they are first needed."""
 
@@ -54,7 +54,7 @@ class Transforms(Content):
 
     def offers(self) -> Iterable[Offer]:
         scene = self._simulation.scene
-        self._odometers.renew(Names(scene, self._namespaces))
+        self._odometers.renew(Names(scene, self._robots))
         self._made = None
         self._seen = None, -1
         if scene.annotations.ros2.get("tf", True):
@@ -66,8 +66,12 @@ class Transforms(Content):
     @property
     def _tree(self) -> FrameTree:
         if self._made is None:
-            self._made = FrameTree(self._simulation, self._odometers, self._namespaces)
+            self._made = FrameTree(self._simulation, self._odometers, self._robots, self._is_row)
         return self._made
+
+    def _is_row(self, sensor: int) -> bool:
+        """Return whether a vision sensor has one row, which is a laser scan too."""
+        return self._vision.settings(sensor).height == 1
 
     def _moving(self, moment: Moment) -> Message | None:
         found = [

@@ -34,8 +34,11 @@ class Controllers(Content):
 
     def offers(self) -> Iterable[Offer]:
         scene, joints = self._simulation.scene, self._simulation.joints
-        names = Names(scene, self._context.namespaces)
-        groups = [group_of(scene, joints, names, item, note) for item, note in annotated(scene, "command")]
+        names = Names(scene, self._context.robots)
+        groups = [
+            group_of(scene, joints, names, item, note)
+            for item, note in annotated(scene, self._context.robots, "command")
+        ]
         trajectories, self._trajectories = self._trajectories, {}
         grippers, self._grippers = self._grippers, {}
         for arm in find_arms(scene, joints):

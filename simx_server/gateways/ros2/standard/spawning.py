@@ -49,7 +49,7 @@ class Spawning:
     def __init__(self, context: Context, entities: Entities) -> None:
         self._world, self._client = context.world, context.client
         self._simulation = context.world.simulation
-        self._entities, self._namespaces = entities, context.namespaces
+        self._entities, self._robots = entities, context.robots
         self._spawned: dict[int, _Order] = {}
         """The orders of spawned entities, by handle."""
 
@@ -187,7 +187,7 @@ class Spawning:
             raise Refused(FAILED, str(problem)) from None
         self._spawned[handle] = order
         if order.namespace:
-            self._namespaces.set(handle, order.namespace)
+            self._robots.set_namespace(handle, order.namespace)
         return scene.objects[handle]
 
     def _rename(self, item: SceneObject, name: str) -> None:
@@ -232,7 +232,7 @@ class Spawning:
         if self._simulation.state is not SimulationState.STOPPED and item.handle in self._spawned:
             self._removed.add(item.handle)
         self._spawned.pop(item.handle, None)
-        self._namespaces.remove(item.handle)
+        self._robots.remove(item.handle)
 
     # --- a reset that keeps what was spawned -----------------------------------------------------
 

@@ -58,7 +58,7 @@ class Standard(Content):
         self._entities.forget()
         self._spawning.scene_changed()
         self._worlds.scene_changed()
-        self._context.namespaces.clear()
+        self._context.robots.clear()
 
     def run_stopped(self) -> None:
         self._spawning.run_stopped()

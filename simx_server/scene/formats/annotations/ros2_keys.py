@@ -106,9 +106,10 @@ OF_OBJECTS: dict[str, Callable[[str], Value]] = {
     "angle_max_deg": number,
     "increment_deg": increment,
     "imu": topic,
-    "drive": one_of("diff", "mecanum"),
+    "drive": one_of("diff", "mecanum", "ackermann"),
     "left": str,
     "right": str,
+    "steer": str,
     "radius": positive,
     "track": positive,
     "cmd": topic,
@@ -146,6 +147,7 @@ _NEEDS: Mapping[str, tuple[str, ...]] = {
     "joints": ("states", "command"),
     "left": ("drive",),
     "right": ("drive",),
+    "steer": ("drive",),
     "radius": ("drive",),
     "track": ("drive",),
     "cmd": ("drive",),
@@ -163,7 +165,7 @@ _NEEDS: Mapping[str, tuple[str, ...]] = {
 }
 """Keys that have a meaning only beside one of others."""
 
-JOINT_LISTS = ("left", "right", "joints")
+JOINT_LISTS = ("left", "right", "steer", "joints")
 """Keys that name joints with commas between them."""
 
 _ANGLES = (("angle_min_deg", -180.0), ("angle_max_deg", 180.0))
@@ -209,6 +211,11 @@ def check_keys(note: Annotation, element: str, *, is_scene: bool) -> None:
 def _check_wheels(note: Annotation, element: str) -> None:
     if missing := [key for key in _OF_WHEELS if not note.get(key)]:
         raise SceneError(f"text '{element}' has a drive, which needs {', '.join(missing)}")
+    if (note["drive"] == "ackermann") != bool(note.get("steer")):
+        raise SceneError(
+            f"text '{element}' has drive={note['drive']}; drive=ackermann needs steer= with the joints that turn its "
+            "wheels, and no other drive has it"
+        )
     counts = [len(str(note[key]).split(",")) for key in ("left", "right")]
     if note["drive"] == "mecanum" and counts != [2, 2]:
         raise SceneError(

@@ -1,12 +1,14 @@
-"""Namespaces of robots: what stands before their topics, as nodes have asked when they spawned them."""
+"""Knowledge about robots beside their annotations: namespaces, and drives that were guessed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+
+from simx_server.scene.formats.annotations import Annotation
 
 
-class Namespaces:
-    """The namespaces of models, by handle. Physics thread."""
+class Robots:
+    """Knowledge about models, by handle. Physics thread."""
 
     def __init__(self, changed: Callable[[], object]) -> None:
         """Start without any.
@@ -14,14 +16,17 @@ class Namespaces:
         Args:
             changed: called when topics have other names.
         """
+        self.guessed: Mapping[int, Annotation] = {}
+        """Annotations in place of those that the scene lacks."""
+
         self._names: dict[int, str] = {}
         self._changed = changed
 
-    def of(self, handle: int) -> str:
+    def namespace(self, handle: int) -> str:
         """Return the namespace of a model, such as `/robot1`; empty for none."""
         return self._names.get(handle, "")
 
-    def set(self, handle: int, name: str) -> None:
+    def set_namespace(self, handle: int, name: str) -> None:
         """Put the topics of a model into a namespace."""
         self._names[handle] = name
         self._changed()
