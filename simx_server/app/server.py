@@ -206,10 +206,10 @@ def serve_child(
 
 
 def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: int) -> None:
-    """Attach the requested film and state log; ``stack`` ends them.
+    """Attach the requested film, state log and bag; ``stack`` ends them.
 
     Args:
-        ``began``: nanoseconds since 1970, the start of the time in a state log.
+        ``began``: nanoseconds since 1970, the start of the time in a state log and in a bag.
 
     Raises:
         CommandError, StartError: they cannot be made.
@@ -220,6 +220,10 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
     if settings.state_log is not None:
         shot = Shot(world, settings.camera, settings.size) if settings.camera else None
         stack.callback(StateLog(world, settings.state_log, shot, settings.fps, began=began).close)
+    if settings.rosbag is not None:
+        from simx_server.gateways.ros2.bag.bag import Bag
+
+        stack.callback(Bag(world, settings.rosbag, drive=settings.ros2_drive, began=began).close)
 
 
 def _save_mjcf(path: Path, settings: Settings) -> int:

@@ -86,7 +86,8 @@ def _count(settings: Settings) -> Conflicts:
 def _ros2(settings: Settings) -> Conflicts:
     if settings.ros2 is None:
         for name in ("ros2_namespace", "ros2_router", "ros2_distro", "ros2_drive"):
-            if _is_flag(settings, name):
+            is_of_bag = name == "ros2_drive" and settings.rosbag is not None
+            if _is_flag(settings, name) and not is_of_bag:
                 yield name, "has no meaning without a node of ROS 2; valid: with --ros2"
         return
     if settings.count is None:
@@ -119,9 +120,10 @@ def _recording(settings: Settings) -> Conflicts:
 def _images(settings: Settings) -> Conflicts:
     """Yield conflicts of outputs: a snapshot does not serve, and a film belongs to one server."""
     others: dict[str, tuple[str, ...]] = {
-        "snapshot": ("video", "state_log", "record"),
+        "snapshot": ("video", "state_log", "rosbag", "record"),
         "video": (),
         "state_log": (),
+        "rosbag": (),
     }
     others["save"] = (*others, "record", "replay")
     others["save_mjcf"] = (*others, "record", "replay")

@@ -330,6 +330,12 @@ class Settings:
         rules.new_file(".mcap"),
         unset="nothing",
     )
+    rosbag: Path | None = _setting(
+        None,
+        "write ROS 2's topics of what runs, without images",
+        rules.new_file(".mcap"),
+        unset="nothing",
+    )
     camera: str | None = _setting(
         None,
         "camera or vision sensor of the image or film",
@@ -468,7 +474,9 @@ class Settings:
         def further(path: Path | None) -> Path | None:
             return path and path.with_stem(f"{re.sub(r'-[0-9]+$', '', path.stem)}-{number}")
 
-        return dataclasses.replace(self, video=further(self.video), state_log=further(self.state_log))
+        return dataclasses.replace(
+            self, video=further(self.video), state_log=further(self.state_log), rosbag=further(self.rosbag)
+        )
 
     def table(self) -> list[tuple[str, str, str]]:
         """Return (name as in the flag, value as text, origin) of every setting, in order of declaration."""

@@ -8,8 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from processes import ROOT
+from real_world import BLOCKING
+from ros2_contents import Contents
 from ros2_world import CAMERA_INFO, IMAGE, JOINT_STATE, Ros2World, Sent
 
+import simx_client as v
 from simx_server.scene.poses import frames
 
 pytestmark = pytest.mark.gl
@@ -149,3 +153,28 @@ def test_a_renderer_that_is_slow_is_asked_for_one_image_at_a_time(
     server.wait_until(lambda: len(futures) == 3)
     futures[2].set_result(([WIDTH, HEIGHT], bytes(WIDTH * HEIGHT * 3)))
     peer.next(COLOUR)
+
+
+def test_the_kinect_of_the_upright_arm_looks_over_the_floor_and_sees_it_when_the_arm_bends() -> None:
+    contents = Contents(ROOT / "scenes" / "ur5_rg2_kinect.xml")
+    contents.start()
+    contents.step()
+
+    def seen() -> np.ndarray:
+        """The image of the topic, which has to be that of the remote API at the same step, upright."""
+        message = contents.message("/kinect_rgb/image_raw")
+        image = np.asarray(message["data"]).reshape(message["height"], message["width"], 3)
+        handle = contents.handle("kinect_rgb")
+        code, (width, height), values = v.simxGetVisionSensorImage(contents.cid, handle, 0, BLOCKING)
+        assert code == v.simx_return_ok
+        rows = np.array(values, np.int16).astype(np.uint8).reshape(height, width, 3)
+        assert np.array_equal(image, rows[::-1])
+        return image
+
+    assert not seen().any()
+    for joint, goal in (("UR5_joint2", 0.5), ("UR5_joint3", 0.8), ("UR5_joint4", 0.2)):
+        v.simxSetJointTargetPosition(contents.cid, contents.handle(joint), goal, BLOCKING)
+    contents.step(80)
+    brightness = seen().mean(axis=2)
+    assert brightness.any()
+    contents.close()

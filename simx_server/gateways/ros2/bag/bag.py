@@ -1,0 +1,141 @@
+"""Write the topics of a run into a bag: the messages that nodes would get after each simulation step, without images.
+
+Times in the bag are the wall clock's at its start plus the simulated time since, of all runs one after the other, as in
+state logs. Stamps within messages are simulated time.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from simx_server.ros2_messages import BY_NAME
+from simx_server.simulation.part import Part
+
+from ..annotated.guesses import Guesses
+from ..annotated.imu import Imus
+from ..annotated.joint_groups import JointGroups
+from ..annotated.ranges import Ranges, Scans
+from ..content.clock import Clock
+from ..content.joint_states import JointStates
+from ..content.run import Run
+from ..content.transforms import Transforms
+from ..endpoints import Content, Context, Moment, Published
+from ..robots import Robots
+from ..wire.names import Distribution, Place
+from .bag_file import BagWriter
+
+if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
+    from simx_server.world.world import World
+
+    from ..client import Ros2Client
+
+logger = logging.getLogger(__name__)
+
+_CONTENT = (Clock, JointStates, JointGroups, Transforms, Scans, Ranges, Imus)
+
+MOST_WAITING = 5000
+"""Messages that may wait for the writing thread; of more, simulation steps are left out."""
+
+
+class Bag(Part):
+    """Writes one bag. Physics thread. Close it at the end."""
+
+    def __init__(
+        self, world: World, path: Path, *, drive: str | None = None, began: int | None = None
+    ) -> None:
+        """Start a bag.
+
+        Args:
+            drive: as the flag `--ros2-drive`.
+            ``began``: nanoseconds since 1970 at simulated time zero; None: now.
+
+        Raises:
+            OutputError: the file cannot be written, or a package is missing.
+        """
+        simulation = self._simulation = world.simulation
+        self._writer = BagWriter(path)
+        self._robots = Robots(self._list_again)
+        self._guesses = Guesses(world, drive)
+        nobody = cast("Ros2Client", None)  # published topics need none
+        context = Context(world, nobody, Place(), Distribution.NEWER, Run(nobody, simulation), self._robots)
+        self._contents: list[Content] = [content(context) for content in _CONTENT]
+        self._offers: list[Published] | None = None
+        self._last: dict[str, float] = {}
+        """Simulated nanoseconds of the last message, by topic."""
+
+        self._zero = time.time_ns() if began is None else began
+        self._before = 0
+        """Simulated nanoseconds of the runs that are over."""
+
+        self.left_out = 0
+        """Simulation steps that are not in the bag because writing could not keep up."""
+
+        simulation.attach(*self._contents, self)
+
+    def close(self) -> None:
+        """Write what waits, and end the file."""
+        for each in (*self._contents, self):
+            self._simulation.detach(each)
+        self._writer.close()
+        if not self._writer.has_failed:
+            logger.info(
+                "'%s' has %d messages; %d steps were left out, as writing could not keep up",
+                self._writer.path,
+                self._writer.written,
+                self.left_out,
+            )
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._list_again()
+
+    def run_started(self) -> None:
+        self._last.clear()
+
+    def run_stopping(self) -> None:
+        self._before += self._moment().nanoseconds
+
+    def step_finished(self) -> None:
+        if self._writer.has_failed:
+            return
+        if self._writer.waiting >= MOST_WAITING:
+            self.left_out += 1
+            return
+        if self._offers is None:
+            self._robots.guessed = self._guesses.make()
+            self._offers = [
+                offer for each in self._contents for offer in each.offers() if isinstance(offer, Published)
+            ]
+        moment = self._moment()
+        for offer in self._offers:
+            if self._is_due(offer, moment):
+                made = offer.make(moment)
+                if made is not None:
+                    payload = BY_NAME[offer.type].encode(made)  # pyright: ignore[reportArgumentType]
+                    self._writer.put(
+                        offer.topic,
+                        offer.type,
+                        offer.qos,
+                        self._zero + self._before + moment.nanoseconds,
+                        payload,
+                    )
+
+    def holds_step(self) -> bool:
+        return not self._writer.has_failed and self._writer.waiting >= MOST_WAITING
+
+    def _is_due(self, offer: Published, moment: Moment) -> bool:
+        period, last = offer.period * 1e9, self._last.get(offer.topic, -math.inf)
+        if period > 0 and last > -math.inf and moment.nanoseconds // period <= last // period:
+            return False
+        self._last[offer.topic] = moment.nanoseconds
+        return True
+
+    def _moment(self) -> Moment:
+        return Moment.of(self._simulation.step_count, self._simulation.time_step)
+
+    def _list_again(self) -> None:
+        self._offers = None
