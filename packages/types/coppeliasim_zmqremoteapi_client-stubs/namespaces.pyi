@@ -4557,46 +4557,48 @@ class SimUI:
         """Do nothing to an existing tree. Stand-in: trees are not shown."""
     def expandToDepth(self, handle: int, id: int, depth: int, suppress: bool | int | None = True, /) -> None:
         """Do nothing to an existing tree. Stand-in: trees are not shown."""
-    def addCurve(self, handle: int, id: int, kind: int, name: str, color: _Floats | None = None, style: int | None = 22401, options: Any = None, /) -> None:
-        """Add a curve to a plot. Stand-in: its points are kept and not drawn."""
+    def addCurve(self, handle: int, id: int, kind: int, name: str, color: _Floats | None = None, style: int | None = 22401, options: Mapping[Any, Any] | None = None, /) -> None:
+        """Add a curve to a plot. `kind`: a simUI.curve_type; `color`: red, green, blue, 0 to 255; `style`: a
+        simUI.curve_style. Options: `line_size` and `scatter_size` in pixels, `line_style`, `add_to_legend`;
+        points of all `scatter_shape`s are discs."""
     def addCurveTimePoints(self, handle: int, id: int, name: str, x: _Floats, y: _Floats, /) -> None:
-        """Add points to a curve. Stand-in: they are kept and not drawn."""
+        """Add points to a curve, which are joined in the order of x."""
     def addCurveXYPoints(self, handle: int, id: int, name: str, t: _Floats, x: _Floats, y: _Floats, /) -> None:
-        """Add points to a curve. Stand-in: they are kept and not drawn."""
+        """Add points to a curve, which are joined in the order of t."""
     def getCurveData(self, handle: int, id: int, name: str, /) -> tuple[list[float], list[float], list[float]]:
         """Return t, x and y of the kept points."""
     def clearCurve(self, handle: int, id: int, name: str, /) -> None:
         """Remove the points of a curve."""
     def removeCurve(self, handle: int, id: int, name: str, /) -> None:
         """Remove a curve."""
-    def replot(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setPlotRanges(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setPlotXRange(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setPlotYRange(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def growPlotRanges(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def growPlotXRange(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def growPlotYRange(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setPlotLabels(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setPlotXLabel(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setPlotYLabel(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def rescaleAxes(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def rescaleAxesAll(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setMouseOptions(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-    def setLegendVisibility(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
+    def replot(self, handle: int, id: int, /) -> None:
+        """Do nothing to an existing plot: viewers always show the newest points."""
+    def setPlotRanges(self, handle: int, id: int, xmin: _Float, xmax: _Float, ymin: _Float, ymax: _Float, /) -> None:
+        """Set the ranges of x and y that are shown."""
+    def setPlotXRange(self, handle: int, id: int, xmin: _Float, xmax: _Float, /) -> None:
+        """Set the range of x that is shown."""
+    def setPlotYRange(self, handle: int, id: int, ymin: _Float, ymax: _Float, /) -> None:
+        """Set the range of y that is shown."""
+    def growPlotRanges(self, handle: int, id: int, xmin: _Float, xmax: _Float, ymin: _Float, ymax: _Float, /) -> None:
+        """Move the limits of the ranges by these amounts."""
+    def growPlotXRange(self, handle: int, id: int, xmin: _Float, xmax: _Float, /) -> None:
+        """Move the limits of the range of x by these amounts."""
+    def growPlotYRange(self, handle: int, id: int, ymin: _Float, ymax: _Float, /) -> None:
+        """Move the limits of the range of y by these amounts."""
+    def rescaleAxes(self, handle: int, id: int, name: str, only_enlarge_x: bool | int | None = False, only_enlarge_y: bool | int | None = False, /) -> None:
+        """Set the ranges to those of a curve; a range that may only be enlarged is not reduced."""
+    def rescaleAxesAll(self, handle: int, id: int, only_enlarge_x: bool | int | None = False, only_enlarge_y: bool | int | None = False, /) -> None:
+        """Set the ranges to those of all curves; a range that may only be enlarged is not reduced."""
+    def setPlotLabels(self, handle: int, id: int, x: str, y: str, /) -> None:
+        """Set the labels of both axes."""
+    def setPlotXLabel(self, handle: int, id: int, label: str, /) -> None:
+        """Set the label of the axis of x."""
+    def setPlotYLabel(self, handle: int, id: int, label: str, /) -> None:
+        """Set the label of the axis of y."""
+    def setLegendVisibility(self, handle: int, id: int, visible: bool | int, /) -> None:
+        """Set whether the names of the curves are shown; they are not at first."""
+    def setMouseOptions(self, handle: int, id: int, pan_x: bool | int, pan_y: bool | int, zoom_x: bool | int, zoom_y: bool | int, /) -> None:
+        """Do nothing to an existing plot. Stand-in: the mouse does not move plots."""
     def setImageData(self, handle: int, id: int, /, *values: Any) -> None:
         """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
     def svgLoadFile(self, handle: int, id: int, /, *values: Any) -> None:

@@ -8,6 +8,8 @@ from typing import Any
 
 from simx_server.errors import CommandError
 
+from .plot import Plot
+
 MAX_TEXT = 100_000
 """Most characters of a text; longer ones are cut."""
 
@@ -24,11 +26,10 @@ NUMERIC = ("slider", "spinbox", "progressbar", "combobox", "checkbox", "radiobut
 TEXTS = ("label", "edit", "text-browser", "button", "checkbox", "radiobutton")
 """Kinds with a text that programs can set."""
 
-SHOWN = (*CONTAINERS, *NUMERIC, *TEXTS, "table")
+SHOWN = (*CONTAINERS, *NUMERIC, *TEXTS, "table", "plot")
 """Kinds that the web viewer shows."""
 
 KEPT = (
-    "plot",
     "tree",
     "image",
     "scene3d",
@@ -136,4 +137,10 @@ class Widget:
             "enabled": self.is_usable and not self.is_read_only,
             "visible": is_visible,
             "rows": self.kept.get("rows", []) if self.kind == "table" else [],
+            **({"plot": self.plot.view()} if self.kind == "plot" else {}),
         }
+
+    @property
+    def plot(self) -> Plot:
+        """Return the content of a plot."""
+        return self.kept.setdefault("plot", Plot())

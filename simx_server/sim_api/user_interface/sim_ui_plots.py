@@ -1,29 +1,24 @@
-"""Plots, images and other widgets of ``simUI`` that are not shown. The points of curves are kept for the script."""
+"""Plots of ``simUI``, and its images and other widgets that are not shown."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 from simx_server.errors import CommandError, Unsupported
+from simx_server.parts.user_interface.plot import MAX_CURVES, Curve, Plot
+from simx_server.parts.user_interface.widgets import MAX_TEXT
 from simx_server.scripting.interpreter import Constant
 
 from .sim_ui import UiPart
-
-MAX_POINTS = 10_000
-"""Most points of a curve that are kept; the oldest are dropped first."""
-
-MAX_CURVES = 100
 
 _SHAPES = (
     *("none", "dot", "cross", "plus", "circle", "disc", "square", "diamond", "star", "triangle"),
     *("triangle_inverted", "cross_square", "plus_square", "cross_circle", "plus_circle", "peace"),
 )
 _STYLES = ("scatter", "line", "line_and_scatter", "step_left", "step_center", "step_right", "impulse")
-
-_Curve = list[list[float]]
-"""The values t (empty in a time curve), x and y."""
 
 
 def _numbered(first: int, *names: str) -> dict[str, int]:
@@ -38,6 +33,9 @@ _ENUMS: dict[str, dict[str, int]] = {
     "mouse": _numbered(20400, "left_button_down", "left_button_up", "move"),
 }
 
+_LINE, _LINES = _ENUMS["curve_style"]["line"], _ENUMS["line_style"]
+_MOST_PIXELS = 50.0
+
 OLD_CONSTANTS: Mapping[str, Constant] = MappingProxyType(
     {f"customui_{enum}_{name}": number for enum, names in _ENUMS.items() for name, number in names.items()}
 )
@@ -45,15 +43,15 @@ OLD_CONSTANTS: Mapping[str, Constant] = MappingProxyType(
 
 
 class UiPlotFunctions(UiPart, effect="changes"):
-    """Plots. Nothing is drawn: graphs of the scene are drawn by the web viewer."""
+    """Plots, which the web viewer draws. A plot without ranges shows all its points."""
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = MappingProxyType({**_ENUMS})
 
-    def _curves(self, handle: int, id: int) -> dict[str, _Curve]:
-        return self._widget(handle, id, "plot").kept.setdefault("curves", {})
+    def _plot(self, handle: int, id: int) -> Plot:
+        return self._widget(handle, id, "plot").plot
 
-    def _curve(self, handle: int, id: int, name: str) -> _Curve:
-        curves = self._curves(handle, id)
+    def _curve(self, handle: int, id: int, name: str) -> Curve:
+        curves = self._plot(handle, id).curves
         if name not in curves:
             known = ", ".join(curves) or "none"
             raise CommandError(f"plot {id} has no curve '{name[:80]}'; it has: {known[:1000]}")
@@ -63,51 +61,132 @@ class UiPlotFunctions(UiPart, effect="changes"):
         self,
         handle: int,
         id: int,
-        _kind: int,
+        kind: int,
         name: str,
-        _color: list[float] | None = None,
-        _style: int = 22401,
-        _options: Any = None,
+        color: list[float] | None = None,
+        style: int = _LINE,
+        options: dict[str, Any] | None = None,
     ) -> None:
-        """Add a curve to a plot. Stand-in: its points are kept and not drawn."""
-        curves = self._curves(handle, id)
+        """Add a curve to a plot. `kind`: a simUI.curve_type; `color`: red, green, blue, 0 to 255; `style`: a
+        simUI.curve_style. Options: `line_size` and `scatter_size` in pixels, `line_style`, `add_to_legend`; points of
+        all `scatter_shape`s are discs.
+        """
+        curves = self._plot(handle, id).curves
         if len(curves) >= MAX_CURVES:
             raise Unsupported(f"plot {id} has {MAX_CURVES} curves already; remove some")
-        curves[name] = [[], [], []]
+        styles = dict(zip(_ENUMS["curve_style"].values(), _STYLES, strict=True))
+        asked = options or {}
+        red, green, blue = (min(max(round(part), 0), 255) for part in [*(color or []), 0.0, 0.0, 0.0][:3])
+        curves[name] = Curve(
+            is_over_time=kind != _ENUMS["curve_type"]["xy"],
+            color=(red, green, blue),
+            style=styles.get(style, "line"),
+            line_size=_size(asked.get("line_size"), 1.0),
+            scatter_size=_size(asked.get("scatter_size"), 4.0),
+            is_dashed=asked.get("line_style") in (_LINES["dotted"], _LINES["dashed"]),
+            is_in_legend=bool(asked.get("add_to_legend", True)),
+        )
 
     def addCurveTimePoints(self, handle: int, id: int, name: str, x: list[float], y: list[float]) -> None:
-        """Add points to a curve. Stand-in: they are kept and not drawn."""
-        _add(self._curve(handle, id, name), [], x, y)
+        """Add points to a curve, which are joined in the order of x."""
+        _check(x, y)
+        self._curve(handle, id, name).add([], x, y)
 
     def addCurveXYPoints(
         self, handle: int, id: int, name: str, t: list[float], x: list[float], y: list[float]
     ) -> None:
-        """Add points to a curve. Stand-in: they are kept and not drawn."""
-        _add(self._curve(handle, id, name), t, x, y)
+        """Add points to a curve, which are joined in the order of t."""
+        _check(x, y)
+        self._curve(handle, id, name).add(t, x, y)
 
     def getCurveData(self, handle: int, id: int, name: str) -> tuple[list[float], list[float], list[float]]:
         """Return t, x and y of the kept points."""
-        t, x, y = self._curve(handle, id, name)
-        return list(t), list(x), list(y)
+        curve = self._curve(handle, id, name)
+        return list(curve.t), list(curve.x), list(curve.y)
 
     def clearCurve(self, handle: int, id: int, name: str) -> None:
         """Remove the points of a curve."""
-        for values in self._curve(handle, id, name):
-            values.clear()
+        self._curve(handle, id, name).clear()
 
     def removeCurve(self, handle: int, id: int, name: str) -> None:
         """Remove a curve."""
         self._curve(handle, id, name)
-        del self._curves(handle, id)[name]
+        del self._plot(handle, id).curves[name]
 
-    def _nothing(self, handle: int, id: int, *_values: Any) -> None:
-        """Do nothing to an existing plot. Stand-in: plots are not drawn."""
-        self._curves(handle, id)
+    def replot(self, handle: int, id: int) -> None:
+        """Do nothing to an existing plot: viewers always show the newest points."""
+        self._plot(handle, id)
 
-    replot = setPlotRanges = setPlotXRange = setPlotYRange = _nothing
-    growPlotRanges = growPlotXRange = growPlotYRange = _nothing
-    setPlotLabels = setPlotXLabel = setPlotYLabel = _nothing
-    rescaleAxes = rescaleAxesAll = setMouseOptions = setLegendVisibility = _nothing
+    def setPlotRanges(self, handle: int, id: int, xmin: float, xmax: float, ymin: float, ymax: float) -> None:
+        """Set the ranges of x and y that are shown."""
+        self.setPlotXRange(handle, id, xmin, xmax)
+        self.setPlotYRange(handle, id, ymin, ymax)
+
+    def setPlotXRange(self, handle: int, id: int, xmin: float, xmax: float) -> None:
+        """Set the range of x that is shown."""
+        self._plot(handle, id).ranges[0] = min(xmin, xmax), max(xmin, xmax)
+
+    def setPlotYRange(self, handle: int, id: int, ymin: float, ymax: float) -> None:
+        """Set the range of y that is shown."""
+        self._plot(handle, id).ranges[1] = min(ymin, ymax), max(ymin, ymax)
+
+    def growPlotRanges(
+        self, handle: int, id: int, xmin: float, xmax: float, ymin: float, ymax: float
+    ) -> None:
+        """Move the limits of the ranges by these amounts."""
+        self._grow(handle, id, 0, xmin, xmax)
+        self._grow(handle, id, 1, ymin, ymax)
+
+    def growPlotXRange(self, handle: int, id: int, xmin: float, xmax: float) -> None:
+        """Move the limits of the range of x by these amounts."""
+        self._grow(handle, id, 0, xmin, xmax)
+
+    def growPlotYRange(self, handle: int, id: int, ymin: float, ymax: float) -> None:
+        """Move the limits of the range of y by these amounts."""
+        self._grow(handle, id, 1, ymin, ymax)
+
+    def rescaleAxes(
+        self, handle: int, id: int, name: str, only_enlarge_x: bool = False, only_enlarge_y: bool = False
+    ) -> None:
+        """Set the ranges to those of a curve; a range that may only be enlarged is not reduced."""
+        self._curve(handle, id, name)
+        self._plot(handle, id).fit([name], only_enlarge=(only_enlarge_x, only_enlarge_y))
+
+    def rescaleAxesAll(
+        self, handle: int, id: int, only_enlarge_x: bool = False, only_enlarge_y: bool = False
+    ) -> None:
+        """Set the ranges to those of all curves; a range that may only be enlarged is not reduced."""
+        self._plot(handle, id).fit(None, only_enlarge=(only_enlarge_x, only_enlarge_y))
+
+    def setPlotLabels(self, handle: int, id: int, x: str, y: str) -> None:
+        """Set the labels of both axes."""
+        self._plot(handle, id).labels[:] = x[:MAX_TEXT], y[:MAX_TEXT]
+
+    def setPlotXLabel(self, handle: int, id: int, label: str) -> None:
+        """Set the label of the axis of x."""
+        self._plot(handle, id).labels[0] = label[:MAX_TEXT]
+
+    def setPlotYLabel(self, handle: int, id: int, label: str) -> None:
+        """Set the label of the axis of y."""
+        self._plot(handle, id).labels[1] = label[:MAX_TEXT]
+
+    def setLegendVisibility(self, handle: int, id: int, visible: bool) -> None:
+        """Set whether the names of the curves are shown; they are not at first."""
+        self._plot(handle, id).has_legend = visible
+
+    def setMouseOptions(
+        self, handle: int, id: int, _pan_x: bool, _pan_y: bool, _zoom_x: bool, _zoom_y: bool
+    ) -> None:
+        """Do nothing to an existing plot. Stand-in: the mouse does not move plots."""
+        self._plot(handle, id)
+
+    def _grow(self, handle: int, id: int, axis: int, low: float, high: float) -> None:
+        plot = self._plot(handle, id)
+        least, greatest = plot.ranges[axis] or plot.extent()[axis]
+        least, greatest = least + low, greatest + high
+        if not (math.isfinite(least) and math.isfinite(greatest)):
+            raise CommandError("the range of a plot is too large")
+        plot.ranges[axis] = min(least, greatest), max(least, greatest)
 
 
 class UiUnseenFunctions(UiPart, effect="changes"):
@@ -130,10 +209,11 @@ class UiUnseenFunctions(UiPart, effect="changes"):
         return ""
 
 
-def _add(curve: _Curve, *values: list[float]) -> None:
-    _, x, y = values
+def _size(given: Any, usual: float) -> float:
+    is_number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    return min(max(float(given), 0.5), _MOST_PIXELS) if is_number and given > 0 else usual
+
+
+def _check(x: list[float], y: list[float]) -> None:
     if len(x) != len(y):
         raise Unsupported(f"a curve needs as many values of x as of y, not {len(x)} and {len(y)}")
-    for kept, new in zip(curve, values, strict=True):
-        kept.extend(new)
-        del kept[:-MAX_POINTS]

@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip("viser", reason="needs the extra viewer")
 
 from typing import Any, cast
+from xml.etree import ElementTree
 
 import viser
 from browser_panels import Stage, browser
@@ -19,6 +20,7 @@ from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
 from simx_server.parts.user_interface.labels import plain_label
+from simx_server.parts.user_interface.plot import Curve, Plot
 from simx_server.parts.user_interface.xml_reading import read_window
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
@@ -26,6 +28,7 @@ from simx_server.viewer.page.panels.elements import HELD, Latest
 from simx_server.viewer.page.panels.interface import Interface
 from simx_server.viewer.page.panels.joints import Joints
 from simx_server.viewer.page.panels.objects import ROWS, Objects
+from simx_server.viewer.page.panels.plot_drawing import as_svg
 
 pytestmark = pytest.mark.slow
 
@@ -387,6 +390,40 @@ def test_window_of_a_script_is_operated_and_shows_what_the_script_sets(
     interface.click("Close")
     interface.show()
     assert not interface.all(viser.GuiSliderHandle), "hidden, as no function of the script is asked"
+
+
+def drawn(plot: Plot) -> Any:
+    """The drawing of a plot, as elements."""
+    return ElementTree.fromstring(as_svg(plot.view()))
+
+
+def test_the_plot_of_a_window_is_drawn(interface: Stage) -> None:
+    window = read_window(WINDOW)
+    (widget,) = [each for each in window.widgets.values() if each.kind == "plot"]
+    widget.plot.curves["a"] = curve = Curve(color=(255, 0, 0), line_size=2)
+    curve.add([], [0, 5, 10], [0, 4, 2])
+    interface.world.parts.user_interface.windows.add(window)
+    interface.show()
+    assert 'stroke="rgb(255,0,0)" stroke-width="2"' in interface.text()
+
+
+def test_curves_are_drawn_within_the_frame_in_their_styles() -> None:
+    curve = Curve()
+    curve.add([], [0, 5, 10, math.inf], [0, 4, 2, 1])
+    plot = Plot({"<a>": curve}, labels=["time & more", "y"], has_legend=True)
+    drawing = drawn(plot)
+    (path,) = drawing.iter("path")
+    assert path.get("d") == "M46.00 166.00L179.00 8.00L312.00 87.00"
+    assert {each.text for each in drawing.iter("text")} == {"0", "10", "4", "time & more", "y", "<a>"}
+    for style, corners in (("step_left", 7), ("step_center", 7), ("impulse", 6), ("line_and_scatter", 3)):
+        curve.style = style
+        (path,) = drawn(plot).iter("path")
+        assert len(path.get("d").replace("M", "L").split("L")[1:]) == corners, style
+    assert len(list(drawn(plot).iter("circle"))) == 3
+    curve.style = "scatter"
+    assert not list(drawn(plot).iter("path"))
+    plot.ranges[0] = (1e9, 2e9)
+    assert all(float(each.get("cx")) > -3000 for each in drawn(plot).iter("circle"))
 
 
 def test_custom_ui_is_operated_and_shows_what_its_program_sets(

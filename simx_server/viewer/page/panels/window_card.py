@@ -1,6 +1,6 @@
 """One window that a program shows, as elements of the web viewer: a custom UI, a dialog, or a window made from XML.
 
-Plots, trees, images and the like are left out: the server keeps them for the script, and sends nothing of them.
+Trees, images and the like are left out: the server keeps them for the script, and sends nothing of them.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from simx_server.parts.user_interface import ADD_ON_NAME, CUSTOM
 from simx_server.viewer.page.link import Hands
 
 from .elements import Latest, put
+from .plot_drawing import as_svg
 
 WindowView = dict[str, Any]
 """The form that `Window.view` returns, with the keys that `UserInterface.view` adds."""
@@ -90,6 +91,7 @@ class Card:
             "label": self._label,
             "text-browser": self._label,
             "table": self._label,
+            "plot": self._label,
             "button": self._button,
             "radiobutton": self._button,
             "checkbox": self._checkbox,
@@ -105,7 +107,7 @@ class Card:
         return None if maker is None else maker(widget)
 
     def _label(self, widget: _Widget) -> _Shown:
-        content = _as_table if widget["kind"] == "table" else _as_text
+        content = {"table": _as_table, "plot": _as_plot}.get(widget["kind"], _as_text)
         label = self._gui.add_html(content(widget))
         return _Shown(label, lambda each: put(label, content=content(each)))
 
@@ -238,6 +240,10 @@ def _as_table(widget: _Widget) -> str:
     return (
         f"<div style='{_TEXT};font-size:0.85em'><table style='border-collapse:collapse'>{rows}</table></div>"
     )
+
+
+def _as_plot(widget: _Widget) -> str:
+    return as_svg(widget["plot"])
 
 
 def _bytes(color: Sequence[float]) -> tuple[int, int, int]:

@@ -9,6 +9,7 @@ from scripted_world import said, scripted
 from sim_api_calls import ScriptWorld, world
 
 from simx_server.parts.user_interface import ADD_ON_NAME
+from simx_server.parts.user_interface.plot import Curve, Plot
 
 __all__ = ["world"]
 
@@ -138,6 +139,62 @@ def test_tables_are_kept_and_shown(world: ScriptWorld, ui: int) -> None:
     assert world.value(f"simUI.getRowCount({ui}, 13)") == 0
 
 
+def test_a_plot_is_shown_with_its_ranges_labels_and_styles(world: ScriptWorld, ui: int) -> None:
+    def shown() -> dict[str, Any]:
+        (view,) = [each for each in world.parts.user_interface.view()["windows"] if each["handle"] == ui]
+        (plot,) = [each["plot"] for each in view["widgets"] if each["id"] == 15]
+        return plot
+
+    assert shown() == {"x": (0, 1), "y": (0, 1), "labels": ["", ""], "legend": False, "curves": []}
+    world.lua(
+        f"""
+        simUI.addCurve({ui}, 15, simUI.curve_type.xy, 'path', {{255, 300, -1}}, simUI.curve_style.line_and_scatter,
+            {{scatter_size = 6, line_size = 2, line_style = simUI.line_style.dashed, add_to_legend = false}})
+        simUI.addCurveXYPoints({ui}, 15, 'path', {{2, 1, 3}}, {{4, 0, 8}}, {{1, 0, -1}})
+        simUI.setPlotXLabel({ui}, 15, 'metres') simUI.setPlotYLabel({ui}, 15, 'up')
+        simUI.setLegendVisibility({ui}, 15, true)
+        """
+    )
+    plot = shown()
+    assert (plot["x"], plot["y"], plot["labels"], plot["legend"]) == ((0, 8), (-1, 1), ["metres", "up"], True)
+    assert plot["curves"] == [
+        {
+            "name": "path",
+            "color": (255, 255, 0),
+            "style": "line_and_scatter",
+            "line": 2,
+            "scatter": 6,
+            "dashed": True,
+            "listed": False,
+            "points": [(0, 0), (4, 1), (8, -1)],
+        }
+    ]
+    world.lua(
+        f"""
+        simUI.setPlotRanges({ui}, 15, 0, 1, 2, -2) simUI.growPlotRanges({ui}, 15, -1, 1, 0, 1)
+        simUI.growPlotXRange({ui}, 15, 0, 1) simUI.growPlotYRange({ui}, 15, 0, 1)
+        """
+    )
+    assert (shown()["x"], shown()["y"]) == ((-1, 3), (-2, 4))
+    world.lua(f"simUI.rescaleAxes({ui}, 15, 'path', false, true)")
+    assert (shown()["x"], shown()["y"]) == ((0, 8), (-2, 4))
+    world.lua(f"simUI.setPlotXRange({ui}, 15, 3, 5) simUI.setPlotYRange({ui}, 15, 3, 5)")
+    world.lua(f"simUI.rescaleAxesAll({ui}, 15, true, false)")
+    assert (shown()["x"], shown()["y"]) == ((0, 8), (-1, 1))
+    world.fails(
+        f"simUI.setPlotXRange({ui}, 15, 0, 1e308) simUI.growPlotXRange({ui}, 15, 0, 1e308)", "too large"
+    )
+
+
+def test_a_long_curve_is_shown_by_some_of_its_points() -> None:
+    curve = Curve()
+    curve.add([], [float(x) for x in range(10_500)], [0.0] * 10_500)
+    plot = Plot({"long": curve})
+    points = plot.view()["curves"][0]["points"]
+    assert (len(points), points[0], points[-1]) == (300, (500, 0), (10_499, 0))
+    assert plot.extent()[1] == (-0.5, 0.5)
+
+
 def test_curves_keep_their_newest_points(world: ScriptWorld, ui: int) -> None:
     world.lua(
         f"""
@@ -157,7 +214,7 @@ def test_curves_keep_their_newest_points(world: ScriptWorld, ui: int) -> None:
 def test_what_is_not_shown_is_kept_and_said_once(world: ScriptWorld, ui: int) -> None:
     world.value(f"simUI.create([[{PANEL}]])")
     told = [line for line in world.parts.status_bar.messages if "kept and not shown" in line]
-    assert told == ["simUI: these widgets are kept and not shown: image, plot, tree"]
+    assert told == ["simUI: these widgets are kept and not shown: image, tree"]
     world.lua(
         f"""
         simUI.addTreeItem({ui}, 14, 1, {{'a'}}, 0, false) simUI.updateTreeItemParent({ui}, 14, 1, 0)
