@@ -4540,23 +4540,23 @@ class SimUI:
     def restoreState(self, handle: int, id: int, state: bytes | bytearray | str, /) -> None:
         """Do nothing to an existing table. Stand-in: columns have no widths."""
     def clearTree(self, handle: int, id: int, suppress: bool | int | None = True, /) -> None:
-        """Remove all items. Stand-in: trees are not shown."""
-    def addTreeItem(self, handle: int, id: int, item: int, texts: Sequence[str] | _Array, parent: int | None = 0, expanded: bool | int | None = False, /) -> None:
-        """Add an item. Stand-in: trees are not shown."""
+        """Remove all items."""
+    def addTreeItem(self, handle: int, id: int, item: int, texts: Sequence[str] | _Array, parent: int | None = 0, expanded: bool | int | None = False, suppress: bool | int | None = True, /) -> None:
+        """Add an item below another one; 0: at the top."""
     def updateTreeItemText(self, handle: int, id: int, item: int, texts: Sequence[str] | _Array, /) -> None:
-        """Do nothing to an existing item. Stand-in: trees are not shown."""
+        """Set the texts of an item."""
     def updateTreeItemParent(self, handle: int, id: int, item: int, parent: int, suppress: bool | int | None = True, /) -> None:
-        """Set the parent of an item. Stand-in: trees are not shown."""
+        """Put an item below another one; 0: at the top."""
     def removeTreeItem(self, handle: int, id: int, item: int, suppress: bool | int | None = True, /) -> None:
-        """Remove an item. Stand-in: trees are not shown."""
+        """Remove an item and all below it."""
     def setTreeSelection(self, handle: int, id: int, item: int, suppress: bool | int | None = True, /) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        """Select an item."""
     def expandAll(self, handle: int, id: int, suppress: bool | int | None = True, /) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        """Show all items."""
     def collapseAll(self, handle: int, id: int, suppress: bool | int | None = True, /) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        """Show the items at the top alone."""
     def expandToDepth(self, handle: int, id: int, depth: int, suppress: bool | int | None = True, /) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
+        """Expand the items down to a depth; 0: those at the top."""
     def addCurve(self, handle: int, id: int, kind: int, name: str, color: _Floats | None = None, style: int | None = 22401, options: Mapping[Any, Any] | None = None, /) -> None:
         """Add a curve to a plot. `kind`: a simUI.curve_type; `color`: red, green, blue, 0 to 255; `style`: a
         simUI.curve_style. Options: `line_size` and `scatter_size` in pixels, `line_style`, `add_to_legend`;
@@ -4599,8 +4599,9 @@ class SimUI:
         """Set whether the names of the curves are shown; they are not at first."""
     def setMouseOptions(self, handle: int, id: int, pan_x: bool | int, pan_y: bool | int, zoom_x: bool | int, zoom_y: bool | int, /) -> None:
         """Do nothing to an existing plot. Stand-in: the mouse does not move plots."""
-    def setImageData(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
+    def setImageData(self, handle: int, id: int, data: bytes | bytearray | str, width: int, height: int, /) -> None:
+        """Show an image: red, green, blue of each pixel, the rows from the top. Viewers get it with at most
+        320 pixels a side."""
     def svgLoadFile(self, handle: int, id: int, /, *values: Any) -> None:
         """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
     def svgLoadData(self, handle: int, id: int, /, *values: Any) -> None:

@@ -115,7 +115,7 @@ def _span(values: list[float]) -> Range:
 
 
 def _thinned(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return at most so many points as are shown, evenly chosen, with the first and the last."""
+    """Return at most `_MOST_SHOWN_POINTS` points, evenly chosen, with the first and the last."""
     count = len(points)
     if count <= _MOST_SHOWN_POINTS:
         return points

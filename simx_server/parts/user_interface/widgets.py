@@ -9,6 +9,7 @@ from typing import Any
 from simx_server.errors import CommandError
 
 from .plot import Plot
+from .tree import Tree
 
 MAX_TEXT = 100_000
 """Most characters of a text; longer ones are cut."""
@@ -26,12 +27,10 @@ NUMERIC = ("slider", "spinbox", "progressbar", "combobox", "checkbox", "radiobut
 TEXTS = ("label", "edit", "text-browser", "button", "checkbox", "radiobutton")
 """Kinds with a text that programs can set."""
 
-SHOWN = (*CONTAINERS, *NUMERIC, *TEXTS, "table", "plot")
+SHOWN = (*CONTAINERS, *NUMERIC, *TEXTS, "table", "plot", "tree", "image")
 """Kinds that the web viewer shows."""
 
 KEPT = (
-    "tree",
-    "image",
     "scene3d",
     "properties",
     "svg",
@@ -138,7 +137,14 @@ class Widget:
             "visible": is_visible,
             "rows": self.kept.get("rows", []) if self.kind == "table" else [],
             **({"plot": self.plot.view()} if self.kind == "plot" else {}),
+            **({"tree": self.tree.view()} if self.kind == "tree" else {}),
+            **({"png": self.kept.get("png", "")} if self.kind == "image" else {}),
         }
+
+    @property
+    def tree(self) -> Tree:
+        """Return the content of a tree."""
+        return self.kept.setdefault("tree", Tree())
 
     @property
     def plot(self) -> Plot:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .sim_ui import UiWindowFunctions
 from .sim_ui_dialogs import UiDialogFunctions
-from .sim_ui_plots import UiPlotFunctions, UiUnseenFunctions
+from .sim_ui_plots import UiImageFunctions, UiPlotFunctions, UiUnseenFunctions
 from .sim_ui_tables import UiTableFunctions, UiTreeFunctions
 from .sim_ui_values import UiComboboxFunctions, UiValueFunctions
 
@@ -16,6 +16,7 @@ class SimUi(
     UiTableFunctions,
     UiTreeFunctions,
     UiPlotFunctions,
+    UiImageFunctions,
     UiUnseenFunctions,
     UiDialogFunctions,
 ):

@@ -1,11 +1,15 @@
-"""Plots of ``simUI``, and its images and other widgets that are not shown."""
+"""Plots and images of ``simUI``, and its widgets that are not shown."""
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
+
+import cv2
+import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.user_interface.plot import MAX_CURVES, Curve, Plot
@@ -35,6 +39,10 @@ _ENUMS: dict[str, dict[str, int]] = {
 
 _LINE, _LINES = _ENUMS["curve_style"]["line"], _ENUMS["line_style"]
 _MOST_PIXELS = 50.0
+
+_WIDEST, _SHOWN = 4096, 320
+"""Most pixels a side of an image, and of the image that viewers get."""
+_FAST = (cv2.IMWRITE_PNG_COMPRESSION, 1)
 
 OLD_CONSTANTS: Mapping[str, Constant] = MappingProxyType(
     {f"customui_{enum}_{name}": number for enum, names in _ENUMS.items() for name, number in names.items()}
@@ -189,14 +197,35 @@ class UiPlotFunctions(UiPart, effect="changes"):
         plot.ranges[axis] = min(least, greatest), max(least, greatest)
 
 
+class UiImageFunctions(UiPart, effect="changes"):
+    """Images of windows, which the web viewer shows."""
+
+    def setImageData(self, handle: int, id: int, data: bytes, width: int, height: int) -> None:
+        """Show an image: red, green, blue of each pixel, the rows from the top. Viewers get it with at most 320 pixels
+        a side.
+        """
+        widget = self._widget(handle, id, "image")
+        if not (0 < width <= _WIDEST and 0 < height <= _WIDEST):
+            raise CommandError(f"an image has 1 to {_WIDEST} pixels a side, not {width} x {height}")
+        if len(data) != 3 * width * height:
+            raise CommandError(f"{width} x {height} pixels have {3 * width * height} bytes, not {len(data)}")
+        pixels = np.frombuffer(data, np.uint8).reshape(height, width, 3)
+        shrink = max(width, height) / _SHOWN
+        if shrink > 1:
+            size = max(1, round(width / shrink)), max(1, round(height / shrink))
+            pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
+        _, png = cv2.imencode(".png", cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR), _FAST)
+        widget.kept["png"] = base64.b64encode(png.tobytes()).decode()
+
+
 class UiUnseenFunctions(UiPart, effect="changes"):
-    """Widgets that are not shown: images, properties, 3D scenes, web pages."""
+    """Widgets that are not shown: properties, 3D scenes, web pages, vector graphics."""
 
     def _unseen(self, handle: int, id: int, *_values: Any) -> None:
         """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
         self._widget(handle, id)
 
-    setImageData = svgLoadFile = svgLoadData = setUrl = setItemImage = setItems = _unseen
+    svgLoadFile = svgLoadData = setUrl = setItemImage = setItems = _unseen
     setProperties = setPropertiesRows = setPropertiesSelection = _unseen
     setPropertiesContextMenu = setPropertiesState = _unseen
     addScene3DNode = removeScene3DNode = setScene3DNodeEnabled = setScene3DNodeParam = _unseen

@@ -1,8 +1,9 @@
-"""Tables and trees of ``simUI``. The web viewer shows tables, without a way to edit them; trees are only kept."""
+"""Tables and trees of ``simUI``. The web viewer shows them, without a way to edit them."""
 
 from __future__ import annotations
 
 from simx_server.errors import Unsupported
+from simx_server.parts.user_interface.tree import Item, Tree
 from simx_server.parts.user_interface.widgets import MAX_TEXT, Widget
 
 from .sim_ui import UiPart
@@ -135,58 +136,70 @@ class UiTableFunctions(UiPart, effect="changes"):
 
 
 class UiTreeFunctions(UiPart, effect="changes"):
-    """Trees. Their items are kept and not shown."""
+    """Trees. The web viewer shows the items that are expanded; its user does not select or expand items."""
 
-    def _items(self, handle: int, id: int) -> dict[int, int]:
-        """Return the parent of each item."""
-        return self._widget(handle, id, "tree").kept.setdefault("items", {})
+    def _tree(self, handle: int, id: int) -> Tree:
+        return self._widget(handle, id, "tree").tree
 
     def clearTree(self, handle: int, id: int, _suppress: bool = True) -> None:
-        """Remove all items. Stand-in: trees are not shown."""
-        self._items(handle, id).clear()
+        """Remove all items."""
+        tree = self._tree(handle, id)
+        tree.items.clear()
+        tree.selected = None
 
     def addTreeItem(
-        self, handle: int, id: int, item: int, _texts: list[str], parent: int = 0, _expanded: bool = False
+        self,
+        handle: int,
+        id: int,
+        item: int,
+        texts: list[str],
+        parent: int = 0,
+        expanded: bool = False,
+        _suppress: bool = True,
     ) -> None:
-        """Add an item. Stand-in: trees are not shown."""
-        items = self._items(handle, id)
-        if len(items) >= MAX_CELLS:
+        """Add an item below another one; 0: at the top."""
+        tree = self._tree(handle, id)
+        if len(tree.items) >= MAX_CELLS:
             raise Unsupported(f"tree {id} has {MAX_CELLS} items already; remove some")
-        items[item] = parent
+        tree.put(item, Item([text[:MAX_TEXT] for text in texts], parent, expanded))
 
-    def updateTreeItemText(self, handle: int, id: int, item: int, _texts: list[str]) -> None:
-        """Do nothing to an existing item. Stand-in: trees are not shown."""
-        _known(self._items(handle, id), item)
+    def updateTreeItemText(self, handle: int, id: int, item: int, texts: list[str]) -> None:
+        """Set the texts of an item."""
+        tree = self._tree(handle, id)
+        _known(tree, item)
+        tree.items[item].texts = [text[:MAX_TEXT] for text in texts]
 
     def updateTreeItemParent(
         self, handle: int, id: int, item: int, parent: int, _suppress: bool = True
     ) -> None:
-        """Set the parent of an item. Stand-in: trees are not shown."""
-        items = self._items(handle, id)
-        _known(items, item)
-        items[item] = parent
+        """Put an item below another one; 0: at the top."""
+        tree = self._tree(handle, id)
+        _known(tree, item)
+        tree.move(item, parent)
 
     def removeTreeItem(self, handle: int, id: int, item: int, _suppress: bool = True) -> None:
-        """Remove an item. Stand-in: trees are not shown."""
-        items = self._items(handle, id)
-        _known(items, item)
-        del items[item]
+        """Remove an item and all below it."""
+        tree = self._tree(handle, id)
+        _known(tree, item)
+        tree.remove(item)
 
-    def setTreeSelection(self, handle: int, id: int, _item: int, _suppress: bool = True) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
-        self._items(handle, id)
+    def setTreeSelection(self, handle: int, id: int, item: int, _suppress: bool = True) -> None:
+        """Select an item."""
+        tree = self._tree(handle, id)
+        _known(tree, item)
+        tree.selected = item
 
     def expandAll(self, handle: int, id: int, _suppress: bool = True) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
-        self._items(handle, id)
+        """Show all items."""
+        self._tree(handle, id).expand(None)
 
     def collapseAll(self, handle: int, id: int, _suppress: bool = True) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
-        self._items(handle, id)
+        """Show the items at the top alone."""
+        self._tree(handle, id).expand(-1)
 
-    def expandToDepth(self, handle: int, id: int, _depth: int, _suppress: bool = True) -> None:
-        """Do nothing to an existing tree. Stand-in: trees are not shown."""
-        self._items(handle, id)
+    def expandToDepth(self, handle: int, id: int, depth: int, _suppress: bool = True) -> None:
+        """Expand the items down to a depth; 0: those at the top."""
+        self._tree(handle, id).expand(depth)
 
 
 def _name(names: list[str], index: int, text: str) -> None:
@@ -195,6 +208,6 @@ def _name(names: list[str], index: int, text: str) -> None:
     names[index] = text[:MAX_TEXT]
 
 
-def _known(items: dict[int, int], item: int) -> None:
-    if item not in items:
+def _known(tree: Tree, item: int) -> None:
+    if item not in tree.items:
         raise Unsupported(f"the tree has no item {item}; add it with simUI.addTreeItem")

@@ -34,7 +34,7 @@ def support(space: str) -> dict[str, str]:
         ("sim_older", 0.8, 0.9),
         ("simIK", 0.75, 0.92),
         ("simOMPL", 0.9, 0.98),
-        ("simUI", 0.3, 0.4),
+        ("simUI", 0.6, 0.65),
         ("simVision", 0.95, 1.0),
         ("simROS2", 0.25, 0.5),
     ],

@@ -21,6 +21,7 @@ from real_world import BLOCKING, Open, handle_of
 import simx_client as v
 from simx_server.parts.user_interface.labels import plain_label
 from simx_server.parts.user_interface.plot import Curve, Plot
+from simx_server.parts.user_interface.tree import Item
 from simx_server.parts.user_interface.xml_reading import read_window
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
@@ -405,6 +406,21 @@ def test_the_plot_of_a_window_is_drawn(interface: Stage) -> None:
     interface.world.parts.user_interface.windows.add(window)
     interface.show()
     assert 'stroke="rgb(255,0,0)" stroke-width="2"' in interface.text()
+
+
+def test_trees_and_images_of_a_window_are_shown(interface: Stage) -> None:
+    window = read_window("<ui><tree id='1'/><image id='2'/></ui>")
+    window.widget(1).tree.put(5, Item(["a <b>", "second"], 0, True))
+    window.widget(1).tree.put(6, Item(["child"], 5))
+    window.widget(1).tree.selected = 6
+    interface.world.parts.user_interface.windows.add(window)
+    interface.show()
+    assert "a &lt;b&gt;" in interface.text()
+    assert "font-weight:bold><td" in interface.text()
+    assert "<img" not in interface.text()
+    window.widget(2).kept["png"] = "AAAA"
+    interface.show()
+    assert "data:image/png;base64,AAAA" in interface.text()
 
 
 def test_curves_are_drawn_within_the_frame_in_their_styles() -> None:

@@ -1,12 +1,13 @@
 """One window that a program shows, as elements of the web viewer: a custom UI, a dialog, or a window made from XML.
 
-Trees, images and the like are left out: the server keeps them for the script, and sends nothing of them.
+3D scenes, web pages and the like are left out: the server keeps them for the script, and sends nothing of them.
 """
 
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import viser
@@ -92,6 +93,8 @@ class Card:
             "text-browser": self._label,
             "table": self._label,
             "plot": self._label,
+            "tree": self._label,
+            "image": self._label,
             "button": self._button,
             "radiobutton": self._button,
             "checkbox": self._checkbox,
@@ -107,7 +110,7 @@ class Card:
         return None if maker is None else maker(widget)
 
     def _label(self, widget: _Widget) -> _Shown:
-        content = {"table": _as_table, "plot": _as_plot}.get(widget["kind"], _as_text)
+        content = _CONTENTS.get(widget["kind"], _as_text)
         label = self._gui.add_html(content(widget))
         return _Shown(label, lambda each: put(label, content=content(each)))
 
@@ -244,6 +247,33 @@ def _as_table(widget: _Widget) -> str:
 
 def _as_plot(widget: _Widget) -> str:
     return as_svg(widget["plot"])
+
+
+def _as_tree(widget: _Widget) -> str:
+    rows = "".join(
+        f"<tr{' style=font-weight:bold' if row['selected'] else ''}>"
+        + "".join(
+            f"<td style='{_CELL};padding-left:{0.5 + (row['depth'] if not column else 0):g}em'>{html.escape(text)}</td>"
+            for column, text in enumerate(row["texts"])
+        )
+        + "</tr>"
+        for row in widget["tree"]
+    )
+    return (
+        f"<div style='{_TEXT};font-size:0.85em'><table style='border-collapse:collapse'>{rows}</table></div>"
+    )
+
+
+def _as_image(widget: _Widget) -> str:
+    if not widget["png"]:
+        return ""
+    return f"<div style='{_TEXT}'><img style='max-width:100%' src='data:image/png;base64,{widget['png']}'/></div>"
+
+
+_CONTENTS: Mapping[str, Callable[[_Widget], str]] = MappingProxyType(
+    {"table": _as_table, "plot": _as_plot, "tree": _as_tree, "image": _as_image}
+)
+"""The text of a widget as HTML, where it is more than a text."""
 
 
 def _bytes(color: Sequence[float]) -> tuple[int, int, int]:

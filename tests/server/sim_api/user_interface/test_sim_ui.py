@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 from scripted_world import said, scripted
 from sim_api_calls import ScriptWorld, world
@@ -211,16 +214,59 @@ def test_curves_keep_their_newest_points(world: ScriptWorld, ui: int) -> None:
     assert world.value("sim_customui_curve_type_time == simUI.curve_type.time") is True
 
 
-def test_what_is_not_shown_is_kept_and_said_once(world: ScriptWorld, ui: int) -> None:
-    world.value(f"simUI.create([[{PANEL}]])")
+def test_what_is_not_shown_is_kept_and_said_once(world: ScriptWorld) -> None:
+    world.value("simUI.create([[<ui><scene3d id='1'/><svg id='2'/><tree id='3'/></ui>]])")
     told = [line for line in world.parts.status_bar.messages if "kept and not shown" in line]
-    assert told == ["simUI: these widgets are kept and not shown: image, tree"]
+    assert told == ["simUI: these widgets are kept and not shown: scene3d, svg"]
+
+
+def widget(world: ScriptWorld, ui: int, number: int) -> dict[str, Any]:
+    """What a viewer gets of a widget."""
+    (view,) = [each for each in world.parts.user_interface.view()["windows"] if each["handle"] == ui]
+    return next(each for each in view["widgets"] if each["id"] == number)
+
+
+def test_a_tree_shows_the_items_that_are_expanded(world: ScriptWorld, ui: int) -> None:
+    def shown() -> list[tuple[int, list[str], bool]]:
+        return [(row["depth"], row["texts"], row["selected"]) for row in widget(world, ui, 14)["tree"]]
+
     world.lua(
         f"""
-        simUI.addTreeItem({ui}, 14, 1, {{'a'}}, 0, false) simUI.updateTreeItemParent({ui}, 14, 1, 0)
-        simUI.removeTreeItem({ui}, 14, 1) simUI.clearTree({ui}, 14) simUI.setImageData({ui}, 16, 'data', 1, 1)
+        simUI.addTreeItem({ui}, 14, 1, {{'robot', 'model'}}, 0, true) simUI.addTreeItem({ui}, 14, 2, {{'arm'}}, 1)
+        simUI.addTreeItem({ui}, 14, 3, {{'hand'}}, 2) simUI.addTreeItem({ui}, 14, 4, {{'floor'}})
+        simUI.setTreeSelection({ui}, 14, 2)
         """
     )
+    assert shown() == [(0, ["robot", "model"], False), (1, ["arm"], True), (0, ["floor"], False)]
+    world.lua(f"simUI.expandAll({ui}, 14) simUI.updateTreeItemText({ui}, 14, 3, {{'gripper'}})")
+    assert [row[:2] for row in shown()][2] == (2, ["gripper"])
+    world.lua(f"simUI.collapseAll({ui}, 14)")
+    assert len(shown()) == 2
+    world.lua(f"simUI.expandToDepth({ui}, 14, 0)")
+    assert len(shown()) == 3
+    world.lua(f"simUI.updateTreeItemParent({ui}, 14, 2, 4) simUI.expandAll({ui}, 14)")
+    assert [row[0] for row in shown()] == [0, 0, 1, 2]
+    world.fails(f"simUI.updateTreeItemParent({ui}, 14, 4, 3)", "cannot be below itself")
+    world.fails(f"simUI.addTreeItem({ui}, 14, 2, {{'arm'}}, 3)", "cannot be below itself")
+    world.lua(f"simUI.removeTreeItem({ui}, 14, 2)")
+    assert [row[1] for row in shown()] == [["robot", "model"], ["floor"]]
+    world.lua(f"simUI.clearTree({ui}, 14)")
+    assert shown() == []
+
+
+def test_an_image_is_shown(world: ScriptWorld, ui: int) -> None:
+    assert widget(world, ui, 16)["png"] == ""
+    world.lua(f"simUI.setImageData({ui}, 16, string.char(255, 0, 0, 0, 0, 255), 2, 1)")
+    png = np.frombuffer(base64.b64decode(widget(world, ui, 16)["png"]), np.uint8)
+    assert cv2.imdecode(png, cv2.IMREAD_COLOR).tolist() == [[[0, 0, 255], [255, 0, 0]]]
+    world.lua(f"simUI.setImageData({ui}, 16, string.rep('abc', 640 * 20), 640, 20)")
+    png = np.frombuffer(base64.b64decode(widget(world, ui, 16)["png"]), np.uint8)
+    assert cv2.imdecode(png, cv2.IMREAD_COLOR).shape == (10, 320, 3)
+    world.fails(f"simUI.setImageData({ui}, 16, 'abc', 2, 1)", "2 x 1 pixels have 6 bytes, not 3")
+    world.fails(f"simUI.setImageData({ui}, 16, 'abc', 0, 1)", "1 to 4096 pixels a side")
+
+
+def test_an_item_that_is_not_there_is_told(world: ScriptWorld, ui: int) -> None:
     world.goes_on(f"simUI.updateTreeItemText({ui}, 14, 1, {{'b'}})", "the tree has no item 1", -1)
 
 
