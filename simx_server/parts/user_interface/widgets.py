@@ -8,8 +8,8 @@ from typing import Any
 
 from simx_server.errors import CommandError
 
-from .plot import Plot
-from .tree import Tree
+from .contents.plot import Plot
+from .contents.tree import Tree
 
 MAX_TEXT = 100_000
 """Most characters of a text; longer ones are cut."""

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
-from simx_server.parts.user_interface.plot import MAX_CURVES, Curve, Plot
+from simx_server.parts.user_interface.contents.plot import MAX_CURVES, Curve, Plot
 from simx_server.parts.user_interface.widgets import MAX_TEXT
 from simx_server.scripting.interpreter import Constant
 

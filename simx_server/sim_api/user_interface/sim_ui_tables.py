@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from simx_server.errors import Unsupported
-from simx_server.parts.user_interface.tree import Item, Tree
+from simx_server.parts.user_interface.contents.tree import Item, Tree
 from simx_server.parts.user_interface.widgets import MAX_TEXT, Widget
 
 from .sim_ui import UiPart

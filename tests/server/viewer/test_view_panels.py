@@ -19,9 +19,9 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
+from simx_server.parts.user_interface.contents.plot import Curve, Plot
+from simx_server.parts.user_interface.contents.tree import Item
 from simx_server.parts.user_interface.labels import plain_label
-from simx_server.parts.user_interface.plot import Curve, Plot
-from simx_server.parts.user_interface.tree import Item
 from simx_server.parts.user_interface.xml_reading import read_window
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
