@@ -104,6 +104,8 @@ class Phases:
         self.wants_idle = False
         """Whether a script wants to run while the simulation is stopped or paused."""
         self._scripts = scripts
+        self._handled: set[str] = set()
+        """Phases in which a main script has called the customization scripts."""
         self._guards: list[Script] = []
         """Scripts that may refuse a simulation step."""
         self._watched: tuple[Script, ...] = ()
@@ -146,6 +148,24 @@ class Phases:
         if function == ACTUATION:
             self._resume(self._scripts.called().children)
         return self._call(self._scripts.called().children, function, *values)
+
+    def handle_customizations(self, function: str, *values: Any) -> int:
+        """Call a function of all customization scripts, as a main script wishes: the phase does not call them again.
+        Return how many have it.
+        """
+        self._handled.add(function)
+        scripts = self._scripts.called().customizations
+        if function == ACTUATION:
+            self._resume(scripts)
+        return self._call(scripts, function, *values)
+
+    def handle_embedded(self, function: str, *values: Any) -> int:
+        """Call a function of all scripts but the main script, in the order of the tree; return how many have it."""
+        self._handled.add(function)
+        scripts = tuple(each for each in self._scripts.called().every if each.kind != ScriptKind.MAIN)
+        if function == ACTUATION:
+            self._resume(scripts)
+        return self._call(scripts, function, *values)
 
     def call_all(self, function: str, *values: Any) -> None:
         """Call a function of all scripts."""
@@ -190,13 +210,14 @@ class Phases:
 
     def _phase(self, function: str) -> None:
         main = self._scripts.called().main
+        self._handled.clear()
         if main:
             self._lives.call(main[0], function)
         else:
             self.handle_children(function)
-        if function == ACTUATION:
-            self._resume(self._scripts.called().customizations)
-        self.call_customizations(function)
+        if function not in self._handled and self._scripts.called().customizations:
+            self.handle_customizations(function)
+        self.outside.call(function)
 
     def stop(self) -> None:
         simulated = self._simulated()

@@ -405,6 +405,14 @@ class Scripts(Part):
         self._handles[home, kind] = handle
         self._find_more()
 
+    def handle_customizations(self, function: str, *values: Any) -> int:
+        """Call a phase of the customization scripts for a main script; return how many have it."""
+        return self._phases.handle_customizations(function, *values)
+
+    def handle_embedded(self, function: str, *values: Any) -> int:
+        """Call a phase of child and customization scripts for a main script; return how many have it."""
+        return self._phases.handle_embedded(function, *values)
+
     def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
         return self._phases.handle_children(function, *values)

@@ -3203,7 +3203,8 @@ class Sim:
         """Return 0: the scripts of the objects below were called before this one, as in V-REP's default
         order."""
     def handleEmbeddedScripts(self, call_type: int, /, *values: Any) -> int:
-        """Return 0. Partly: the server calls customization scripts, after the child scripts."""
+        """Call a phase of all child and customization scripts, in the order of the tree; return how many have
+        it. Partly: other phases than actuation and sensing are called automatically, and count as 0."""
     def handleMainScript(self) -> int:
         """Return 0: the main script is called in each simulation step."""
     def handleExtCalls(self) -> None:
@@ -3222,7 +3223,9 @@ class Sim:
         """Return 0. Partly: threads are resumed before the actuation of child scripts, and at no other
         point."""
     def handleCustomizationScripts(self, call_type: int, /, *values: Any) -> int:
-        """Return 0. Partly: the server calls customization scripts, after the child scripts."""
+        """Call a phase of all customization scripts now; return how many have it. Without this call they are
+        called after the main script. Partly: other phases than actuation and sensing are called
+        automatically, and count as 0."""
     def handleAddOnScripts(self, call_type: int, /, *values: Any) -> int:
         """Return 0: add-ons with phases do not exist."""
     def handleSandboxScript(self, call_type: int, /, *values: Any) -> int:

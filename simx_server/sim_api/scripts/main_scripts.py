@@ -2,7 +2,7 @@
 
 The server itself does this work: physics runs between actuation and sensing; sensors, collisions and distances are
 measured when they are read; threads are resumed before actuation. Only the child scripts wait for a main script to
-call them. So if a main script omits a call, the server still does the work; Boolean parameters disable parts of it.
+call them, and customization scripts are called after it. So if a main script omits a call, the server still does the work; Boolean parameters disable parts of it.
 """
 
 from __future__ import annotations
@@ -69,9 +69,14 @@ class MainScriptFunctions(ApiPart, effect="changes"):
         """Return 0: the scripts of the objects below were called before this one, as in V-REP's default order."""
         return 0
 
-    def handleEmbeddedScripts(self, _call_type: int, *_values: Any) -> int:
-        """Return 0. Partly: the server calls customization scripts, after the child scripts."""
-        return 0
+    def handleEmbeddedScripts(self, call_type: int, *values: Any) -> int:
+        """Call a phase of all child and customization scripts, in the order of the tree; return how many have it.
+
+        Partly: other phases than actuation and sensing are called automatically, and count as 0.
+        """
+        self._check_main(FAILED)
+        function = _CALLED.get(call_type)
+        return 0 if function is None else self._world.scripts.handle_embedded(function, *values)
 
     def handleMainScript(self) -> int:
         """Return 0: the main script is called in each simulation step."""
@@ -104,9 +109,15 @@ class MainScriptFunctions(ApiPart, effect="changes"):
         """Return 0. Partly: threads are resumed before the actuation of child scripts, and at no other point."""
         return 0
 
-    def handleCustomizationScripts(self, _call_type: int, *_values: Any) -> int:
-        """Return 0. Partly: the server calls customization scripts, after the child scripts."""
-        return 0
+    def handleCustomizationScripts(self, call_type: int, *values: Any) -> int:
+        """Call a phase of all customization scripts now; return how many have it. Without this call they are called
+        after the main script.
+
+        Partly: other phases than actuation and sensing are called automatically, and count as 0.
+        """
+        self._check_main(FAILED)
+        function = _CALLED.get(call_type)
+        return 0 if function is None else self._world.scripts.handle_customizations(function, *values)
 
     def handleAddOnScripts(self, _call_type: int, *_values: Any) -> int:
         """Return 0: add-ons with phases do not exist."""

@@ -168,6 +168,29 @@ def test_an_object_may_have_a_child_and_a_customization_script_from_files(tmp_pa
     assert said(world) == ["main"]
 
 
+def test_main_script_calls_customization_scripts_where_it_wants() -> None:
+    phases = "function sysCall_{0}(x) print('{1} ' .. (x or 'no value')) end "
+    main = """
+    function sysCall_actuation()
+        print(sim.handleCustomizationScripts(sim.syscb_actuation, 7), sim.handleChildScripts(sim.syscb_actuation))
+        print(sim.handleCustomizationScripts(sim.syscb_cleanup))
+    end
+    function sysCall_sensing() print(sim.handleEmbeddedScripts(sim.syscb_sensing)) end
+    """
+    world = scripted(
+        {
+            "lua:main": main,
+            "lua:customization:base": phases.format("actuation", "custom acts")
+            + phases.format("sensing", "custom senses"),
+            "lua:leaf": phases.format("actuation", "leaf acts") + phases.format("sensing", "leaf senses"),
+            "lua:plain": phases.format("sensing", "plain senses"),
+        }
+    )
+    world.run(1)
+    sensed = ["leaf senses no value", "custom senses no value", "plain senses no value"]
+    assert said(world) == ["custom acts 7", "leaf acts no value", "1, 1", "0", *sensed, "3"]
+
+
 def test_main_script_calls_the_child_scripts_when_it_wants() -> None:
     world = scripted(
         {

@@ -258,10 +258,10 @@ def test_an_image_is_shown(world: ScriptWorld, ui: int) -> None:
     assert widget(world, ui, 16)["png"] == ""
     world.lua(f"simUI.setImageData({ui}, 16, string.char(255, 0, 0, 0, 0, 255), 2, 1)")
     png = np.frombuffer(base64.b64decode(widget(world, ui, 16)["png"]), np.uint8)
-    assert cv2.imdecode(png, cv2.IMREAD_COLOR).tolist() == [[[0, 0, 255], [255, 0, 0]]]
+    assert np.asarray(cv2.imdecode(png, cv2.IMREAD_COLOR)).tolist() == [[[0, 0, 255], [255, 0, 0]]]
     world.lua(f"simUI.setImageData({ui}, 16, string.rep('abc', 640 * 20), 640, 20)")
     png = np.frombuffer(base64.b64decode(widget(world, ui, 16)["png"]), np.uint8)
-    assert cv2.imdecode(png, cv2.IMREAD_COLOR).shape == (10, 320, 3)
+    assert np.asarray(cv2.imdecode(png, cv2.IMREAD_COLOR)).shape == (10, 320, 3)
     world.fails(f"simUI.setImageData({ui}, 16, 'abc', 2, 1)", "2 x 1 pixels have 6 bytes, not 3")
     world.fails(f"simUI.setImageData({ui}, 16, 'abc', 0, 1)", "1 to 4096 pixels a side")
 
