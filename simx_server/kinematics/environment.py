@@ -67,8 +67,6 @@ class EnvironmentGroup:
     name: str
     how: Calculation = _START
     elements: dict[int, Element] = field(default_factory=dict[int, Element])
-    off: set[int] = field(default_factory=set[int])
-    """Numbers of the elements that do not count."""
     flags: GroupFlag = GroupFlag.ENABLED | GroupFlag.IGNORE_MAX_STEPS
     solution: Solution | None = None
     """The result of the last handling."""
@@ -76,7 +74,7 @@ class EnvironmentGroup:
     @property
     def counting(self) -> list[Element]:
         """Return the elements that are enabled."""
-        return [element for number, element in self.elements.items() if number not in self.off]
+        return [element for element in self.elements.values() if element.enabled]
 
 
 class Environment:
@@ -213,6 +211,10 @@ class Environment:
         """
         if element.tip in self.own:
             self.own.chain(element, self._takes_part)
+        elif element.axes in self.own:
+            raise CommandError(
+                "the constraints of an element of the scene are relative to an object of the scene"
+            )
         else:
             make_arms(self._sim, [element], self._takes_part)
 

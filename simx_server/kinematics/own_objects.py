@@ -173,7 +173,8 @@ class OwnObjects:
         """
         chains = [self.chain(element, takes_part) for element in elements]
         handles = tuple(dict.fromkeys(handle for chain in chains for handle in chain))
-        needed = {handle for element in elements for handle in self.above(element.tip)}
+        ends = (end for element in elements for end in (element.tip, element.axes))
+        needed = {handle for end in ends for handle in self.above(end)}
         model = self._model(sorted(needed, key=lambda each: len(self.above(each))))
         ids = [model.joint(str(handle)).id for handle in handles]
         turns = [self._objects[handle].joint == OwnJoint.REVOLUTE for handle in handles]
@@ -194,7 +195,7 @@ class OwnObjects:
                 int(model.body(str(element.tip)).id),
                 IDENTITY,
                 np.array([handle in chain for handle in handles], dtype=bool),
-                *self._base(model, element.base),
+                *self._base(model, element.base if element.axes == WORLD else element.axes),
             )
             for element, chain in zip(elements, chains, strict=True)
         ]

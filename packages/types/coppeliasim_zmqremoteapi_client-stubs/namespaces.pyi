@@ -3776,13 +3776,13 @@ class SimIK:
         """Add an element for a tip whose target simIK.setTargetDummy has set; return its number. Its base is
         the world, its constraints are those of a pose."""
     def setElementBase(self, environment: int, group: int, element: int, base: int, constraints_base: int | None = -1, /) -> None:
-        """Set the base of an element: the joints above it do not move; -1: the world. Partly: the constraints
-        apply along the axes of the base; another base for them is ignored."""
+        """Set the base of an element: the joints above it do not move; -1: the world. `constraints_base`: the
+        object along whose axes coordinates count; -1: the base."""
     def setIkElementBase(self, environment: int, group: int, element: int, base: int, constraints_base: int | None = -1, /) -> None:
-        """Set the base of an element: the joints above it do not move; -1: the world. Partly: the constraints
-        apply along the axes of the base; another base for them is ignored."""
+        """Set the base of an element: the joints above it do not move; -1: the world. `constraints_base`: the
+        object along whose axes coordinates count; -1: the base."""
     def getElementBase(self, environment: int, group: int, element: int, /) -> tuple[int, int]:
-        """Return the base and the base of the constraints, which is the same."""
+        """Return the base, and the base of the constraints."""
     def setElementFlags(self, environment: int, group: int, element: int, flags: int, /) -> None:
         """Set bit 0: an element is enabled; one that is not does not count in its group."""
     def setIkElementFlags(self, environment: int, group: int, element: int, flags: int, /) -> None:

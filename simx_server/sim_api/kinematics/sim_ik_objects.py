@@ -118,39 +118,32 @@ class IkObjectFunctions(IkEnvironmentFunctions, effect="changes"):
     def setElementBase(
         self, environment: int, group: int, element: int, base: int, constraints_base: int = _WORLD
     ) -> None:
-        """Set the base of an element: the joints above it do not move; -1: the world.
-
-        Partly: the constraints apply along the axes of the base; another base for them is ignored.
+        """Set the base of an element: the joints above it do not move; -1: the world. `constraints_base`: the object
+        along whose axes coordinates count; -1: the base.
         """
-        if constraints_base not in (_WORLD, base):
-            self._say_once(
-                "simIK: the base of an element's constraints is the element's own base; another is ignored"
-            )
-        changed = replace(self._element(environment, group, element), base=base)
-        self._environment(environment).check(changed)
-        self._change(environment, group, element, base=base)
+        chosen = self._environment(environment)
+        if constraints_base != _WORLD:
+            chosen.pose(constraints_base)
+        changed = replace(self._element(environment, group, element), base=base, axes=constraints_base)
+        chosen.check(changed)
+        self._change(environment, group, element, base=base, axes=constraints_base)
 
     setIkElementBase = setElementBase
 
     def getElementBase(self, environment: int, group: int, element: int) -> tuple[int, int]:
-        """Return the base and the base of the constraints, which is the same."""
-        base = self._element(environment, group, element).base
-        return base, base
+        """Return the base, and the base of the constraints."""
+        found = self._element(environment, group, element)
+        return found.base, found.base if found.axes == _WORLD else found.axes
 
     def setElementFlags(self, environment: int, group: int, element: int, flags: int) -> None:
         """Set bit 0: an element is enabled; one that is not does not count in its group."""
-        number, chosen = self._number(environment, group, element), self._group(environment, group)
-        if flags & _ENABLED:
-            chosen.off.discard(number)
-        else:
-            chosen.off.add(number)
+        self._change(environment, group, element, enabled=bool(flags & _ENABLED))
 
     setIkElementFlags = setElementFlags
 
     def getElementFlags(self, environment: int, group: int, element: int) -> int:
         """Return 1 if an element is enabled, else 0."""
-        number = self._number(environment, group, element)
-        return 0 if number in self._group(environment, group).off else _ENABLED
+        return _ENABLED if self._element(environment, group, element).enabled else 0
 
     getIkElementFlags = getElementFlags
 

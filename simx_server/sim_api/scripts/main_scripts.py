@@ -2,7 +2,8 @@
 
 The server itself does this work: physics runs between actuation and sensing; sensors, collisions and distances are
 measured when they are read; threads are resumed before actuation. Only the child scripts wait for a main script to
-call them, and customization scripts are called after it. So if a main script omits a call, the server still does the work; Boolean parameters disable parts of it.
+call them, and customization scripts are called after it. So if a main script omits a call, the server still does the
+work; Boolean parameters disable parts of it.
 """
 
 from __future__ import annotations

@@ -82,6 +82,23 @@ return both, flags, simIK.handleGroup(env, group), simIK.getObjectPose(env, tip)
     world.fails(TWO_LINKS + off, "the elements of the group .* are all disabled")
 
 
+def test_coordinates_count_along_the_axes_of_another_object(world: ScriptWorld) -> None:
+    code = """
+local frame = simIK.createDummy(env)
+simIK.setObjectPose(env, frame, {5, 5, 5, 0, 0, math.sin(math.pi / 8), math.cos(math.pi / 8)})
+simIK.setElementBase(env, group, element, base, frame)
+simIK.setElementConstraints(env, group, element, simIK.constraint_x)
+local code = simIK.handleGroup(env, group)
+local _, axes = simIK.getElementBase(env, group, element)
+return code, axes == frame, simIK.getObjectPose(env, tip)
+"""
+    code, is_frame, place = world.lua(TWO_LINKS + code)
+    assert (code, is_frame) == (1, True)
+    gap = (place[0] - 1.4) + (place[1] - 0.6)  # along the diagonal, the frame's x axis
+    assert abs(gap) < 1e-3
+    assert abs(place[0] - 1.4) > 0.02  # the other coordinate is free
+
+
 def test_passive_joints_limits_and_slides_count(world: ScriptWorld) -> None:
     code, first, slide = world.lua(
         TWO_LINKS

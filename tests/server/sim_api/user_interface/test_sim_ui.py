@@ -221,7 +221,7 @@ def test_what_is_not_shown_is_kept_and_said_once(world: ScriptWorld) -> None:
 
 
 def widget(world: ScriptWorld, ui: int, number: int) -> dict[str, Any]:
-    """What a viewer gets of a widget."""
+    """Return the view of a widget."""
     (view,) = [each for each in world.parts.user_interface.view()["windows"] if each["handle"] == ui]
     return next(each for each in view["widgets"] if each["id"] == number)
 
