@@ -13,8 +13,8 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
-_LEAST_MASS = 1e-9
-"""Least mass in kilograms; MuJoCo cannot step a moving body without mass."""
+_LEAST_MASS, _GREATEST_MASS = 1e-9, 1e30
+"""Masses in kilograms; MuJoCo cannot step a moving body without mass."""
 
 
 def is_static(sim: Simulation, handle: int) -> bool:
@@ -83,6 +83,8 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
     model = sim.model
     if mass < _LEAST_MASS or model.body_mass[body] <= 0.0:
         raise Unsupported("a mass must be above 0 kg, and its shape must have one already")
+    if mass > _GREATEST_MASS:
+        raise Unsupported(f"a mass is at most {_GREATEST_MASS:g} kg, not {mass:g}")
     with undone_on_failure(sim):
         model.body_inertia[body] *= mass / model.body_mass[body]
         model.body_mass[body] = mass
