@@ -101,9 +101,10 @@ class SimulationFunctions(ApiPart, effect="changes"):
     def saveScene(self, file: str = "") -> int | bytes:
         """Save the scene as it is now, also while it runs; return 1, or without a file the content of one.
 
-        The file lies in the workspace; of a path that leads elsewhere only the last part counts. `.xml` means MJCF
-        with a folder of the files that it names; any other ending, and no file, mean an archive of them, which is
-        MuJoCo's `.mjz` too. sim.loadScene reads all of them.
+        The file lies in the workspace; of a path that leads elsewhere only the last part counts. `.ttt` means a file
+        of V-REP, for a scene that was read from one; `.xml` means MJCF with a folder of the files that it names; any
+        other ending, and no file, mean an archive of them, which is MuJoCo's `.mjz` too. sim.loadScene reads all of
+        them.
         """
         if not file:
             return saving.scene_content(self._world).data

@@ -12,6 +12,7 @@ speed       (one float) times real time, or infinity
 past        step, known model, known arrays             buffer: `Past`, the world after a step of this run
 sensing                                                 buffer: `Sensing`, readings of sensors as lines
 files                                                   buffer: `Files`, names of shipped scenes and models
+save        (one string) file in the workspace, or ''   buffer: `Saved`; the scene is saved there, or sent
 ==========  ==========================================  ===========================================================
 
 `simx_client.protocol.add_ons.past` has the functions for past steps that other programs use as well.
@@ -36,6 +37,7 @@ from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
+from simx_server.handlers import saving
 from simx_server.history import History
 from simx_server.history.going_on import go_on
 from simx_server.joints.parameters import CONTROL_MODE
@@ -57,6 +59,7 @@ from .messages import (
     OWN_NAME,
     PAST,
     READS,
+    SAVE,
     SENSING,
     SPEED,
     SURVEY,
@@ -64,6 +67,7 @@ from .messages import (
     JointView,
     Look,
     Past,
+    Saved,
     SceneItem,
     Signals,
     StreamView,
@@ -129,6 +133,7 @@ class Feed(Part):
                 PAST: (3, 0, self._past),
                 SENSING: (0, 0, lambda: sensing(self._world)),
                 FILES: (0, 0, shipped_files),
+                SAVE: (0, 0, self._save),
                 KEEP: (1, 0, self._keep_past),
                 KEPT: (0, 0, self._kept),
                 STEP: (1, 0, self._past_step),
@@ -148,6 +153,8 @@ class Feed(Part):
         """Call a function of the add-on. Raises CommandError: unknown function, wrong count of numbers, or refused."""
         if session := self._service.clients.sessions.get(self._service.executor.client):
             session.look_on()
+        if function == SAVE:
+            return [], [], [], msgpack.packb(self._save(*strings[:1]))
         answer = self._functions.find(function, ints, floats)(*ints, *floats)
         return [], [], [], b"" if answer is None else msgpack.packb(answer)
 
@@ -395,6 +402,12 @@ class Feed(Part):
 
     def run_stopped(self) -> None:
         self._pausing_at = None
+
+    def _save(self, file: str = "") -> Saved:
+        if not file:
+            return {"file": "", "content": saving.scene_content(self._world).data}
+        saving.save_scene(self._world, file)
+        return {"file": saving.saved_name(self._world, file), "content": b""}
 
     def _set_speed(self, speed: float) -> None:
         pace = self._world.parameters.pace

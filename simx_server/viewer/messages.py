@@ -11,7 +11,7 @@ from simx_client.protocol.add_ons.past import KEEP, KEPT, STEP, Kept, PastStep, 
 from simx_client.protocol.reports import Metrics
 
 LOOK, SURVEY, ONE_STEP, SPEED = "look", "survey", "onePass", "speed"
-PAST, SENSING, FILES = "past", "sensing", "files"
+PAST, SENSING, FILES, SAVE = "past", "sensing", "files", "save"
 READS = frozenset({LOOK, SURVEY, PAST, SENSING, FILES, KEEP, KEPT, STEP})
 """Functions that change nothing in the simulation."""
 
@@ -91,6 +91,13 @@ class Files(TypedDict):
 
     scenes: list[str]
     models: list[str]
+
+
+class Saved(TypedDict):
+    file: str
+    """The file in the workspace; empty where none was named."""
+    content: bytes
+    """The scene as MuJoCo's archive, where no file was named."""
 
 
 class SceneItem(TypedDict):

@@ -364,7 +364,7 @@ def test_a_screenshot_is_saved_a_plot_as_a_table_and_a_shipped_scene_opened(
     download.value.save_as(tmp_path / "plot.csv")
     assert (tmp_path / "plot.csv").read_text().startswith("t / s,")
     place.tab("Objects")
-    place.page.get_by_text("Open a scene or model").click()
+    place.page.get_by_text("Open or save a scene").click()
     place.button("Open scene").wait_for()
     place.page.locator("input[role=combobox]:visible").first.click()
     place.page.get_by_role("option", name="cart_pole").click()

@@ -21,13 +21,15 @@ from real_world import BLOCKING, RealWorld, handle_of
 
 import simx_client as v
 from simx_client import Client
+from simx_client.errors import SimxError
 from simx_server.recording import state
+from simx_server.scene.formats.archives.archive import is_archive, is_archive_file
 from simx_server.sensors.vision.content import Content
 from simx_server.viewer.messages import ADD_ON, FILES, SENSING
 from simx_server.viewer.page.mirror import Mirror
 from simx_server.viewer.page.panels.scripts import Scripts, scripts_as_html
 from simx_server.viewer.page.tools import shots
-from simx_server.viewer.page.tools.files import Files, load
+from simx_server.viewer.page.tools.files import Files, load, save, send
 from simx_server.viewer.page.tools.gizmo import Gizmo
 from simx_server.viewer.page.tools.plot import MOST_CURVES, Curve, Plot
 from simx_server.viewer.page.tools.sensors import LONGEST_ARROW, Sensors, arrows
@@ -353,6 +355,22 @@ def test_shipped_and_own_scenes_are_opened_and_models_added(bench: Bench, tmp_pa
     bench.set(models, bench.answer(FILES)["models"][0])
     bench.click("Add model")
     assert len(bench.world.simulation.scene.objects) > count
+
+
+def test_the_scene_is_saved_in_the_workspace_and_downloaded(bench: Bench, tmp_path: Path) -> None:
+    bench.panel = Files(bench.gui, bench.hands)
+    bench.show()
+    bench.set(bench.labelled(viser.GuiTextHandle, "File"), "kept/here.mjz")
+    bench.click("Save scene")
+    assert is_archive_file(tmp_path / "kept" / "here.mjz")
+    browser = Looker()
+    send(Client.of(bench.client), cast(Any, browser), "bench")
+    ((name, content),) = browser.files.items()
+    assert (name, is_archive(content)) == ("bench.mjz", True)
+    with pytest.raises(ValueError, match="no file is named"):
+        save(Client.of(bench.client), "")
+    with pytest.raises(SimxError, match="does not write"):
+        save(Client.of(bench.client), "scene.urdf")
 
 
 def test_what_may_not_be_loaded_is_refused_with_the_reason(bench: Bench) -> None:

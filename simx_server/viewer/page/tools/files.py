@@ -1,4 +1,4 @@
-"""Open a scene, or add a model to it: shipped ones by name, others by their path in the server's workspace."""
+"""Open a scene, add a model to it: shipped ones by name, others by their path in the server's workspace. Save it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import viser
 import simx_client as simx
 from simx_client import Client
 from simx_client.protocol.add_ons.past import ADD_ON, ADD_ON_TYPE
-from simx_server.viewer.messages import FILES, Look, Survey
+from simx_server.viewer.messages import FILES, SAVE, Look, Saved, Survey
 from simx_server.viewer.messages import Files as Names
 from simx_server.viewer.page.link import Hands
 
@@ -22,7 +22,8 @@ class Files:
         self._hands = hands
         self._is_asked = False
         self._names: Names | None = None
-        with gui.add_folder("Open a scene or model", expand_by_default=False):
+        self._scene_name = "scene"
+        with gui.add_folder("Open or save a scene", expand_by_default=False):
             self._scene: viser.GuiDropdownHandle[str] = gui.add_dropdown(
                 "Scene", (_OWN,), hint="shipped scenes"
             )
@@ -38,6 +39,18 @@ class Files:
                 hint="in place of the present one; stop the simulation first",
             )
             adds = gui.add_button("Add model", icon=viser.Icon.CUBE_PLUS, hint="to the present scene")
+            saves = gui.add_button(
+                "Save scene",
+                icon=viser.Icon.DEVICE_FLOPPY,
+                hint="as the file above in the server's workspace: .mjz, .xml, or .ttt for a scene of V-REP",
+            )
+            downloads = gui.add_button(
+                "Download scene",
+                icon=viser.Icon.DOWNLOAD,
+                hint="as MuJoCo's archive, .mjz; the browser saves it",
+            )
+        saves.on_click(lambda _: self._save())
+        downloads.on_click(lambda event: self._download(event.client))
         opens.on_click(lambda _: self._open(self._scene.value, is_model=False))
         adds.on_click(lambda _: self._open(self._model.value, is_model=True))
 
@@ -46,6 +59,7 @@ class Files:
         if not self._is_asked:
             self._is_asked = True
             self._hands.do(self._ask)
+        self._scene_name = look["scene"]
         names, self._names = self._names, None
         if names is not None:
             self._scene.options = (_OWN, *names["scenes"])
@@ -62,6 +76,29 @@ class Files:
         """Load the chosen file. A thread of viser's."""
         name = self._path.value.strip() if chosen == _OWN else chosen
         self._hands.do(lambda client: load(client, name, is_model=is_model))
+
+    def _save(self) -> None:
+        """Save the scene in the workspace. A thread of viser's."""
+        name = self._path.value.strip()
+        self._hands.do(lambda client: save(client, name))
+
+    def _download(self, browser: viser.ClientHandle | None) -> None:
+        """Send the scene to a browser. A thread of viser's."""
+        if browser is not None:
+            self._hands.do(lambda client: send(client, browser, self._scene_name))
+
+
+def save(client: Client, name: str) -> None:
+    """Save the scene as a file of the workspace. Raises ValueError: no name was given; SimxError: it is refused."""
+    if not name:
+        raise ValueError("no file is named; type a path in the server's workspace, such as scene.mjz")
+    client.call(SAVE, ADD_ON, script_type=ADD_ON_TYPE, strings=[name])
+
+
+def send(client: Client, browser: viser.ClientHandle, name: str) -> None:
+    """Let a browser download the scene. Raises SimxError: it cannot be saved."""
+    answer: Saved = msgpack.unpackb(client.call(SAVE, ADD_ON, script_type=ADD_ON_TYPE, strings=[""]).buffer)
+    browser.send_file_download(f"{name}.mjz", answer["content"], save_immediately=True)
 
 
 def load(client: Client, name: str, *, is_model: bool) -> None:
