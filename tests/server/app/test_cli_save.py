@@ -6,9 +6,11 @@ from pathlib import Path
 
 import mujoco
 import pytest
+from vrep_writer import VrepWriter
 
 from simx_server.app import cli
 from simx_server.scene.formats.archives.archive import is_archive_file
+from simx_server.scene.formats.vrep.container import unpack
 
 pytestmark = pytest.mark.system
 
@@ -47,6 +49,16 @@ def test_the_only_model_is_saved_as_one(file: Path, caplog: pytest.LogCaptureFix
     file.write_text(_TEXT.replace("base=yes", "base=no"))
     assert cli.main([str(file), "--save", str(target)]) == 1
     assert "must have one model" in caplog.text
+
+
+def test_files_of_vrep_are_saved_as_such(tmp_path: Path) -> None:
+    writer = VrepWriter(25, is_model=True)
+    writer.shape("gripper", cuboid=(0.1, 0.1, 0.1), model_base=True)
+    file = tmp_path / "gripper.ttm"
+    file.write_bytes(writer.bytes())
+    target = tmp_path / "again.ttm"
+    assert cli.main([str(file), "--save", str(target)]) == 0
+    assert bytes(unpack(target.read_bytes())[1]) == bytes(unpack(file.read_bytes())[1])
 
 
 def test_other_endings_and_flags_are_refused(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,6 +21,7 @@ from simx_server.scene.formats.vrep.writing.leaves import (
     put_leaves,
 )
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList
+from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
 from simx_server.scene.poses.poses import matrix
 
 from .field import Field, Fields, NotInVrepFiles, Writing, unwritable
@@ -97,9 +98,24 @@ def _part(world: World, model: mujoco.MjModel, handle: int, geom: int) -> _Part:
 def _put_parts(records: ObjectRecords, parts: tuple[_Part, ...], writing: Writing) -> None:
     """Replace the whole geometry, with its colours and its mass."""
     world, handle = parts[0].world, parts[0].handle
+    _check_form(world, handle)
     leaves = [_leaf(part, writing) for part in parts]
     put_leaves(records.own, leaves, _mass_of(_mass(world, handle)))
     _put_looks(records, _looks(world, handle), writing)
+
+
+def _check_form(world: World, handle: int) -> None:
+    """Raise NotInVrepFiles for a shape that MJCF can have, and V-REP cannot."""
+    sim = world.simulation
+    item, model = sim.scene.objects[handle], sim.model
+    drawn = {part.geom for part in world.shape_colors.parts(handle)}
+    for geom in set(shape_looks.geoms_of(world, handle)) - drawn:
+        collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
+        if collides and model.geom_group[geom] != STAND_IN_GROUP:
+            raise NotInVrepFiles("a form for collisions beside the drawn one")
+    moves = item.element == "body" and model.body_weldid[item.body] != 0
+    if moves and model.body_mass[item.body] > 0 and shape_properties.is_static(sim, handle):
+        raise NotInVrepFiles("the mass of a static shape")
 
 
 def _leaf(part: _Part, writing: Writing) -> RecordList:

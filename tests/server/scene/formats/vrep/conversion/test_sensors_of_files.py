@@ -11,6 +11,7 @@ from conversions import conversion_of, scene_of
 from numpy.testing import assert_allclose
 
 from simx_server.scene.cameras.image import CameraView
+from simx_server.scene.formats.vrep.conversion.context import collection_name
 from simx_server.scene.formats.vrep.conversion.sensing.cameras import add_camera
 from simx_server.scene.formats.vrep.conversion.sensing.force import add_force_sensor
 from simx_server.scene.formats.vrep.conversion.sensing.inert import report_inert
@@ -135,7 +136,7 @@ def test_entity_is_an_object_a_collection_or_with_an_unknown_number_everything()
         sensor = ProximitySensor(handle=5, name="nose", volume=volume("ray"), entity=entity)
         conversion = conversion_of(body, sensor, collections=[named])
         conversion.spec.worldbody.add_site(name="body")
-        conversion.annotate("collection", conversion.collection_name(named), objects="body")
+        conversion.annotate("collection", collection_name(named), objects="body")
         scene, _ = scene_of(conversion, add_proximity, TURNED, sensor)
         note = scene.objects[scene.by_name("nose") or 0].annotations["proximity"]
         found[entity] = note.get("entity"), conversion.report.approximated
