@@ -75,12 +75,10 @@ def test_texts_are_masked_as_v_rep_does(source: str) -> None:
 def test_meshes_of_another_version_come_behind_those_of_the_file(ser: int, other: int) -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    normals = (
-        normals_of(points, faces)[:, 0] if normals_of(points, faces).ndim == 3 else normals_of(points, faces)
-    )
+    normals = normals_of(points, faces)[:, 0]
     one, two = (MeshPools(RecordList("VIN", each)) for each in (ser, other))
     for pools, scale in ((one, 1.0), (two, 2.0)):
-        pools.add(points * scale, faces, np.asarray(normals)[: len(faces)])
+        pools.add(points * scale, faces, normals)
     assert one.append(two) == {"Vev": 1, "Inv": 1, "Nov": 1, "Vvd": 1}
     data = bytes(one.records)
     (chunks,) = sections(Body(memoryview(data), ""), ["VIN"], 0, len(data))
