@@ -4,6 +4,6 @@
 * `baseline.py`: a file as it was read, in another world
 * `facts.py`: all facts of a world that such files know of
 * `field.py`: one fact: how it is read in a world, and written into records
-* `common.py`, `joints.py`, `shapes.py`, `dummies.py`, `sensors.py`, `paths.py`: the facts of all kinds of objects
+* `common.py`: the facts of all objects; `joints.py`, `shapes.py`, `dummies.py`, `sensors.py`, `paths.py`, `clouds.py`
 * `objects.py`, `scripts.py`, `registered.py`, `settings.py`: the records of a file
 """

@@ -82,6 +82,8 @@ class _Document:
 
     def __init__(self, world: World, source: VrepSource, handles: list[int], *, is_model: bool) -> None:
         self._world, self._handles, self._is_model = world, handles, is_model
+        world.clouds.show()
+        world.textures.show()
         self._facts = Facts.of(world, handles, is_model=is_model)
         self._baselines: dict[int, Baseline] = {}
         self._first = self._baseline(source)

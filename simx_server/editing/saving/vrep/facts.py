@@ -14,6 +14,7 @@ from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.saved import Saved
 
+from .clouds import CLOUDS
 from .common import COMMON
 from .dummies import DUMMIES, FORCE_SENSORS
 from .field import Fields, Handle
@@ -35,9 +36,11 @@ OF_KIND: Mapping[ObjectKind, Fields] = {
     ObjectKind.CAMERA: CAMERAS,
     ObjectKind.LIGHT: LIGHTS,
     ObjectKind.PATH: PATHS,
+    ObjectKind.OCTREE: CLOUDS,
+    ObjectKind.POINT_CLOUD: CLOUDS,
 }
 
-_ONLY_COMPARED = ("cloud", "graph", "ros2")
+_ONLY_COMPARED = ("graph", "ros2")
 """Kinds of annotations whose facts are compared, and not written."""
 
 _CLOSE = 1e-9

@@ -27,6 +27,8 @@ TAGS = {
     ObjectKind.VISION_SENSOR: "RSN",
     ObjectKind.PROXIMITY_SENSOR: "SNR",
     ObjectKind.PATH: "PAT",
+    ObjectKind.OCTREE: "OCT",
+    ObjectKind.POINT_CLOUD: "PTC",
 }
 """Kinds of new objects that are written, and their tags."""
 

@@ -4,5 +4,6 @@
 * `object_records.py`: the records of one object
 * `top_level.py`: the records of a file, and its header
 * `script_texts.py`: the masked text of a script
-* `leaves.py`: the geometry of a shape
+* `leaves.py`, `meshes.py`, `colors.py`: the geometry of a shape
+* `clouds.py`: octrees and point clouds
 """

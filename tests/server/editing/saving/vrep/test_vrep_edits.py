@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from saved_worlds import close_worlds
 from vrep_worlds import VrepWorld, changes
@@ -174,6 +175,27 @@ def test_objects_that_were_removed_copied_and_made(world: VrepWorld, tmp_path: P
     assert {"base#0", "motor#0", "wheel#0", "Mark", "Hinge"} <= again.sim.scene.by_names().keys()
 
 
+def test_octrees_and_point_clouds(world: VrepWorld, tmp_path: Path) -> None:
+    tree = world.do("createOctree", 0.1, 0, 1)
+    world.do("setObjectName", tree, "Tree")
+    world.do(
+        "insertVoxelsIntoOctree", tree, 0, [0, 0, 2, 0.5, 0.5, 2, -3, 1, 0.2], [255, 0, 0] * 3, [7, 8, 9]
+    )
+    cloud = world.do("createPointCloud", 0.02, 20, 0, 4)
+    world.do("setObjectName", cloud, "Cloud")
+    world.do("insertPointsIntoPointCloud", cloud, 0, [0, 0, 1, 0, 1, 1, 1, 1, 1, 0.25, -2, 0.5], None)
+    again = world.reloaded(tmp_path / "again.ttt")
+    for kind, name in (("voxels", "Tree"), ("points", "Cloud")):
+        before, after = (getattr(each.parts.clouds, kind)(handle(each, name)) for each in (world, again))
+        assert rows(before.places, before.colors) == rows(after.places, after.colors)
+    before, after = (each.parts.clouds.voxels(handle(each, "Tree")) for each in (world, again))
+    assert rows(before.places, before.tags[:, None]) == rows(after.places, after.tags[:, None])
+
+
+def rows(*arrays: np.ndarray) -> set[tuple[float, ...]]:
+    return {tuple(row) for row in np.hstack(arrays).astype(float).round(6).tolist()}
+
+
 def test_scripts_that_were_changed_removed_and_added(world: VrepWorld, tmp_path: Path) -> None:
     scripts = {script.kind.name: script.handle for script in world.parts.scripts.all()}
     world.do("setScriptText", scripts["CHILD"], "function sysCall_init() y = 'ä' end")
@@ -224,13 +246,13 @@ def test_a_form_that_is_not_written_makes_an_archive_and_the_log_says_why(
     save_model(world.parts, handle(world, "base"), "base.ttm")
     assert is_vrep_file(folder / "plain.ttt")
     assert is_vrep_file(folder / "base.ttm")
-    world.do("setObjectName", world.do("createOctree", 0.1, 0, 1), "Tree")
-    with pytest.raises(NotInVrepFiles, match="a new octree"):
+    world.do("setObjectName", world.do("createHeightfieldShape", 0, 0.0, 2, 2, 1.0, [0, 0, 0, 1]), "Hill")
+    with pytest.raises(NotInVrepFiles, match="the form of the shape"):
         world.saved()
     with caplog.at_level(logging.WARNING):
         save_scene(world.parts, "more.ttt")
     assert is_archive_file(folder / "more.ttt")
-    assert "cannot have a new octree: the object of 'Tree'" in caplog.text
+    assert "cannot have the form of the shape of 'Hill'" in caplog.text
 
 
 def test_other_endings_are_other_forms(world: VrepWorld) -> None:
