@@ -1,7 +1,7 @@
 """Write the scene, or a model, as a V-REP file: the file that it comes from, with what has changed since.
 
-Records that the server does not read stay byte by byte. Loaded models bring the records of their files along; shapes,
-joints, paths, dummies and sensors that programs have made get new records.
+Records that the server does not read stay byte by byte. Loaded models bring the records of their files along; objects
+that programs have made get new records.
 """
 
 from __future__ import annotations

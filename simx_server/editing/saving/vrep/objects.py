@@ -27,6 +27,8 @@ TAGS = {
     ObjectKind.VISION_SENSOR: "RSN",
     ObjectKind.PROXIMITY_SENSOR: "SNR",
     ObjectKind.PATH: "PAT",
+    ObjectKind.CAMERA: "CMA",
+    ObjectKind.LIGHT: "LGT",
     ObjectKind.OCTREE: "OCT",
     ObjectKind.POINT_CLOUD: "PTC",
 }

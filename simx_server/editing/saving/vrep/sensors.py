@@ -38,7 +38,7 @@ def _optics(world: World, handle: int) -> tuple[Any, ...]:
 def _put_optics(records: ObjectRecords, value: tuple[Any, ...], _writing: Writing) -> None:
     is_perspective, size, angle, near, far = value
     records.own.put_bits("Va3", _PERSPECTIVE, int(is_perspective))
-    records.own.put_numbers("Ccp", *(None, angle) if is_perspective else (size, None), near, far)
+    records.own.put_numbers("Ccp", size, angle, near, far)
 
 
 def _resolution(world: World, handle: int) -> tuple[int, int]:
@@ -179,7 +179,7 @@ PROXIMITY_SENSORS: Fields = {
 
 def _put_camera(records: ObjectRecords, value: tuple[Any, ...], _writing: Writing) -> None:
     is_perspective, size, angle, near, far = value
-    records.own.put_numbers("Cp3", *(None, angle) if is_perspective else (size, None))
+    records.own.put_numbers("Cp3", size, angle)
     records.own.put_numbers("Ccp", near, far)
     if records.own.has("Cpm"):
         records.own.put_numbers("Cpm", int(is_perspective))
