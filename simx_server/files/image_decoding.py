@@ -26,10 +26,21 @@ def main() -> None:
     if resource is not None:
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    read: Any = cv2.imdecode(np.frombuffer(sys.stdin.buffer.read(), np.uint8), cv2.IMREAD_UNCHANGED)
-    if read is None:
+    pixels = decode(sys.stdin.buffer.read())
+    if pixels is None:
         sys.exit(1)
-    np.save(sys.stdout.buffer, _rgba((read >> 8).astype(np.uint8) if read.dtype == np.uint16 else read))
+    np.save(sys.stdout.buffer, pixels)
+
+
+def decode(data: bytes) -> NDArray[np.uint8] | None:
+    """Return the pixels (rows, columns, 4) as RGBA, in this process; None for a damaged file."""
+    try:
+        read: Any = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        return None
+    if read is None:
+        return None
+    return _rgba((read >> 8).astype(np.uint8) if read.dtype == np.uint16 else read)
 
 
 def _rgba(found: NDArray[np.uint8]) -> NDArray[np.uint8]:

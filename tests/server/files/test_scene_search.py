@@ -180,9 +180,7 @@ def test_recording_has_shipped_parts_and_meshes_of_packages(
         (shipped / part).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(shipped_scenes() / part, shipped / part)
     made = Sources.of
-    monkeypatch.setattr(
-        Sources, "of", lambda packages=(), environment=None: replace(made(packages), shipped=shipped)
-    )
+    monkeypatch.setattr(Sources, "of", lambda packages=(), *_, **__: replace(made(packages), shipped=shipped))
     robots = place / "robots.xml"
     robots.write_text(
         "<mujoco><include file='models/pioneer_p3dx.xml'/>"

@@ -203,8 +203,9 @@ class _Painter:
             logger.warning("'%s' does not become a texture: a client has sent it", image.name)
             return None
         try:
-            pixels = decoded(self._sources.read(image))[::-1, :, :3]  # the first row lies at v = 0
-            return fitted(np.ascontiguousarray(pixels), _LARGEST_SIDE)
+            pixels = decoded(self._sources.read(image), is_trusted=self._sources.within is None)
+            # The first row lies at v = 0.
+            return fitted(np.ascontiguousarray(pixels[::-1, :, :3]), _LARGEST_SIDE)
         except (CommandError, OSError) as problem:
             logger.warning("'%s' does not become a texture: %s", image.name, problem)
             return None

@@ -67,6 +67,7 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
     """
     sources = sources.for_one_read()
     root = _parse(data, name, file, sources)
+    _drop_repeated_names(root)
     meshes = resolve_meshes(root, name, file, sources)
     repair_inertias(root)
     color_links(root)
@@ -139,6 +140,18 @@ def _parse(data: bytes, name: str, file: Path | None, sources: Sources) -> Eleme
         if element.tag.startswith("{"):  # extensions of other programs
             root.remove(element)
     return root
+
+
+def _drop_repeated_names(root: ElementTree.Element) -> None:
+    """Leave each name of a shape to the first one: MuJoCo prints a warning for every other."""
+    seen: set[str] = set()
+    for link in root.iter("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            name = shape.get("name", "")
+            if name in seen:
+                del shape.attrib["name"]
+            elif name:
+                seen.add(name)
 
 
 def _set_compiler(root: ElementTree.Element) -> None:

@@ -122,7 +122,7 @@ def refusal(name: str) -> str:
     """Return the sentence that refuses a client's xacro file."""
     return (
         f"'{name}' is a xacro file, whose expressions are programs: only the operator's own are expanded, and none "
-        f"with --check-files; expand it first, as with `xacro {name} > {name.partition('.')[0]}.urdf`"
+        f"with --check-files; expand it first, as with `xacro {name} > robot.urdf`"
     )
 
 
