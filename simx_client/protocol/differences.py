@@ -276,7 +276,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         when="changes and a stop",
     ),
     Difference(
-        "Models are V-REP's own files, MJCF, URDF, STL or OBJ;",
+        "Models are V-REP's own files, MJCF, URDF, STL, OBJ, COLLADA or PLY;",
         "the name of a missing `.ttm` file means the same stem with such an ending.",
         "tests/server/editing/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
         "simxLoadModel simxLoadScene",

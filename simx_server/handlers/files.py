@@ -151,8 +151,8 @@ def load_scene(world: World, client: ClientSession, path: str, options: int) -> 
 def load_model(world: World, client: ClientSession, path: str, options: int) -> Steps[int]:
     """Select the base too. The command works stopped and running; the stop removes models that were loaded in the run.
 
-    Differs: models are V-REP's own files, MJCF, URDF, STL or OBJ; for a missing `.ttm` file the same name with another
-    such ending is taken.
+    Differs: models are V-REP's own files, MJCF, URDF, STL, OBJ, COLLADA or PLY; for a missing `.ttm` file the same name
+    with another such ending is taken.
     """
     world.selection.handles = []
     with file_to_load(

@@ -125,7 +125,7 @@ SCENE_FILE = Meaning(
 )
 MODEL_FILE = Meaning(
     k.TEXT,
-    "`.ttm`, MJCF, URDF, STL or OBJ file; without `x.ttm` that name loads the model x",
+    "`.ttm`, MJCF, URDF, STL, OBJ, COLLADA or PLY file; without `x.ttm` that name loads the model x",
     sample="'models/robots/mobile/pioneer p3dx.ttm'",
     names="model file",
 )

@@ -105,6 +105,9 @@ def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
 _COMPILED = (".c", ".cc", ".cpp", ".cxx", ".h")
 """Endings of programs that are compiled."""
 
+_SDF = (".sdf", ".world")
+"""Endings of Gazebo's scenes, for which no maintained library of Python exists."""
+
 _START = 40
 """Characters of a file that a message shows."""
 
@@ -119,6 +122,8 @@ def _refuse_others(data: bytes, file: Path, name: str) -> None:
         problem = f"it is a Python program; run it with: simx-run {name}"
     elif suffix in _COMPILED:
         problem = "it is a program in C or C++, for V-REP's own library: simx-server --legacy-port 19997"
+    elif suffix in _SDF:
+        problem = "it is SDF, Gazebo's format, which is not read; open the robot's URDF or xacro file"
     elif suffix not in OPENED_SUFFIXES and suffix not in MESH_SUFFIXES:
         problem = f"it is no scene; files that the server opens end with {', '.join(OPENED_SUFFIXES)}"
     elif suffix in _TEXTS and not start.startswith(_MARKS):

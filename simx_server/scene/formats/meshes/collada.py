@@ -71,8 +71,10 @@ def read_collada(data: bytes, name: str, *, turns: bool) -> list[Part]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PendingDeprecationWarning)  # the library uses numpy.matrix
             return merged(_pieces(_document(data), turns, name), name)
-    except (MemoryError, RecursionError, SceneError):
+    except (MemoryError, SceneError):
         raise
+    except RecursionError:
+        raise SceneError(f"'{name}' is nested too deeply") from None
     except Exception as error:  # the library does not say what it raises for a damaged file
         text = " ".join(str(error).split())[:200]
         raise SceneError(

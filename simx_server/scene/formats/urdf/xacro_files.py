@@ -111,8 +111,10 @@ def expand(data: bytes, name: str, file: Path | None, sources: Sources) -> Expan
             library.process_doc(document, mappings=dict(sources.xacro_arguments), verbosity=0)
             text = document.documentElement.toxml()
         return Expanded(ElementTree.fromstring(text), tuple(dict.fromkeys(reading.files)))
-    except (MemoryError, RecursionError, SceneError):
+    except (MemoryError, SceneError):
         raise
+    except RecursionError:
+        raise SceneError(f"'{name}' includes itself, or is nested too deeply") from None
     except Exception as error:  # expressions may raise anything
         problem = reading.problem or _in_words(error)
         raise SceneError(f"cannot expand '{name}': {problem}") from None

@@ -155,6 +155,7 @@ def renamed(file: Path, kind: str, ending: str = ".dae") -> None:
 def test_damaged_mesh_is_left_out_where_it_is_only_seen(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
+    pytest.importorskip("collada", reason="pip install pycollada")
     file = write_arm(tmp_path, arm(visual_ending="dae"))
     renamed(file, "visual")
     _, model = load_scene(file, sources())
@@ -168,6 +169,7 @@ def test_damaged_mesh_is_left_out_where_it_is_only_seen(
 
 
 def test_damaged_mesh_that_collides_is_an_error(tmp_path: Path) -> None:
+    pytest.importorskip("collada", reason="pip install pycollada")
     file = write_arm(tmp_path, arm(collision_ending="dae"))
     renamed(file, "collision")
     with pytest.raises(SceneError, match=r"cannot read 'base_link.dae': it is no valid COLLADA"):
@@ -190,6 +192,19 @@ def test_without_the_library_a_readable_mesh_beside_the_file_is_taken(
     renamed(file, "collision", f".{ending}")
     with pytest.raises(SceneError, match=r"a library reads those: .*pip install"):
         load_scene(file, sources())
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("<robot name='r'/>", "no <link>"),
+        ("<robot><link name='a'></robot>", "no well-formed XML"),
+        ("<!DOCTYPE r [<!ENTITY a 'b'>]><robot><link name='&a;'/></robot>", "declares XML entities"),
+    ],
+)
+def test_what_is_no_robot_is_told(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(SceneError, match=told):
+        load_scene(written(tmp_path, text), sources())
 
 
 # --- joints and links -----------------------------------------------------------------------------

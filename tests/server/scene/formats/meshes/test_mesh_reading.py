@@ -129,6 +129,12 @@ def test_damaged_ply_is_told(tmp_path: Path, text: str, told: str) -> None:
         read(tmp_path, "t.ply", text)
 
 
+def test_nodes_that_contain_themselves_are_refused(tmp_path: Path) -> None:
+    text = collada().replace("<instance_geometry", '<instance_node url="#node"/><instance_geometry')
+    with pytest.raises(SceneError, match=r"t\.dae"):
+        read(tmp_path, "t.dae", text)
+
+
 def test_too_many_triangles_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parts_module, "MOST_TRIANGLES", 3)
     with pytest.raises(SceneError, match="more than 3 triangles"):

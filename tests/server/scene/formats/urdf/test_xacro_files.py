@@ -79,6 +79,20 @@ def test_xacro_is_expanded_with_packages_macros_and_yaml(file: Path) -> None:
     assert scene.by_name("joint_2") is None
 
 
+@pytest.mark.parametrize(
+    ("text", "is_xacro"),
+    [
+        ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/><link name="a"/></robot>', True),
+        ('<robot><xacro:arm/><link name="a"/></robot>', True),
+        ('<robot><link name="a"><inertial><mass value="${m}"/></inertial></link></robot>', True),
+        ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/></robot>', False),
+    ],
+)
+def test_xacro_is_recognised_without_its_ending(text: str, is_xacro: bool) -> None:
+    assert xacro_files.is_xacro(text.encode(), "robot.urdf") is is_xacro
+    assert xacro_files.is_xacro(text.encode(), "robot.xacro")
+
+
 def test_arguments_are_given(file: Path) -> None:
     scene, _ = load_scene(file, sources(arms="2"))
     assert scene.by_name("joint_2") is not None
@@ -106,6 +120,7 @@ def test_package_elsewhere_is_named_by_a_flag(file: Path, tmp_path: Path) -> Non
         ("${2 * sizes['half']}", "${1 / 0}", "division by zero"),
         ("${2 * sizes['half']}", "${().__class__}", "__class__"),
         ("</robot>", "", "cannot expand"),
+        ("$(find bot_parts)/urdf/arm.xacro", "bot.urdf.xacro", "includes itself"),
     ],
 )
 def test_error_in_xacro_is_told(file: Path, before: str, after: str, told: str) -> None:
