@@ -15,6 +15,7 @@ from simx_server.errors import CommandError
 from simx_server.files.image_files import Pixels, fitted
 from simx_server.scene.formats.meshes.naming import plain_name
 from simx_server.scene.formats.meshes.obj_materials import ObjMaterial, ObjUse, materials_used, read_materials
+from simx_server.scene.formats.meshes.parts import Part
 from simx_server.scene.formats.meshes.reading import COLORED
 
 from .script_files import file_of_server, read_image, read_mesh, read_mesh_parts
@@ -47,7 +48,7 @@ def points_of_file(
 
 
 def parts_of_file(
-    world: World, path: str, scaling: float, *, with_colors: bool, with_textures: bool
+    world: World, path: str, scaling: float, *, with_colors: bool, with_textures: bool, turns: bool = True
 ) -> tuple[list[MeshPart], str]:
     """Return the parts of a mesh file, one for each material, and a name for their textures.
 
@@ -57,7 +58,8 @@ def parts_of_file(
         CommandError, SceneError: it is not a mesh file.
     """
     if PurePosixPath(path).suffix.lower() in COLORED:
-        return _colored_parts(world, path, scaling, with_colors=with_colors, with_textures=with_textures)
+        read_parts = read_mesh_parts(world, path, turns=turns)
+        return _colored_parts(world, path, read_parts, scaling, with_colors, with_textures)
     read = read_mesh(world, path)
     points, faces = read.points * scaling, read.faces.astype(np.int64)
     # MuJoCo turns the places of OBJ files upside down, as it does with images.
@@ -86,12 +88,12 @@ def parts_of_file(
 
 
 def _colored_parts(
-    world: World, path: str, scaling: float, *, with_colors: bool, with_textures: bool
+    world: World, path: str, found: list[Part], scaling: float, with_colors: bool, with_textures: bool
 ) -> tuple[list[MeshPart], str]:
-    """Return what `parts_of_file` does, of a format with its own colours."""
+    """Return what `parts_of_file` does, of the parts of a format with its own colours."""
     parts: list[MeshPart] = []
     texture = "texture"
-    for part in read_mesh_parts(world, path):
+    for part in found:
         look, pixels = part.look, None
         if with_textures and look.image and part.coordinates is not None:
             image = plain_name(look.image)

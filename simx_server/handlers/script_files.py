@@ -63,9 +63,9 @@ def read_mesh(world: World, text: str, *, turns: bool = True) -> Triangles:
     return _read_mesh(world, text, partial(read_triangles, turns=turns))
 
 
-def read_mesh_parts(world: World, text: str) -> list[Part]:
-    """Return a mesh file of the server's side by its materials, z upwards. Raises CommandError, SceneError."""
-    return _read_mesh(world, text, partial(read_parts, turns=True))
+def read_mesh_parts(world: World, text: str, *, turns: bool = True) -> list[Part]:
+    """Return a mesh file of the server's side by its materials, as `read_mesh` does."""
+    return _read_mesh(world, text, partial(read_parts, turns=turns))
 
 
 def _read_mesh(world: World, text: str, work: Callable[[Path, str, Sources], _Read]) -> _Read:

@@ -68,7 +68,7 @@ class SimAssimp(ApiPart, effect="changes"):
     ) -> list[int]:
         """Create a static shape from each file; return them. `options`: 1 without textures, 2 without colours.
 
-        Partly: only files whose z axis points upwards; other options are ignored.
+        Partly: `up` 2 is an error; other options are ignored.
         """
         if up == _UP_Y:
             raise CommandError("shapes are imported with the z axis upwards; turn the shape afterwards")
@@ -80,6 +80,7 @@ class SimAssimp(ApiPart, effect="changes"):
                 scaling or 1.0,
                 with_colors=not options & _NO_COLORS,
                 with_textures=not options & _NO_TEXTURES,
+                turns=up == _AUTOMATIC,
             )
             handles.append(create_shape_of_parts(self._world, parts, "Shape", texture))
         return handles

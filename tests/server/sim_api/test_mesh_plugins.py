@@ -97,6 +97,15 @@ def test_shapes_are_written_and_read_again(world: ScriptWorld, tmp_path: Path) -
 def test_a_robot_is_loaded(world: ScriptWorld, tmp_path: Path) -> None:
     (tmp_path / "pendulum.urdf").write_text(ROBOT)
     world.lua("simURDF = require 'simURDF'")
-    assert world.value("simURDF.import('pendulum.urdf')") in ("pendulum", "foot")
+    name, handles = world.lua("return simURDF.import('pendulum.urdf')")
+    assert name in ("pendulum", "foot")
+    swing = world.value("sim.getObject('/swing')")
+    assert handles[0] == world.value(f"sim.getObject('/{name}')")
+    assert swing in handles
+    assert world.value(f"sim.getObjectInt32Param({swing}, sim.jointintparam_ctrl_enabled)") == 1
+    _, others = world.lua("return simURDF.import('pendulum.urdf', 64 + 256)")
+    assert world.value(f"sim.getModelProperty({others[0]}) & sim.modelproperty_not_model") != 0
+    joint = others[handles.index(swing)]
+    assert world.value(f"sim.getObjectInt32Param({joint}, sim.jointintparam_ctrl_enabled)") == 0
     assert world.value("sim.getJointType(sim.getObject('/swing'))") == 10
     world.fails("simURDF.export(1, 'a.urdf')", "models are not written as URDF")
