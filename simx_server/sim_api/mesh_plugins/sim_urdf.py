@@ -34,8 +34,8 @@ class SimUrdf(ApiPart, effect="changes"):
 def _import(
     self: SimUrdf, file: str, options: int = 0, _replacement: str | None = None
 ) -> tuple[str, list[int]]:
-    """Load a robot, select its base; return its name and the handles of its objects. `options`: 64 the base is no
-    model, 256 joints start without position control.
+    """Load a robot, select its base; return its name and the handles of its objects. `options`: 64 the base does not
+    become a model, 256 joints start without position control.
 
     Partly: other options are ignored: the robot is lifted above the floor, and shows its visual meshes. Names with
     ``package://`` are found in the workspace.

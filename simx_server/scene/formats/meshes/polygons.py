@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import io
+import logging
 from functools import cache
 from typing import Any
 
@@ -60,6 +61,7 @@ def read_polygons(data: bytes, name: str, ending: str) -> list[Part]:
         what = "a PLY file" if ending == "ply" else "an STL file as text or of very many triangles"
         raise SceneError(f"'{name}' is {what}; a library reads those: {extra_line('urdf')}")
     library: Any = importlib.import_module("trimesh")
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it logs tracebacks of damaged files
     try:
         read = library.load(io.BytesIO(data), file_type=ending, process=False, force="mesh")
         points, faces = np.asarray(read.vertices, float), np.asarray(read.faces, np.int64)

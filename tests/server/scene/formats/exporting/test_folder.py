@@ -94,7 +94,9 @@ def test_existing_files_stay_as_they_are(file: Path, tmp_path: Path) -> None:
 
 def test_other_kinds_of_files_are_refused_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "plain.xml").write_text("<mujoco/>")
-    with pytest.raises(SceneError, match=r"'plain\.xml' is not a V-REP file.*--save-mjcf"):
+    with pytest.raises(
+        SceneError, match=r"'plain\.xml' is not a V-REP file, a saved one or a URDF.*MJCF is edited as it is"
+    ):
         converted(tmp_path / "plain.xml", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

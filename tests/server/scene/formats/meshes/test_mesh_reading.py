@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +128,24 @@ def test_damaged_collada_is_told(tmp_path: Path, text: str, told: str) -> None:
 def test_damaged_ply_is_told(tmp_path: Path, text: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         read(tmp_path, "t.ply", text)
+
+
+def test_altered_files_are_read_or_refused(tmp_path: Path) -> None:
+    """No alteration of a few bytes raises anything but a SceneError, which the user can read."""
+    dice = random.Random(7)
+    words = (b"0", b"-1", b"4294967295", b"nan", b"1e308", b"", b"#node", b"\0", b"999999999", b"<a/>")
+    outcomes = {True: 0, False: 0}
+    for name, text in (("t.dae", collada(image="a.png")), ("t.ply", PLY), ("t.stl", TEXT_STL)) * 60:
+        parts = text.encode().split(b" ")
+        for _ in range(dice.randint(1, 3)):
+            parts[dice.randrange(len(parts))] = dice.choice(words)
+        try:
+            read(tmp_path, name, b" ".join(parts))
+        except SceneError:
+            outcomes[False] += 1
+        else:
+            outcomes[True] += 1
+    assert min(outcomes.values()) > 10
 
 
 def test_nodes_that_contain_themselves_are_refused(tmp_path: Path) -> None:
