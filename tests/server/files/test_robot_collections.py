@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from simx_client.protocol.cli.installing import extra_line
 from simx_server.app.scene_sources import sources_of
 from simx_server.errors import CommandError
 from simx_server.files import robot_collections
@@ -25,7 +26,7 @@ UR = "https://github.com/UniversalRobots/Universal_Robots_ROS2_Description.git"
 
 @pytest.fixture
 def menagerie(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    pytest.importorskip("mujoco_menagerie", reason="pip install mujoco-menagerie")
+    pytest.importorskip("mujoco_menagerie", reason=extra_line("robots"))
     (tmp_path / "unitree_go2").mkdir()
     for name in ("scene.xml", "go2.xml"):
         (tmp_path / "unitree_go2" / name).write_text(SCENE)
@@ -52,8 +53,8 @@ def test_names_that_the_menagerie_lacks_are_told(menagerie: Path) -> None:
 @pytest.fixture
 def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A repository on the disk in the place of one on the network."""
-    pytest.importorskip("robot_descriptions", reason="pip install robot_descriptions")
-    pytest.importorskip("xacro", reason="pip install xacro")
+    pytest.importorskip("robot_descriptions", reason=extra_line("robots"))
+    pytest.importorskip("xacro", reason=extra_line("urdf"))
     (tmp_path / "there" / "urdf").mkdir(parents=True)
     (tmp_path / "there" / "urdf" / "ur.urdf.xacro").write_text(XACRO)
     identity = ("-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "commit.gpgsign=false")

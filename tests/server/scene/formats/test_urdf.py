@@ -14,6 +14,7 @@ import pytest
 from handler_calls import World
 from urdf_robots import DIFFERENTIAL, GRIPPER, TETRAHEDRON, arm, write_arm
 
+from simx_client.protocol.cli.installing import extra_line
 from simx_server.app import cli
 from simx_server.errors import CommandError
 from simx_server.joints.state import JointMode
@@ -155,7 +156,7 @@ def renamed(file: Path, kind: str, ending: str = ".dae") -> None:
 def test_damaged_mesh_is_left_out_where_it_is_only_seen(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    pytest.importorskip("collada", reason="pip install pycollada")
+    pytest.importorskip("collada", reason=extra_line("urdf"))
     file = write_arm(tmp_path, arm(visual_ending="dae"))
     renamed(file, "visual")
     _, model = load_scene(file, sources())
@@ -169,7 +170,7 @@ def test_damaged_mesh_is_left_out_where_it_is_only_seen(
 
 
 def test_damaged_mesh_that_collides_is_an_error(tmp_path: Path) -> None:
-    pytest.importorskip("collada", reason="pip install pycollada")
+    pytest.importorskip("collada", reason=extra_line("urdf"))
     file = write_arm(tmp_path, arm(collision_ending="dae"))
     renamed(file, "collision")
     with pytest.raises(SceneError, match=r"cannot read 'base_link.dae': it is no valid COLLADA"):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from collada_files import BLUE, PLY, RED, TEXT_STL, collada
 
+from simx_client.protocol.cli.installing import extra_line
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.meshes import parts as parts_module
 from simx_server.scene.formats.meshes.naming import files_named
@@ -16,8 +17,8 @@ from simx_server.scene.formats.meshes.parts import Part, as_one
 from simx_server.scene.formats.meshes.reading import is_mujocos, read_parts
 from simx_server.scene.formats.sources import Sources
 
-pytest.importorskip("collada", reason="pip install pycollada")
-pytest.importorskip("trimesh", reason="pip install trimesh")
+pytest.importorskip("collada", reason=extra_line("urdf"))
+pytest.importorskip("trimesh", reason=extra_line("urdf"))
 
 
 def read(folder: Path, name: str, text: str | bytes, *, turns: bool = False) -> list[Part]:

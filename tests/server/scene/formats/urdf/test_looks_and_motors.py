@@ -13,12 +13,13 @@ from collada_files import BLUE, RED, collada
 from handler_calls import World
 from urdf_robots import arm, write_arm
 
+from simx_client.protocol.cli.installing import extra_line
 from simx_server.app import cli
 from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import read_urdf
 
-pytest.importorskip("collada", reason="pip install pycollada")
+pytest.importorskip("collada", reason=extra_line("urdf"))
 
 
 def sources() -> Sources:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from handler_calls import World
 
+from simx_client.protocol.cli.installing import extra_line
 from simx_server.errors import CommandError
 from simx_server.recording.scene_files import files_of
 from simx_server.scene.formats.annotations import SceneError
@@ -16,7 +17,7 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf import xacro_files
 from simx_server.scene.trial.gathering import gather
 
-pytest.importorskip("xacro", reason="pip install xacro")
+pytest.importorskip("xacro", reason=extra_line("urdf"))
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="bot">'
 
