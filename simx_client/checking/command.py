@@ -116,6 +116,7 @@ def as_record(
         "client_methods": {name: place.line for name, place in wants.client.items()},
         "regular_functions": {name: place.line for name, place in wants.regular.items()},
         "regular_constants": {name: place.line for name, place in wants.regular_constants.items()},
+        "model_calls": {name: place.line for name, place in wants.model.items()},
         "pyrep": wants.pyrep
         and {
             "calls": {name: place.line for name, place in wants.pyrep.calls.items()},
@@ -198,6 +199,7 @@ def _rows(wants: Wants) -> Iterator[tuple[str, list[str]]]:
     yield "client", list(wants.client)
     yield "regular", list(wants.regular)
     yield "constants", list(wants.regular_constants)
+    yield "API 2", list(wants.model)
     if wants.pyrep is not None:
         yield "pyrep", list(wants.pyrep.calls)
         yield "C library", list(wants.pyrep.functions)

@@ -100,6 +100,8 @@ def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
     for place, text in elsewhere.sentences(others):
         yield Finding(PROBLEM, place, text)
     yield from _of_zmq_clients({name: imports[name] for name in ZMQ_CLIENTS if name in imports})
+    if wants.model:
+        yield Finding(NOTE, min(wants.model.values()), MODEL)
     missing = {
         name: place
         for name, place in imports.items()
@@ -111,6 +113,12 @@ def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
     if not (wants.is_of_a_remote_api or others):
         where = f", or install {', '.join(missing)}, if the calls are in there" if missing else ""
         yield Finding(PROBLEM, Place(script, 1), NO_CALL + where)
+
+
+MODEL = (
+    "it uses API 2 of CoppeliaSim 4.11, whose package sim is not the legacy binding: start the server with --zmq2, "
+    "or use simx-run --server, which brings the package (docs/zmq.md)"
+)
 
 
 def _of_zmq_clients(imports: Mapping[str, Place]) -> Iterator[Finding]:

@@ -14,6 +14,7 @@ from simx_client.calls.operation_modes import MODE_MASK
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
 from ..protocol.table.meanings import Role
+from .model import model_calls
 from .places import Place, Wanted
 from .program import BINDING, OTHER_APIS, PYREP_PACKAGES, ZMQ_CLIENTS, Library, Program
 from .pyrep.calls import PyRepCalls, pyrep_calls
@@ -97,6 +98,9 @@ class Wants:
     pyrep: PyRepCalls | None = None
     """Its use of PyRep and RLBench; None for a program that imports neither."""
 
+    model: dict[str, Place] = field(default_factory=dict[str, Place])
+    """Its calls by API 2, such as `sim.scene.getObject`."""
+
     constants: dict[str, Place] = field(default_factory=dict[str, Place])
     """Constants of the binding that do not exist."""
 
@@ -127,7 +131,7 @@ class Wants:
     @property
     def is_of_a_remote_api(self) -> bool:
         """Return whether it calls a function or a method of an API that simx serves."""
-        return bool(self.functions or self.client or self.regular or self.pyrep is not None)
+        return bool(self.functions or self.client or self.regular or self.model or self.pyrep is not None)
 
 
 def wants_of(program: Program, names: Names) -> Wants:
@@ -149,6 +153,7 @@ def wants_of(program: Program, names: Names) -> Wants:
             _read(wants, name, texts, call, parameters, place)
         _other_calls(wants, call, place, texts, meaning)
     _read_names(wants, names, meaning)
+    wants.model = model_calls(program)
     if not program.imports.keys().isdisjoint(PYREP_PACKAGES):
         wants.pyrep = pyrep_calls(names, meaning, texts)
         wants.named += wants.pyrep.named

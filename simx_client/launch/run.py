@@ -28,6 +28,7 @@ from . import script
 from .after_import import AfterImport, Patch, in_turn
 from .bindings import BindingFinder
 from .hints import hint, misplaced_flags, no_script
+from .model_clients import ModelPackage, send_models_to, uses_model
 from .paths import BackslashPaths
 from .pyrep import pyrep_root, stand_in_for_pyrep
 from .python2.convert import Converted, decode
@@ -232,12 +233,19 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
     AfterImport(patches).install()
     sys.meta_path.insert(0, BindingFinder())
     OldName().install()
+    if uses_model(Path(options.script)):
+        ModelPackage().install()
 
 
 def _start_server(options: argparse.Namespace) -> None:
     script_path = Path(options.script)
     scene = scene_for(script_path, options.server)
-    server = OwnServer(scene, shlex.split(options.server_args), with_zmq=uses_zmq(script_path))
+    server = OwnServer(
+        scene,
+        shlex.split(options.server_args),
+        with_zmq=uses_zmq(script_path),
+        with_model=uses_model(script_path),
+    )
     # Registered before the script registers anything, so it runs last: after the script's threads and its
     # exit functions, which may still call the server.
     atexit.register(server.stop)
@@ -255,6 +263,8 @@ def _start_server(options: argparse.Namespace) -> None:
     server.start(options.server_timeout)
     if server.zmq_port is not None:
         send_clients_to(server.zmq_port)
+    if server.model_port is not None:
+        send_models_to(server.model_port)
 
 
 def _print(source: bytes, converted: Converted | None) -> int:

@@ -41,19 +41,25 @@ class OwnServer:
     that connects to 19997 starts it, perhaps after setting a time step or stepped mode.
     """
 
-    def __init__(self, scene: str, arguments: Sequence[str] = (), *, with_zmq: bool = False) -> None:
+    def __init__(
+        self, scene: str, arguments: Sequence[str] = (), *, with_zmq: bool = False, with_model: bool = False
+    ) -> None:
         """Prepare a server; ``start`` starts it.
 
         Args:
             arguments: more for its command line.
             with_zmq: it also serves clients of the ZeroMQ remote API, at `zmq_port`.
+            with_model: it also serves clients of API 2, at `model_port`.
         """
         self.zmq_port: int | None = None
+        self.model_port: int | None = None
         has_port = any(re.match(r"-p|--port\b", argument) for argument in arguments)
         # Its ports, and those that the scene's scripts would open, belong to other servers.
         free = [] if has_port else ["--port", "0", "--no-script-ports"]
-        if with_zmq and not any(argument.startswith("--zmq") for argument in arguments):
+        if with_zmq and not any(re.match(r"--zmq(=|$)", argument) for argument in arguments):
             free += ["--zmq", "0"]
+        if with_model and not any(argument.startswith("--zmq2") for argument in arguments):
+            free += ["--zmq2", "0"]
         # -P: the working folder is the server's workspace, in which clients may put modules.
         self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments, "--until-eof"]
         self._has_config = any(re.match(r"-c|--config\b", argument) for argument in arguments)
@@ -132,6 +138,7 @@ class OwnServer:
                 if not self._is_ready and (redirects := _redirects(line)) is not None:
                     self._redirects = redirects
                     self.zmq_port = next(map(int, re.findall(r"zmq/[^\s:]+:(\d+)", line)), None)
+                    self.model_port = next(map(int, re.findall(r"zmq2/[^\s:]+:(\d+)", line)), None)
                     self._is_ready = True
                     self._ready_or_ended.set()
         self._ready_or_ended.set()

@@ -10,6 +10,11 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+from simx_client.protocol.api2 import objects
+
+_SHARED = {"lua": {}, "python": {"sim_objects": Path(objects.__file__)}}
+"""Modules that programs outside have too."""
+
 _ENDINGS = {"lua": ".lua", "python": ".py"}
 
 
@@ -18,7 +23,8 @@ def own_modules(language: str) -> dict[str, Path]:
     """Return the files of the modules in a language, ``lua`` or ``python``, by name."""
     folder, ending = Path(__file__).parent / language, _ENDINGS[language]
     files = sorted(folder.rglob(f"*{ending}"))
-    return {".".join(file.relative_to(folder).parts).removesuffix(ending): file for file in files}
+    found = {".".join(file.relative_to(folder).parts).removesuffix(ending): file for file in files}
+    return found | _SHARED[language]
 
 
 def own_module(name: str, language: str) -> bytes | None:

@@ -84,17 +84,17 @@ def _no_such_method(kind: str, name: str) -> CommandError:
     )
 
 
-def values_of(arguments: list[Any], *, is_lua: bool) -> list[Any]:
+def values_of(arguments: list[Any], *, texts_are_bytes: bool) -> list[Any]:
     """Return a script's arguments as values of API 2. Raises CommandError.
 
     Args:
         arguments: of a call.
-        is_lua: whether the script's texts are bytes.
+        texts_are_bytes: whether the script's texts are bytes.
     """
     found: list[Any] = []
     for place, each in enumerate(arguments, 1):
         try:
-            found.append(from_script(each, is_lua=is_lua))
+            found.append(from_script(each, texts_are_bytes=texts_are_bytes))
         except TypeError as problem:
             raise CommandError(f"argument {place} must be {problem}") from None
     return found

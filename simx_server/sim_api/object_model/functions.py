@@ -6,7 +6,6 @@ from collections.abc import Generator
 from types import GeneratorType
 from typing import Any, cast
 
-from simx_server.scripting.script import LUA
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import needs_script
 
@@ -29,7 +28,7 @@ class ObjectModelFunctions(ApiPart, effect="changes"):
             self._script,
             target,
             name,
-            values_of(list(arguments), is_lua=self._script.language == LUA),
+            values_of(list(arguments), texts_are_bytes=True),
         )
         return self._later(found) if isinstance(found, GeneratorType) else _shown(found)
 

@@ -101,19 +101,21 @@ _MARKS: Mapping[str, Callable[[Any], Any]] = {
     "quaternion": lambda value: Quaternion(_numbers(value, 4)),
     "color": lambda value: Color(bytes(_byte(each) for each in _list(value))),
     "matrix": lambda value: Matrix(int(value[0]), int(value[1]), _numbers(value[2])),
-    "buffer": bytes,
+    "buffer": lambda value: (
+        value.encode("utf-8", "surrogateescape") if isinstance(value, str) else bytes(value)
+    ),
 }
 
 
 class ScriptFunction:
     """A function of a script, which takes and returns values of API 2; see `interpreter.Function`."""
 
-    def __init__(self, function: Function, *, is_lua: bool) -> None:
-        self._function, self._is_lua = function, is_lua
+    def __init__(self, function: Function, *, texts_are_bytes: bool) -> None:
+        self._function, self._texts_are_bytes = function, texts_are_bytes
 
     def __call__(self, *arguments: Any) -> list[Any]:
         results = self._function(*(to_script(each) for each in arguments))
-        return [from_script(each, is_lua=self._is_lua) for each in results]
+        return [from_script(each, texts_are_bytes=self._texts_are_bytes) for each in results]
 
 
 MARK = "@"
@@ -141,29 +143,33 @@ def _numbers(value: Any, count: int | None = None) -> list[float]:
     return found
 
 
-def from_script(value: Any, *, is_lua: bool = False) -> Any:
+def from_script(value: Any, *, texts_are_bytes: bool = False) -> Any:
     """Return a script's value with the values of API 2 in place of the tables with a mark.
 
     Args:
         value: the script's.
-        is_lua: whether its texts are bytes: then only the tables marked as buffers become bytes.
+        texts_are_bytes: its texts are bytes, so only the tables marked as buffers become bytes.
 
     Raises:
         TypeError: a table with a mark that holds something else.
     """
     if isinstance(value, list):
         items = cast(list[Any], value)
-        return items if _is_flat(items) else [from_script(each, is_lua=is_lua) for each in items]
+        return (
+            items
+            if _is_flat(items)
+            else [from_script(each, texts_are_bytes=texts_are_bytes) for each in items]
+        )
     if isinstance(value, Function):
-        return ScriptFunction(value, is_lua=is_lua)
-    if is_lua and isinstance(value, bytes):
+        return ScriptFunction(value, texts_are_bytes=texts_are_bytes)
+    if texts_are_bytes and isinstance(value, bytes):
         return value.decode("utf-8", "surrogateescape")
     if isinstance(value, dict):
         fields = cast(dict[Any, Any], value)
         mark = fields.get(MARK)
         make = _MARKS.get(mark.decode("ascii", "replace") if isinstance(mark, bytes) else str(mark))
         if make is None or mark is None:
-            return {key: from_script(each, is_lua=is_lua) for key, each in fields.items()}
+            return {key: from_script(each, texts_are_bytes=texts_are_bytes) for key, each in fields.items()}
         try:
             return make(fields.get("value"))
         except (TypeError, ValueError, IndexError, KeyError, OverflowError):
@@ -184,6 +190,8 @@ def to_script(value: Any) -> Any:
             return {MARK: "quaternion", "value": value.numbers}
         case Color():
             return {MARK: "color", "value": list(value.rgba)}
+        case bytes():
+            return {MARK: "buffer", "value": value}
         case list() | tuple():
             items = list(cast(Sequence[Any], value))
             return items if _is_flat(items) else [to_script(each) for each in items]

@@ -1,4 +1,4 @@
-"""simx-run --server with a script of CoppeliaSim's ZeroMQ remote API, whose client is sent to the script's server."""
+"""simx-run --server with scripts of CoppeliaSim's ZeroMQ remote API and of API 2: each reaches its own server."""
 
 from __future__ import annotations
 
@@ -74,3 +74,34 @@ def test_a_missing_client_is_named_with_the_line_that_installs_it() -> None:
     text = hint(ModuleNotFoundError("No module named 'coppeliasim_zmqremoteapi_client'"))
     assert text is not None
     assert text.endswith(line([ZMQ_CLIENT]))
+
+
+OFFICIAL = """\
+import sim
+from sim.zmqremoteapi import ZMQRemoteAPI
+port = ZMQRemoteAPI({'name': 'handshake', 'server': False}).call(None, 'getPort')
+rapi = ZMQRemoteAPI({'name': 'client', 'port': port})
+sim.Object._callMethod = rapi.call
+joint = sim.scene.getObject('/joint2')
+print(joint.type, joint.objectType, joint.joint.type)
+"""
+
+BARE = """\
+import sim
+joint = sim.scene.getObject('/joint2')
+sim.self.setStepping(True)
+sim.scene.simulation.start()
+joint.setTargetPosition(0.25)
+while sim.scene.simulation.time < 1:
+    sim.self.step()
+print(round(joint.joint.position, 2), sim.simx_opmode_blocking)
+sim.scene.simulation.stop()
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "output"), [(OFFICIAL, "joint joint revolute\n"), (BARE, "0.25 65536\n")]
+)
+def test_a_program_of_api_2_reaches_its_own_server(tmp_path: Path, program: str, output: str) -> None:
+    finished = simx_run(tmp_path, program, flags=("--server", "two_link_arm"))
+    assert (finished.returncode, finished.stdout) == (0, output), finished.stderr

@@ -26,7 +26,7 @@ local function object(handle)
 end
 
 local DECODED = {
-    object = object,
+    object = object, buffer = Buffer,
     matrix = function(value) return Matrix(value[1], value[2], value[3]):freeze() end,
     pose = function(value) return eigen.Pose(value):freeze() end,
     quaternion = function(value) return eigen.Quaternion(value):freeze() end,

@@ -1,0 +1,72 @@
+"""The module ``sim-2`` in Python scripts: ``sim = require('sim-2')``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from handler_calls import World
+
+SCRIPT = """
+sim = require('sim-2')
+
+
+def look():
+    cube, hinge = sim.scene.getObject('/cube'), sim.scene.getObject('/hinge')
+    names = []
+    hinge.visitTree(lambda item: names.append(item.name))
+    position = cube.position
+    shape = list(getattr(position, 'shape', []))
+    cube.position = [1.0, 2.0, 3.0]
+    cube.customData.friend = hinge
+    cube.customData.blob = b'\\x00\\xff'
+    return repr([
+        sim.version, cube.type, hinge.joint.type, names, shape, cube.worldPosition.ravel().tolist(),
+        cube.customData.friend == hinge, cube.customData.blob, sim.simulationState.running, sim.handle_all,
+        cube.parent, sim.self.language, len(cube.color.diffuse), sim.app.getEnumInfo('jointType'),
+    ])
+
+
+def sysCall_actuation():
+    sim.scene.signal.count = getattr(sim.scene.signal, 'count', 0) + 1
+"""
+
+SCENE = """
+<mujoco>
+  <worldbody>
+    <body name="cube" pos="0 0 1"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+    <body name="arm" pos="2 0 1"><joint name="hinge" axis="0 0 1"/><geom type="box" size=".1 .1 .1"/></body>
+  </worldbody>
+  <custom><text name="simx:script:cube" data="file=look.py"/></custom>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Return the results of the script after two simulation steps, and its signal."""
+    folder = tmp_path_factory.mktemp("python")
+    (folder / "look.py").write_text(SCRIPT)
+    (folder / "scene.xml").write_text(SCENE)
+    world = World(file=folder / "scene.xml", workspace=folder)
+    world.run(2)
+    script = next(one for one in world.parts.scripts.all() if one.file == "look.py")
+    assert script.interpreter is not None, script.problem
+    (text,) = script.interpreter.call("look")
+    count = world.parts.signals.get_integer("count")
+    world.parts.scripts.close()
+    return eval(text), count
+
+
+def test_members_are_read_and_set(found: Any) -> None:
+    values, _ = found
+    assert values[:4] == [2, "shape", "revolute", ["hinge", "arm"]]
+    assert values[4] == [3, 1]
+    assert values[5] == [1.0, 2.0, 3.0]
+    assert values[6:10] == [True, b"\x00\xff", 17, -2]
+    assert values[10:13] == [None, "python", 4]
+    assert values[13]["prismatic"] == 11
+
+
+def test_phases_are_called(found: Any) -> None:
+    assert found[1] == 2
