@@ -17,6 +17,8 @@ from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import ScriptError, Waiting
 from simx_server.scripting.strings import NUMBERS
 from simx_server.service.calls.lasting import LastingCall
+from simx_server.service.monitoring.metrics import UNKNOWN
+from simx_server.sim_api.object_model.dispatch import is_known
 
 from ..zmq.calls import NoSuchFunction
 from ..zmq.connection import MOST_NESTED, Connection
@@ -141,9 +143,8 @@ class ModelConnection(Connection):
         name = message.function
         call = self._call = LastingCall(self._executor, self.client.session, name)
         noted = [travelling(each) for each in message.arguments] if self._executor.log_of_calls else ()
-        call.begin(
-            name if message.target is not None else "function", name, noted, only_reads=name in _READ_QUICKLY
-        )
+        counted = name if message.target is not None and is_known(name) else UNKNOWN
+        call.begin(counted, name, noted, only_reads=name in _READ_QUICKLY)
         self._run(lambda: call.run(lambda: self._do(message)))
 
     def _do(self, message: Message) -> tuple[Any, ...] | Waiting:
@@ -171,6 +172,9 @@ class ModelConnection(Connection):
         """Return an argument with functions of the client in place of their names, there and in lists and maps."""
         if isinstance(value, FunctionName):
             return self._function_of_client(value.name)
+        if isinstance(value, str):  # older clients pass the name of a function that they have registered
+            is_function = value in self._registered and value not in PHASES
+            return self._function_of_client(value) if is_function else value
         if isinstance(value, list):
             items = cast(list[Any], value)
             return (

@@ -32,6 +32,11 @@ def methods(kind: str) -> Mapping[str, Method]:
     return MappingProxyType(methods_of(kind))
 
 
+def is_known(name: str) -> bool:
+    """Return whether any class has a method of a name."""
+    return any(name in known for known in METHODS.values())
+
+
 def effect_of(world: World, script: Script, handle: int, name: str) -> Effect | None:
     """Return what a method does to the simulator; None: no object or method is meant."""
     try:

@@ -6,13 +6,16 @@ import json
 import struct
 from typing import Any, cast
 
+import numpy as np
+
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import Function
+from simx_server.scripting.signature import MOST_ITEMS
 from simx_server.scripting.strings import with_texts
 from simx_server.sim_api.object_model.enumerations import ENUMERATIONS
 from simx_server.sim_api.object_model.values import from_script, to_script
 
-from .method import Call, Options, method, option, text_option
+from .method import Call, Options, method, number, option, text_option, whole
 
 _ERROR, _WARNING, _INFO = 420, 430, 450
 _UNDECORATED, _ONCE = 0xF000, 0x4000
@@ -106,7 +109,7 @@ def _form(options: Options) -> struct.Struct:
 
 
 def _part(values: list[Any], options: Options) -> list[Any]:
-    start, count = int(option(options, "start", 0)), int(option(options, "count", 0))
+    start, count = whole(options, "start", 0), whole(options, "count", 0)
     if start < 0 or count < 0:
         raise CommandError("start and count are not below 0")
     return values[start : start + count if count else None]
@@ -119,7 +122,7 @@ def pack_array(_call: Call, numbers: list[Any], options: Options = None) -> Any:
     is_real = form.format[-1] in "df"
     found = [each if isinstance(each, (int, float)) else 0 for each in _part(numbers, options)]
     try:
-        return b"".join(form.pack(each if is_real else int(each)) for each in found)
+        return b"".join(form.pack(float(each) if is_real else int(each)) for each in found)
     except (struct.error, OverflowError, ValueError) as problem:
         raise CommandError(f"a number does not fit: {problem}") from None
 
@@ -127,11 +130,13 @@ def pack_array(_call: Call, numbers: list[Any], options: Options = None) -> Any:
 @method("app", "unpackArray", "reads")
 def unpack_array(_call: Call, data: bytes, options: Options = None) -> list[Any]:
     """Return the numbers of little-endian bytes; options `type`, `start`, `count`, `byteOffset`."""
-    form, offset = _form(options), int(option(options, "byteOffset", 0))
+    form, offset = _form(options), whole(options, "byteOffset", 0)
     if offset < 0:
         raise CommandError("byteOffset is not below 0")
     body = data[offset:]
     body = body[: len(body) // form.size * form.size]
+    if len(body) // form.size > MOST_ITEMS:
+        raise CommandError(f"at most {MOST_ITEMS} numbers are unpacked; give start and count of fewer bytes")
     return _part([each for (each,) in form.iter_unpack(body)], options)
 
 
@@ -164,7 +169,7 @@ def cancel_scheduled_execution(call: Call, number: int) -> bool:
 @method("app", "pushEvent", "changes")
 def push_event(call: Call, data: dict[str, Any], options: Options = None) -> None:
     """Send an event to all scripts with ``sysCall_event``; options `name`, `handle`, `uid`, `mergeable`."""
-    numbers = (int(option(options, "handle", -1)), int(option(options, "uid", -1)))
+    numbers = (whole(options, "handle", -1), whole(options, "uid", -1))
     merged = int(bool(option(options, "mergeable", False)))
     call.sim.pushUserEvent(text_option(options, "name", "userEvent"), *numbers, data, merged)
 
@@ -230,7 +235,7 @@ def _channels(image: bytes, resolution: list[int]) -> int:
 
 def _with_colors(image: bytes, channels: int) -> tuple[bytes, int]:
     """Return an image with 3 or 4 bytes a pixel."""
-    return (bytes(each for each in image for _ in range(3)), 3) if channels == 1 else (image, channels)
+    return (np.repeat(np.frombuffer(image, np.uint8), 3).tobytes(), 3) if channels == 1 else (image, channels)
 
 
 @method("app", "loadImage", "reads")
@@ -250,7 +255,7 @@ def load_image_from_buffer(call: Call, content: bytes) -> Any:
 def save_image(call: Call, image: bytes, resolution: list[int], file: str, options: Options = None) -> None:
     """Write an image into a file of the workspace; option `quality`."""
     colored, channels = _with_colors(image, _channels(image, resolution))
-    call.sim.saveImage(colored, resolution, int(channels == 4), file, int(option(options, "quality", -1)))
+    call.sim.saveImage(colored, resolution, int(channels == 4), file, whole(options, "quality", -1))
 
 
 @method("app", "saveImageToBuffer", "reads")
@@ -259,7 +264,7 @@ def save_image_to_buffer(call: Call, image: bytes, resolution: list[int], option
     colored, channels = _with_colors(image, _channels(image, resolution))
     ending = text_option(options, "format", "png").lstrip(".")
     return call.sim.saveImage(
-        colored, resolution, int(channels == 4), f".{ending}", int(option(options, "quality", -1))
+        colored, resolution, int(channels == 4), f".{ending}", whole(options, "quality", -1)
     )
 
 
@@ -285,7 +290,7 @@ def transform_image(
     if flips:
         made = call.sim.transformImage(made, size, flips | (kind == "rgba"))
     if kind == "grey":
-        made = bytes(sum(made[place : place + 3]) // 3 for place in range(0, len(made), 3))
+        made = (np.frombuffer(made, np.uint8).reshape(-1, 3).sum(axis=1) // 3).astype(np.uint8).tobytes()
     return made, size, _PIXELS[kind]
 
 
@@ -295,5 +300,5 @@ def transform_buffer(
 ) -> Any:
     """Return every number times `scale` plus `offset`, in another format; option `clamp`."""
     clamp = 256 if option(options, "clamp", False) else 0
-    numbers = (float(option(options, "scale", 1.0)), float(option(options, "offset", 0.0)))
+    numbers = (number(options, "scale", 1.0), number(options, "offset", 0.0))
     return call.sim.transformBuffer(data, in_format, *numbers, out_format | clamp)

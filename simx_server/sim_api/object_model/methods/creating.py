@@ -15,7 +15,7 @@ from simx_server.sim_api.object_model.enumerations import number_of
 from simx_server.sim_api.object_model.targets import ModelTarget
 from simx_server.sim_api.object_model.values import Matrix, Ref, plain, to_color, to_matrix
 
-from .method import Call, method, points_of, text_option
+from .method import Call, finite, method, numbers, pair, points_of, text_option
 
 _Fields = dict[str, Any]
 
@@ -71,19 +71,11 @@ def _taken(fields: _Fields, name: str, default: Any) -> Any:
 
 
 def _number(fields: _Fields, name: str, default: float) -> float:
-    value = _taken(fields, name, default)
-    if not isinstance(value, (int, float)):
-        raise CommandError(f"'{name}' is a number")
-    return float(value)
+    return finite(_taken(fields, name, default), name)
 
 
 def _numbers(fields: _Fields, name: str, default: list[float]) -> list[float]:
-    value = _taken(fields, name, default)
-    if not isinstance(value, list) or not all(
-        isinstance(each, (int, float)) for each in cast(list[Any], value)
-    ):
-        raise CommandError(f"'{name}' is a list of numbers")
-    return [float(each) for each in cast(list[Any], value)]
+    return numbers(_taken(fields, name, default), name)
 
 
 def _word(fields: _Fields, name: str, default: str) -> str:
@@ -180,11 +172,15 @@ def _force_sensor(call: Call, fields: _Fields) -> int:
 
 
 def _vision_sensor(call: Call, fields: _Fields) -> int:
-    width, height = (int(each) for each in _numbers(fields, "resolution", [256, 256]))
-    near, far = _numbers(fields, "clippingPlanes", [0.01, 10.0])
+    width, height = pair(fields, "resolution") or [256, 256]
+    fields.pop("resolution", None)
+    planes = _numbers(fields, "clippingPlanes", [0.01, 10.0])
+    if len(planes) != 2:
+        raise CommandError("'clippingPlanes' is two numbers, near and far")
+    near, far = planes
     size = fields.pop("viewSize", None)
     angle = _number(fields, "viewAngle", math.radians(60))
-    view = [near, far, angle if size is None else float(size), 0.0, 0.0, 0.0]
+    view = [near, far, angle if size is None else finite(size, "viewSize"), 0.0, 0.0, 0.0]
     return call.sim.createVisionSensor(
         0 if size is not None else 2, [width, height, 0, 0], [*view, *[0.0] * 5]
     )

@@ -8,7 +8,19 @@ from typing import Any, cast
 from simx_server.errors import CommandError
 from simx_server.sim_api.object_model.values import to_color
 
-from .method import Call, Options, handles, method, option, points_of, text_option
+from .method import (
+    Call,
+    Options,
+    handles,
+    method,
+    number,
+    numbers,
+    option,
+    points_of,
+    text_option,
+    unpacked,
+    whole,
+)
 
 _OWN_FRAME, _EACH_COLOR = 1, 2
 """Bits of API 1's options: points are in the object's frame; each has a colour."""
@@ -18,7 +30,7 @@ def _packed(data: bytes) -> list[float]:
     """Return the numbers of packed points, doubles. Raises CommandError."""
     if len(data) % 24:
         raise CommandError(f"packed points are 3 doubles each, which {len(data)} bytes are not")
-    return [float(each) for each in memoryview(data).cast("d")]
+    return unpacked(data)
 
 
 def _given(points: Any, packed: bool) -> list[float]:
@@ -62,19 +74,19 @@ def _add_points(call: Call, points: list[float], options: Options) -> None:
 
 def _subtract_points(call: Call, points: list[float], options: Options) -> None:
     call.sim.removePointsFromPointCloud(
-        call.handle, _frame(options), points, float(option(options, "tolerance", 0.0))
+        call.handle, _frame(options), points, number(options, "tolerance", 0.0)
     )
 
 
 def _intersect_points(call: Call, points: list[float], options: Options) -> None:
-    tolerance = float(option(options, "tolerance", 0.0))
+    tolerance = number(options, "tolerance", 0.0)
     call.sim.intersectPointsWithPointCloud(call.handle, _frame(options), points, tolerance)
 
 
 def _add_voxels(call: Call, points: list[float], options: Options) -> None:
     bits, colors = _colors(options, len(points) // 3)
     tags = option(options, "tags")
-    tag = [int(each) for each in tags] if tags is not None else [int(option(options, "tag", 0))]
+    tag = [round(each) for each in numbers(tags, "tags")] if tags is not None else [whole(options, "tag", 0)]
     if bits and tags is None:
         tag *= len(points) // 3
     call.sim.insertVoxelsIntoOctree(call.handle, bits | _frame(options), points, colors, tag)
@@ -86,8 +98,8 @@ def _subtract_voxels(call: Call, points: list[float], options: Options) -> None:
 
 def _check_points(call: Call, points: list[float], options: Options) -> Any:
     found = call.sim.checkOctreePointOccupancy(call.handle, _frame(options), points)
-    numbers = found if isinstance(found, tuple) else (found, 0, 0, 0)
-    return bool(numbers[0]), *numbers[1:]
+    values = found if isinstance(found, tuple) else (found, 0, 0, 0)
+    return bool(values[0]), *values[1:]
 
 
 _Act = Callable[[Call, list[float], Options], Any]
@@ -117,7 +129,7 @@ method("ocTree", "checkPackedPoints", "reads", takes_values=True)(_points(_check
 def add_objects_to_cloud(call: Call, objects: list[Any], options: Options = None) -> None:
     """Add the points of objects; options color, gridSize, duplicateTolerance."""
     _, color = _colors(options, 0)
-    grid = float(option(options, "gridSize", 0.02))
+    grid = number(options, "gridSize", 0.02)
     for handle in handles(objects):
         tolerance = option(options, "duplicateTolerance")
         call.sim.insertObjectIntoPointCloud(call.handle, handle, 0, grid, color, tolerance)
@@ -127,9 +139,7 @@ def add_objects_to_cloud(call: Call, objects: list[Any], options: Options = None
 def subtract_objects_from_cloud(call: Call, objects: list[Any], options: Options = None) -> None:
     """Remove the points near objects; option tolerance."""
     for handle in handles(objects):
-        call.sim.subtractObjectFromPointCloud(
-            call.handle, handle, 0, float(option(options, "tolerance", 0.0))
-        )
+        call.sim.subtractObjectFromPointCloud(call.handle, handle, 0, number(options, "tolerance", 0.0))
 
 
 @method("ocTree", "addFromObjects", "changes", takes_values=True)
@@ -137,7 +147,7 @@ def add_objects_to_octree(call: Call, objects: list[Any], options: Options = Non
     """Fill the voxels that objects meet; options color and tag."""
     _, color = _colors(options, 0)
     for handle in handles(objects):
-        call.sim.insertObjectIntoOctree(call.handle, handle, 0, color, int(option(options, "tag", 0)))
+        call.sim.insertObjectIntoOctree(call.handle, handle, 0, color, whole(options, "tag", 0))
 
 
 @method("ocTree", "subtractFromObjects", "changes")
@@ -178,18 +188,18 @@ def add_signal(call: Call, options: Options = None) -> int:
         word = text_option(change, "type", "raw")
         if word not in kinds:
             raise CommandError(f"'{word[:40]}' is no transformation; those are {', '.join(kinds)}")
-        numbers = (float(option(change, "scale", 1.0)), float(option(change, "offset", 0.0)))
-        smoothing = int(option(change, "smoothing", 1))
-        call.sim.setGraphStreamTransformation(call.handle, number, kinds[word], *numbers, smoothing)
+        scale, offset = number(change, "scale", 1.0), number(change, "offset", 0.0)
+        smoothing = whole(change, "smoothing", 1)
+        call.sim.setGraphStreamTransformation(call.handle, number, kinds[word], scale, offset, smoothing)
     return number
 
 
 @method("graph", "addCurve", "changes", takes_values=True)
 def add_curve(call: Call, signals: list[int], options: Options = None) -> int:
     """Add a curve of two or three signals and return its number; options name, unit, color, default, width."""
-    defaults = [float(each) for each in option(options, "default", [0.0] * len(signals))]
+    defaults = numbers(option(options, "default", [0.0] * len(signals)), "default")
     name, unit = text_option(options, "name", "curve"), text_option(options, "unit")
-    color, width = _shown_color(options, (0.0, 1.0, 0.0)), int(option(options, "width", 2))
+    color, width = _shown_color(options, (0.0, 1.0, 0.0)), whole(options, "width", 2)
     return call.sim.addGraphCurve(call.handle, name, len(signals), signals, defaults, unit, 0, color, width)
 
 

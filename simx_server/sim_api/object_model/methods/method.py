@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import Signature
+from simx_server.scripting.signature import MOST_ITEMS, Signature, to_float, to_list
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.classes import classes_of, to_api_1
 from simx_server.sim_api.object_model.values import Matrix, plain, to_matrix
@@ -100,6 +100,56 @@ def option(options: Options, name: str, default: Any = None) -> Any:
     """Return an option; the default where it is missing or nil."""
     value = (options or {}).get(name)
     return default if value is None else plain(value)
+
+
+def number(options: Options, name: str, default: float) -> float:
+    """Return an option that is a finite number. Raises CommandError."""
+    return finite(option(options, name, default), name)
+
+
+def whole(options: Options, name: str, default: int) -> int:
+    """Return an option that is a whole number of 32 bits. Raises CommandError."""
+    value = number(options, name, default)
+    if abs(value) >= 1 << 31:
+        raise CommandError(f"'{name}' is a whole number of 32 bits")
+    return int(value)
+
+
+def finite(value: Any, name: str) -> float:
+    """Return a value that must be a finite number. Raises CommandError."""
+    try:
+        return to_float(value)
+    except TypeError as problem:
+        raise CommandError(f"'{name}' must be {problem}") from None
+
+
+def numbers(value: Any, name: str) -> list[float]:
+    """Return a value that must be a list of finite numbers. Raises CommandError."""
+    try:
+        return _TO_NUMBERS(value)
+    except TypeError as problem:
+        raise CommandError(f"'{name}' must be {problem}") from None
+
+
+def pair(options: Options, name: str) -> list[int] | None:
+    """Return an option that is two whole numbers; None without it. Raises CommandError."""
+    value = option(options, name)
+    if value is None:
+        return None
+    found = [round(each) for each in numbers(value, name)]
+    if len(found) != 2 or max(map(abs, found)) >= 1 << 31:
+        raise CommandError(f"'{name}' is two whole numbers")
+    return found
+
+
+def unpacked(data: bytes) -> list[float]:
+    """Return the numbers of packed doubles. Raises CommandError: too many, or they are not finite."""
+    if len(data) % 8 or len(data) // 8 > MOST_ITEMS:
+        raise CommandError(f"{len(data)} bytes are not doubles, at most {MOST_ITEMS}")
+    return numbers(list(memoryview(data).cast("d")), "the packed numbers")
+
+
+_TO_NUMBERS = to_list(to_float)
 
 
 def text_option(options: Options, name: str, default: str = "") -> str:

@@ -16,7 +16,7 @@ from simx_server.sim_api.object_model.types import BY_NUMBER, METHOD, MORE_NAMES
 from simx_server.sim_api.properties import access
 from simx_server.sim_api.properties.property_types import PropertyType
 
-from .method import Call, Options, method, methods_of, option, text_option
+from .method import Call, Options, method, methods_of, option, text_option, whole
 
 
 def _target(call: Call) -> ModelTarget:
@@ -123,7 +123,7 @@ def set_properties(call: Call, values: dict[str, Any]) -> None:
 def get_property_name(call: Call, index: int, options: Options = None) -> tuple[str | None, str | None]:
     """Return the name of the property at an index from 0 and its class; twice nil after the last."""
     target = _target(call)
-    prefix, excluded = text_option(options, "prefix"), int(option(options, "excludeFlags", 0))
+    prefix, excluded = text_option(options, "prefix"), whole(options, "excludeFlags", 0)
     names = [name for name in access.names(target) if name.startswith(prefix)]
     if excluded:
         names = [name for name in names if not (access.information(target, name) or (0, 0))[1] & excluded]

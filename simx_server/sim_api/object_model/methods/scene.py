@@ -13,7 +13,7 @@ from simx_server.sim_api.object_model.values import Matrix, Ref
 from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.tables.objects import kind_word
 
-from .method import Call, Options, handles, method, option, silently
+from .method import Call, Options, handles, method, option, silently, whole
 
 
 def refs(found: Iterable[int]) -> list[Ref]:
@@ -173,7 +173,7 @@ def save(call: Call, file: str) -> None:
     call.sim.saveScene(file)
 
 
-@method("scene", "saveToBuffer", "reads")
+@method("scene", "saveToBuffer", "changes")
 def save_to_buffer(call: Call) -> Any:
     """Return the content of a file with the scene."""
     return call.sim.saveScene("")
@@ -232,7 +232,7 @@ _CONTACTS_LIMIT = 10_000
 
 def contacts(call: Call, handle: int, options: Options) -> Any:
     """Return pairs of objects that touch, and points, forces and normals as columns of matrices."""
-    dynamic_pass = int(option(options, "dynPass", -1))
+    dynamic_pass = whole(options, "dynPass", -1)
     pairs: list[list[Ref]] = []
     numbers: tuple[list[float], ...] = ([], [], [])
     while len(pairs) < _CONTACTS_LIMIT:

@@ -12,7 +12,7 @@ from simx_server.sim_api.object_model.classes import to_api_1
 from simx_server.sim_api.object_model.enumerations import number_of
 from simx_server.sim_api.object_model.values import Matrix, Pose, Quaternion, Ref, to_color
 
-from .method import Call, Options, method, option, silently, text_option
+from .method import Call, Options, method, number, option, silently, text_option, whole
 from .scene import descendants, refs
 
 _WORLD = -1
@@ -26,7 +26,7 @@ _FORMS = {"name": -1, "nameOrder": 0, "shortPath": 1, "fullPath": 2, "nameHandle
 
 def _frame(options: Options) -> int:
     """Return the object of the frame that the options name, the world without one."""
-    handle = int(option(options, "relativeToObject", _WORLD))
+    handle = whole(options, "relativeToObject", _WORLD)
     return handle | _JOINT_BASE if handle >= 0 and option(options, "relativeToJointBase", False) else handle
 
 
@@ -90,7 +90,7 @@ def get_name(call: Call, form: str = "name") -> str:
 def get_descendants(call: Call, options: Options = None) -> list[Ref]:
     """Return the objects below this one; options `types` and `depth`."""
     words = [each.decode() if isinstance(each, bytes) else str(each) for each in option(options, "types", [])]
-    return descendants(call, call.handle, words, int(option(options, "depth", 9999)))
+    return descendants(call, call.handle, words, whole(options, "depth", 9999))
 
 
 @method("sceneObject", "getAncestors", "reads")
@@ -98,7 +98,7 @@ def get_ancestors(call: Call, options: Options = None) -> list[Ref]:
     """Return the objects above this one, its parent first; option `depth`."""
     scene, found = call.world.simulation.scene, list[int]()
     parent = scene.get(call.handle).parent
-    while parent != -1 and len(found) < int(option(options, "depth", 9999)):
+    while parent != -1 and len(found) < whole(options, "depth", 9999):
         found.append(parent)
         parent = scene.get(parent).parent
     return refs(found)
@@ -132,7 +132,7 @@ def save_model(call: Call, file: str) -> None:
     call.sim.saveModel(call.handle, file)
 
 
-@method("sceneObject", "saveModelToBuffer", "reads")
+@method("sceneObject", "saveModelToBuffer", "changes")
 def save_model_to_buffer(call: Call) -> Any:
     """Return the content of a file with the model."""
     return call.sim.saveModel(call.handle)
@@ -152,9 +152,7 @@ def check_collision(call: Call, entity: int = c.sim_handle_all) -> Any:
 @method("sceneObject collection", "checkDistance", "reads")
 def check_distance(call: Call, entity: int = c.sim_handle_all, options: Options = None) -> Any:
     """Return whether another entity is nearer than `threshold`, the distance, a point on each, and the objects."""
-    near, numbers, pair = call.sim.checkDistance(
-        call.old, _entity(entity), float(option(options, "threshold", 0.0))
-    )
+    near, numbers, pair = call.sim.checkDistance(call.old, _entity(entity), number(options, "threshold", 0.0))
     return bool(near), numbers[6], Matrix.vector(numbers[:3]), Matrix.vector(numbers[3:6]), refs(pair)
 
 
@@ -221,7 +219,7 @@ def remove_item(call: Call, item: int, options: Options = None) -> None:
 
 
 def _change(call: Call, item: int, options: Options, bits: int) -> None:
-    mode = int(option(options, "mode", c.sim_handle_all if item == c.sim_handle_all else c.sim_handle_single))
+    mode = whole(options, "mode", c.sim_handle_all if item == c.sim_handle_all else c.sim_handle_single)
     bits |= 2 if option(options, "excludeObject", False) else 0
     call.sim.addItemToCollection(call.old, mode, item, bits)
 

@@ -11,7 +11,7 @@ from simx_server.sim_api.object_model.classes import to_api_1
 from simx_server.sim_api.object_model.values import Matrix, Ref
 from simx_server.sim_api.objects.sensors import Detected
 
-from .method import Call, Options, method, option, text_option
+from .method import Call, Options, method, number, option, pair, text_option
 
 _FRONT, _BACK = 1, 2
 _TYPES = {"rgb": 0, "grey": 1, "rgba": 2}
@@ -38,7 +38,7 @@ def check_proximity_sensor(call: Call, entity: int = c.sim_handle_all, options: 
     bits = _FRONT * bool(option(options, "frontFaces", True)) | _BACK * bool(
         option(options, "backFaces", True)
     )
-    steepest = float(option(options, "maxNormal", 0.0))
+    steepest = number(options, "maxNormal", 0.0)
     target = entity if entity == c.sim_handle_all else to_api_1(entity)
     return _detection(call.sim.checkProximitySensorEx(call.handle, target, bits, math.inf, steepest))
 
@@ -47,11 +47,6 @@ def check_proximity_sensor(call: Call, entity: int = c.sim_handle_all, options: 
 def reset_proximity_sensor(call: Call) -> None:
     """Delete the detection until the next handling."""
     call.sim.resetProximitySensor(call.handle)
-
-
-def _part(options: Options, name: str) -> list[int] | None:
-    found = option(options, name)
-    return None if found is None else [int(each) for each in found]
 
 
 def _type(options: Options) -> int:
@@ -64,8 +59,8 @@ def _type(options: Options) -> int:
 @method("visionSensor", "getImage", "reads")
 def get_image(call: Call, options: Options = None) -> Any:
     """Return an image and its resolution; options `position` and `size` of a part, `type`, `rgbaCutOff`."""
-    cut_off = float(option(options, "rgbaCutOff", 0.0))
-    parts = (_part(options, "position"), _part(options, "size"))
+    cut_off = number(options, "rgbaCutOff", 0.0)
+    parts = (pair(options, "position"), pair(options, "size"))
     return call.sim.getVisionSensorImg(call.handle, _type(options), cut_off, *parts)
 
 
@@ -73,9 +68,7 @@ def get_image(call: Call, options: Options = None) -> Any:
 def get_depth(call: Call, options: Options = None) -> Any:
     """Return a depth image and its resolution; options `position` and `size` of a part, `meters`."""
     bits = int(bool(option(options, "meters", False)))
-    found = call.sim.getVisionSensorDepth(
-        call.handle, bits, _part(options, "position"), _part(options, "size")
-    )
+    found = call.sim.getVisionSensorDepth(call.handle, bits, pair(options, "position"), pair(options, "size"))
     return _depth_matrix(*found)
 
 
@@ -88,7 +81,7 @@ def _depth_matrix(data: bytes, resolution: list[int]) -> tuple[Matrix, list[int]
 @method("visionSensor", "setImage", "changes")
 def set_image(call: Call, image: bytes, options: Options = None) -> None:
     """Set the image, or a part of it; options `position`, `size`, `type`."""
-    parts = (_part(options, "position"), _part(options, "size"))
+    parts = (pair(options, "position"), pair(options, "size"))
     call.sim.setVisionSensorImg(call.handle, image, _type(options), *parts)
 
 

@@ -12,7 +12,7 @@ from simx_server.scene.poses.poses import rotate
 from simx_server.sim_api.object_model.values import Matrix, Ref, to_matrix
 from simx_server.sim_api.values.matrices import as_pose
 
-from .method import Call, Options, method, option
+from .method import Call, Options, method, number, numbers, option, pair
 from .scene import refs
 
 _RESET_FORCE, _RESET_TORQUE = 0x400000, 0x800000
@@ -36,7 +36,7 @@ def add_force(call: Call, force: list[float], options: Options = None) -> None:
     """Add a force (N) at the centre of mass, or at `offset` (m) from it; both along the world's axes, or with
     `relative` along the shape's. `reset`: forces and torques added before are deleted.
     """
-    offset = [float(each) for each in option(options, "offset", [0.0, 0.0, 0.0])]
+    offset = numbers(option(options, "offset", [0.0, 0.0, 0.0]), "offset")
     turn = _turn(call) if option(options, "relative", False) else None
     pushed = _rotated(turn, _vector(force, "a force"))
     lever = np.array(_rotated(turn, _vector(offset, "an offset")))
@@ -129,7 +129,7 @@ def set_appearance(call: Call, parts: list[Any]) -> None:
     for word, value in cast(dict[str, Any], colors).items():
         if word not in _COMPONENTS:
             raise CommandError(f"'{str(word)[:40]}' is no colour; those are {', '.join(_COMPONENTS)}")
-        call.world.shape_colors.set(call.handle, _COMPONENTS[word], [float(each) for each in value])
+        call.world.shape_colors.set(call.handle, _COMPONENTS[word], numbers(value, word))
 
 
 def _texture(call: Call) -> int:
@@ -142,16 +142,16 @@ def _texture(call: Call) -> int:
 @method("shape mesh", "texture.getData", "reads")
 def get_texture_data(call: Call, options: Options = None) -> Any:
     """Return the pixels, red, green, blue; options `position` and `size` of a part."""
-    x, y = (int(each) for each in option(options, "position", [0, 0]))
-    width, height = (int(each) for each in option(options, "size", [0, 0]))
+    x, y = pair(options, "position") or [0, 0]
+    width, height = pair(options, "size") or [0, 0]
     return call.sim.readTexture(_texture(call), 0, x, y, width, height)
 
 
 @method("shape mesh", "texture.setData", "changes")
 def set_texture_data(call: Call, data: bytes, options: Options = None) -> None:
     """Replace pixels; options `position` and `size` of a part."""
-    x, y = (int(each) for each in option(options, "position", [0, 0]))
-    width, height = (int(each) for each in option(options, "size", [0, 0]))
+    x, y = pair(options, "position") or [0, 0]
+    width, height = pair(options, "size") or [0, 0]
     call.sim.writeTexture(_texture(call), 0, data, x, y, width, height)
 
 
@@ -161,7 +161,7 @@ def set_texture(call: Call, image: bytes, resolution: list[int], options: Option
     plane, number, _ = call.sim.createTexture("", 0, None, None, None, 0, resolution)
     try:
         call.sim.writeTexture(number, 0, image)
-        scaling = [float(each) for each in option(options, "scalingUV", [1.0, 1.0])]
+        scaling = numbers(option(options, "scalingUV", [1.0, 1.0]), "scalingUV")
         call.sim.setShapeTexture(call.handle, number, 0, 0, scaling)
     finally:
         call.sim.removeObjects([plane])
@@ -170,7 +170,7 @@ def set_texture(call: Call, image: bytes, resolution: list[int], options: Option
 def _motion(options: Options) -> list[float] | None:
     """Return the greatest velocity, acceleration and jerk of the options; 0 leaves one as it is."""
     names = ("maxVelocity", "maxAcceleration", "maxJerk")
-    found = [float(option(options, name, 0.0)) for name in names]
+    found = [number(options, name, 0.0) for name in names]
     return found if any(found) else None
 
 

@@ -118,3 +118,13 @@ def test_a_step_cannot_be_waited_for_within_a_phase(client: WireClient) -> None:
     client.call(SCENE_HANDLE, "simulation.start")
     client.poll_until(lambda: bool(problems))
     assert "cannot be called within sysCall_sensing" in problems[0]
+
+
+def test_older_clients_pass_a_function_by_the_name_that_they_have_registered(client: WireClient) -> None:
+    seen: list[int] = []
+    client.register("visit", lambda item: seen.append(item.value))
+    box = client.at("/box")
+    client.call(box, "visitTree", "visit")
+    assert seen == [box]
+    assert client.call(box, "setProperty", "customData.text", "visitor", {}) == []
+    assert client.get(box, "customData.text") == "visitor"

@@ -257,3 +257,24 @@ def test_objects_are_copied_grouped_and_removed(model: Model) -> None:
 def test_code_and_compiled_methods_are_refused(model: Model) -> None:
     with pytest.raises(CommandError, match="compiled code"):
         model.do("/cube", "setMethodProperty", "customData.run", b"\x1bLua")
+
+
+@pytest.mark.parametrize(
+    ("target", "name", "arguments", "text"),
+    [
+        ("/cube", "checkDistance", [-2, {"threshold": float("nan")}], "threshold"),
+        ("/cube", "addForce", [[1.0, 0.0, 0.0], {"offset": [1.0]}], "offset"),
+        ("/cube", "setPosition", [[1.0, 2.0]], "3"),
+        ("/cube", "setPose", [[float("inf")] * 7], "finite|table"),
+        ("scene", "getContacts", [{"dynPass": 1 << 40}], "32 bits"),
+        ("scene", "createObject", [{"type": "dummy", "size": float("inf")}], "size"),
+        ("scene", "createObject", [{"type": "visionSensor", "resolution": [1]}], "two whole numbers"),
+        ("app", "unpackArray", [bytes(2_000_000), {"type": "int8"}], "at most"),
+        ("app", "transformImage", [b"12345", [2, 2], [2, 2]], "no image"),
+    ],
+)
+def test_numbers_that_make_no_sense_are_refused(
+    model: Model, target: str, name: str, arguments: list[Any], text: str
+) -> None:
+    with pytest.raises(CommandError, match=text):
+        model.do(target, name, *arguments)
