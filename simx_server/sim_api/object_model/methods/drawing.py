@@ -181,7 +181,7 @@ def _shown_color(options: Options, default: tuple[float, float, float]) -> list[
 def add_signal(call: Call, options: Options = None) -> int:
     """Add a signal and return its number; options name, unit, color, transformation."""
     name, unit = text_option(options, "name", "signal"), text_option(options, "unit")
-    number = call.sim.addGraphStream(call.handle, name, unit, 0, _shown_color(options, (1.0, 0.0, 0.0)))
+    signal = call.sim.addGraphStream(call.handle, name, unit, 0, _shown_color(options, (1.0, 0.0, 0.0)))
     if option(options, "transformation") is not None:
         change = cast(dict[str, Any], option(options, "transformation"))
         kinds = {"raw": 0, "derivative": 1, "integral": 2, "cumulative": 3}
@@ -190,8 +190,8 @@ def add_signal(call: Call, options: Options = None) -> int:
             raise CommandError(f"'{word[:40]}' is no transformation; those are {', '.join(kinds)}")
         scale, offset = number(change, "scale", 1.0), number(change, "offset", 0.0)
         smoothing = whole(change, "smoothing", 1)
-        call.sim.setGraphStreamTransformation(call.handle, number, kinds[word], scale, offset, smoothing)
-    return number
+        call.sim.setGraphStreamTransformation(call.handle, signal, kinds[word], scale, offset, smoothing)
+    return signal
 
 
 @method("graph", "addCurve", "changes", takes_values=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -278,3 +279,25 @@ def test_numbers_that_make_no_sense_are_refused(
 ) -> None:
     with pytest.raises(CommandError, match=text):
         model.do(target, name, *arguments)
+
+
+GRAPH = """
+<mujoco>
+  <worldbody><site name="plot"/></worldbody>
+  <custom><text name="simx:object:plot" data="type=graph"/></custom>
+</mujoco>
+"""
+
+
+def test_graphs_record_signals_and_copy_curves(tmp_path: Path) -> None:
+    model = Model(GRAPH, workspace=tmp_path)
+    signal = model.do("/plot", "addSignal", {"name": "x", "transformation": {"type": "raw", "scale": 2.0}})
+    curve = model.do("/plot", "addCurve", [signal, signal], {"name": "both", "color": [1.0, 0.0, 0.0]})
+    for time in (0.1, 0.2):
+        model.do("/plot", "setSignalPoint", signal, 10 * time)
+        model.do("/plot", "step", time)
+    assert model.do("/plot", "snapshotTrace", curve) != curve
+    model.do("/plot", "removeTrace", curve)
+    model.do("/plot", "reset")
+    with pytest.raises(CommandError, match="no transformation"):
+        model.do("/plot", "addSignal", {"transformation": {"type": "square"}})
