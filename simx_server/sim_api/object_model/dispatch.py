@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
@@ -26,10 +24,9 @@ MODULES = (properties, scene, scene_objects, shapes, sensors, drawing, creating,
 """The modules that declare the methods."""
 
 
-@cache
 def methods(kind: str) -> Mapping[str, Method]:
     """Return the methods of a class with those of the classes above it."""
-    return MappingProxyType(methods_of(kind))
+    return methods_of(kind)
 
 
 def is_known(name: str) -> bool:

@@ -121,17 +121,20 @@ def _kind_now(target: ModelTarget, name: str) -> PropertyType | None:
     return t.STRING if is_text else kind  # API 1 does not tell them apart in the scene's signals
 
 
-def information(target: ModelTarget, name: str, methods: Mapping[str, object]) -> tuple[int, int] | None:
+def information(
+    target: ModelTarget, name: str, methods: Mapping[str, object], groups: frozenset[str] = frozenset()
+) -> tuple[int, int] | None:
     """Return type and flags of a property, a method or a group; None: there is none of this name.
 
     Args:
         target: the object.
         name: the name.
         methods: those of its class.
+        groups: of these methods.
     """
     if name in methods:
         return METHOD, access.NOT_WRITABLE | _NOT_HASHED | _CONSTANT
-    if name in groups_of(target.kind) or any(each.startswith(f"{name}.") for each in methods):
+    if name in groups_of(target.kind) or name in groups:
         return GROUP, access.NOT_WRITABLE | access.NOT_READABLE | _NOT_HASHED | _CONSTANT
     kind = _kind_now(target, name)
     found = access.information(target, name)

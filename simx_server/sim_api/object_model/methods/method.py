@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
@@ -88,12 +90,19 @@ def method(classes: str, name: str, effect: Effect, *, takes_values: bool = Fals
     return declare
 
 
+@cache
 def methods_of(kind: str) -> Mapping[str, Method]:
-    """Return the methods of a class with those of the classes above it."""
+    """Return the methods of a class with those of the classes above it. All modules have declared theirs before."""
     found: dict[str, Method] = {}
     for each in reversed(classes_of(kind)):
         found |= METHODS.get(each, {})
-    return found
+    return MappingProxyType(found)
+
+
+@cache
+def groups_of_methods(kind: str) -> frozenset[str]:
+    """Return the starts of the names of a class's methods, such as `simulation`."""
+    return frozenset(name.rpartition(".")[0] for name in methods_of(kind)) - {""}
 
 
 def option(options: Options, name: str, default: Any = None) -> Any:

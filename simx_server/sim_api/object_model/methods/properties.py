@@ -16,7 +16,7 @@ from simx_server.sim_api.object_model.types import BY_NUMBER, METHOD, MORE_NAMES
 from simx_server.sim_api.properties import access
 from simx_server.sim_api.properties.property_types import PropertyType
 
-from .method import Call, Options, method, methods_of, option, text_option, whole
+from .method import Call, Options, groups_of_methods, method, methods_of, option, text_option, whole
 
 
 def _target(call: Call) -> ModelTarget:
@@ -154,7 +154,8 @@ def get_property_info(
 ) -> tuple[int | None, int | None, str | None]:
     """Return type, flags and a description as JSON; with `noError` three times nil for an unknown name."""
     target = _target(call)
-    found = targets.information(target, name, methods_of(target.kind))
+    kind = target.kind
+    found = targets.information(target, name, methods_of(kind), groups_of_methods(kind))
     if found is not None:
         return (*found, json.dumps({"label": name}))
     if option(options, "noError", False):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
@@ -32,6 +33,7 @@ def _scene(world: World) -> Scene:
     return world.simulation.scene
 
 
+@cache
 def kind_word(kind: ObjectKind) -> str:
     """Return CoppeliaSim's word for a kind of object, such as visionSensor."""
     first, *rest = kind.name.lower().split("_")
