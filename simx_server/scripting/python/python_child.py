@@ -158,6 +158,9 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         function = self._find(name)
         if not callable(function):
             raise ApiError(f"has no function '{name}'")
+        model = sys.modules.get("sim-2")
+        if model is not None and name.startswith("sysCall_"):
+            arguments = model._arguments(arguments)
         return _results(function(*arguments))
 
     def _do_call_number(self, number: int, arguments: list[Any]) -> list[Any]:

@@ -17,6 +17,10 @@ MOST_NUMBERS = 1 << 22
 """Numbers of one matrix."""
 
 
+class WrongValue(TypeError):
+    """A value is of another kind; the text says what it must be."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ref:
     """An object of the model, by its handle; -1 stands for nil."""
@@ -59,7 +63,7 @@ class Matrix:
     def points(self, length: int) -> list[float]:
         """Return the columns one after the other. Raises TypeError unless each has `length` numbers."""
         if self.rows != length:
-            raise TypeError(f"a matrix with {length} rows, one column for each item")
+            raise WrongValue(f"a matrix with {length} rows, one column for each item")
         return [self.numbers[self.columns * i + j] for j in range(self.columns) for i in range(self.rows)]
 
 
@@ -125,7 +129,7 @@ MARK = "@"
 def _list(value: Any) -> list[Any]:
     if isinstance(value, list):
         return cast(list[Any], value)
-    raise TypeError("a list of numbers")
+    raise WrongValue("a list of numbers")
 
 
 def _byte(value: Any) -> int:
@@ -136,10 +140,12 @@ def _numbers(value: Any, count: int | None = None) -> list[float]:
     """Return finite numbers. Raises TypeError."""
     items = _list(value)
     if len(items) > MOST_NUMBERS or (count is not None and len(items) != count):
-        raise TypeError(f"a table of {MOST_NUMBERS if count is None else count} numbers")
+        raise WrongValue(f"a table of {MOST_NUMBERS if count is None else count} numbers")
+    if not set(map(type, items)) <= _FLAT:
+        raise WrongValue("a table of numbers")
     found = [float(each) for each in items]
     if not all(map(math.isfinite, found)):
-        raise TypeError("a table of finite numbers")
+        raise WrongValue("a table of finite numbers")
     return found
 
 
@@ -173,7 +179,7 @@ def from_script(value: Any, *, texts_are_bytes: bool = False) -> Any:
         try:
             return make(fields.get("value"))
         except (TypeError, ValueError, IndexError, KeyError, OverflowError):
-            raise TypeError("a value of the module sim-2") from None
+            raise WrongValue("a value of the module sim-2") from None
     return value
 
 
@@ -247,7 +253,7 @@ def to_color(value: Any) -> Color:
         if max(parts) > 1 or (all_whole and len(parts) == 4):
             return Color(bytes(_byte(each) for each in [*parts, 255][:4]))
         return Color.of(parts)
-    raise TypeError("a colour: red, green, blue, and perhaps alpha, each 0 to 1 or 0 to 255")
+    raise WrongValue("a colour: red, green, blue, and perhaps alpha, each 0 to 1 or 0 to 255")
 
 
 def to_matrix(value: Any) -> Matrix:
@@ -263,6 +269,6 @@ def to_matrix(value: Any) -> Matrix:
     if rows and all(isinstance(row, list) for row in rows):
         width = len(rows[0])
         if any(len(row) != width for row in rows):
-            raise TypeError("a matrix whose rows are equally long")
+            raise WrongValue("a matrix whose rows are equally long")
         return Matrix(len(rows), width, [each for row in rows for each in _numbers(row, width)])
     return Matrix.vector(_numbers(rows))

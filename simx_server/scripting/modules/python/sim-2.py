@@ -68,6 +68,15 @@ def callMethod(target, name, *arguments):
     return tuple(map(_decode, found)) if isinstance(found, tuple) else _decode(found)
 
 
+def _arguments(values):
+    """Return the arguments of a call-back with objects: a joint, which API 1 gives as a handle."""
+    found = [_decode(each) for each in values]
+    for each in found:
+        if isinstance(each, dict) and "handle" in each and "mode" in each:
+            each.setdefault("joint", Object(each["handle"]))
+    return found
+
+
 Object._callMethod = staticmethod(callMethod)
 
 app, scene, self = Object(HANDLE_APP), Object(HANDLE_SCENE), Object(HANDLE_SELF)

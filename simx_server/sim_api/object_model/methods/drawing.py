@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from simx_server.errors import CommandError
+from simx_server.scripting.signature import to_bytes
 from simx_server.sim_api.object_model.values import to_color
 
 from .method import (
@@ -34,11 +35,12 @@ def _packed(data: bytes) -> list[float]:
 
 
 def _given(points: Any, packed: bool) -> list[float]:
-    if packed:
-        return _packed(
-            points.encode("utf-8", "surrogateescape") if isinstance(points, str) else bytes(points)
-        )
-    return points_of(points)
+    if not packed:
+        return points_of(points)
+    try:
+        return _packed(to_bytes(points))
+    except TypeError as problem:
+        raise CommandError(f"packed points must be {problem} of bytes") from None
 
 
 def _frame(options: Options) -> int:

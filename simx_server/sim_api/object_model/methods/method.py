@@ -12,7 +12,7 @@ from simx_server.errors import CommandError
 from simx_server.scripting.signature import MOST_ITEMS, Signature, to_float, to_list
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.classes import classes_of, to_api_1
-from simx_server.sim_api.object_model.values import Matrix, plain, to_matrix
+from simx_server.sim_api.object_model.values import Matrix, WrongValue, plain, to_matrix
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
@@ -62,7 +62,10 @@ class Method:
     def run(self, call: Call, arguments: list[Any]) -> Any:
         """Run it. Raises CommandError."""
         given = arguments if self.takes_values else [plain(each) for each in arguments]
-        return self.function(call, *self.signature.bind(given))
+        try:
+            return self.function(call, *self.signature.bind(given))
+        except WrongValue as problem:
+            raise CommandError(f"a value of {self.name} must be {problem}") from None
 
 
 METHODS: dict[str, dict[str, Method]] = {}
@@ -190,4 +193,7 @@ def silently(options: Options, act: Callable[[], Any]) -> Any:
 
 def handles(values: Iterable[Any]) -> list[int]:
     """Return the handles of a list of objects."""
-    return [int(plain(each)) for each in values]
+    found = [plain(each) for each in values]
+    if any(type(each) is not int for each in found):
+        raise WrongValue("a table of objects")
+    return found

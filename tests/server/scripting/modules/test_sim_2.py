@@ -181,6 +181,20 @@ def test_motions_reach_their_goals(shared: ScriptWorld) -> None:
     assert found[1:] == pytest.approx([0.1, 1.0])
 
 
+def test_the_classes_of_motions_have_the_methods_of_the_model(shared: ScriptWorld) -> None:
+    text = (Path(__file__).parents[3] / "support" / "manual" / "api2_methods.txt").read_text()
+    shared.lua("Motion = require('Motion')")
+    found = 0
+    for kind in ("RuckigPosition", "RuckigVelocity", "MoveToConfig", "MoveToPose", "TimeOptimalTrajectory"):
+        for name in text.partition(f"[{kind}]")[2].partition("[")[0].split():
+            member = (
+                f"getmetatable(Motion.{kind}).__call" if name == "Constructor" else f"Motion.{kind}.{name}"
+            )
+            assert shared.value(f"type({member})") == "function", f"{kind}.{name}"
+            found += 1
+    assert found == 21
+
+
 JOINT = """
 sim = require('sim-2')
 function sysCall_joint(inData)

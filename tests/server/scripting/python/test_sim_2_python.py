@@ -29,6 +29,10 @@ def look():
 
 def sysCall_actuation():
     sim.scene.signal.count = getattr(sim.scene.signal, 'count', 0) + 1
+
+
+def sysCall_msg(message, origin):
+    return message['joint'].name
 """
 
 SCENE = """
@@ -54,6 +58,8 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Any:
     assert script.interpreter is not None, script.problem
     (text,) = script.interpreter.call("look")
     count = world.parts.signals.get_integer("count")
+    hinge = world.handle("hinge")
+    assert script.interpreter.call("sysCall_msg", {"handle": hinge, "mode": 0}, 1) == [b"hinge"]
     world.parts.scripts.close()
     return eval(text), count
 
