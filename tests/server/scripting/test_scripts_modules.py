@@ -86,11 +86,15 @@ def world_with_hook() -> Iterator[World]:
 
 
 def test_a_namespace_is_required_with_its_version() -> None:
-    assert "true, true" in printed("print(require('sim-2') == require 'sim', require 'simIK-2' == simIK)")
+    assert "true, true" in printed("print(require('sim-1') == require 'sim', require 'simIK-2' == simIK)")
+    assert "true, true" in printed(
+        "local sim2 = require('sim-2') print(sim2 ~= sim, sim2.getObject == sim.getObject)"
+    )
 
 
 def test_python_scripts_require_a_namespace_with_its_version() -> None:
-    assert "True" in printed("print(require('sim-2') is sim)", language="python")
+    assert "True" in printed("print(require('sim-1') is sim)", language="python")
+    assert "True" in printed("print(require('sim-2').getObject is sim.getObject)", language="python")
 
 
 def test_the_log_says_once_that_a_module_is_a_stand_in() -> None:

@@ -257,10 +257,13 @@ function sim.__arguments(first, ...)
     return decode(first), ...
 end
 
--- Enumerations, such as sim.simulationState.running, are read when they are used.
+-- Functions of API 1, which the first versions of this module had too, and enumerations, such as
+-- sim.simulationState.running, which are read when they are used.
 local enumerations
 setmetatable(sim, { __index = function(_, name)
     if type(name) ~= "string" then return nil end
+    local old = rawget(api_1, name)
+    if old ~= nil then return old end
     if not enumerations then
         enumerations = {}
         for _, each in ipairs(call(APP, "getStringArrayProperty", "enumTypes")) do enumerations[each] = true end

@@ -94,6 +94,9 @@ class _Items:
 
 
 def __getattr__(name):
+    """Return a function of API 1, which the first versions of this module had too, or an enumeration."""
+    if name in vars(_api_1):
+        return vars(_api_1)[name]
     if not name.startswith("_") and name in callMethod(HANDLE_APP, "getStringArrayProperty", "enumTypes"):
         globals()[name] = _Items(callMethod(HANDLE_APP, "getEnumInfo", name))
         return globals()[name]

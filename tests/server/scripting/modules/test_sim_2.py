@@ -36,7 +36,8 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> ScriptWorld:
         ("sim2.simulationState.running", 17),
         ("sim2.jointType.prismatic", 11),
         ("sim2.handle_all", -2),
-        ("sim2.getObjectPosition == nil", True),
+        ("sim2.getObjectPosition == sim.getObjectPosition", True),
+        ("sim2.getNothing == nil", True),
         ("cube.nothing == nil", True),
         ("cube == sim2.scene:getObject('cube')", True),
         ("sim2.Object('/cube') == cube", True),
@@ -217,3 +218,14 @@ def test_a_call_back_of_a_joint_gets_an_object(tmp_path: Path) -> None:
     world.lua("sim.setJointMode(hinge, 0, 0); sim.setJointTargetPosition(hinge, 1)")
     world.passes(2)
     assert world.value("sim.getStringSignal('name')") == "hinge"
+
+
+def test_a_method_is_called_without_the_module(shared: ScriptWorld) -> None:
+    shared.lua("sim.setMatrixProperty(sim.handle_scene, 'customData.grid', {{1, 2}, {3, 4}})")
+    assert shared.value("sim.getMatrixProperty(sim.handle_scene, 'customData.grid')") == [
+        [1.0, 2.0],
+        [3.0, 4.0],
+    ]
+    found = shared.value("sim.callMethod(sim.handle_scene, 'getProperty', 'customData.grid')")
+    assert found == {"@": "matrix", "value": [2, 2, [1.0, 2.0, 3.0, 4.0]]}
+    assert shared.value("sim2.scene.customData.grid:item(2, 1)") == 3.0
