@@ -11,7 +11,7 @@ local late = ...
 
 local sethook, getinfo, cocreate, coclose, current =
     debug.sethook, debug.getinfo, coroutine.create, coroutine.close, coroutine.running
-local clock, heap, error, setmetatable, rawset = os.clock, collectgarbage, error, setmetatable, rawset
+local clock, heap, error, setmetatable, min = os.clock, collectgarbage, error, setmetatable, math.min
 local struck, watch, spared = false, nil, {}
 
 -- "file:line: " of the innermost frame that is the script's own
@@ -29,8 +29,8 @@ end
 -- Instructions between two runs of the hook: as many as take about 1 ms; 500 cheap ones take 0.005 ms. After a
 -- large piece of work, and when the heap has grown, the minimum, from which it grows slowly: what is compared or
 -- joined next may be large too. The clock is read from the first run of the hook on: reading it takes as long as
--- a short call into a script.
-local FIRST, LEAST, SMALL, LARGE = 100, 2, 32, 100000
+-- a short call into a script. WORK: instructions times kilobytes of the heap.
+local FIRST, LEAST, SMALL, LARGE, MOST, WORK = 100, 2, 32, 100000, 2000, 1000000
 local interval, greatest, last_strike, last_look = FIRST, FIRST, nil, nil
 
 -- Checks Python's clock and serves other clients, at most once per millisecond. True: the time is over.
@@ -40,7 +40,7 @@ local function must_stop()
     if now - last_look < 0.001 then return struck end
     struck = late() or struck
     local kilobytes = heap("count")
-    greatest = kilobytes < 2000 and 500 or kilobytes < 8000 and 400 or kilobytes < 16000 and 150 or 20
+    greatest = kilobytes < 2000 and min(MOST, WORK // kilobytes) or kilobytes < 8000 and 400 or kilobytes < 16000 and 150 or 20
     last_look = clock()
     return struck
 end
@@ -106,7 +106,7 @@ end
 local armed = false
 local sentinel = {}
 function sentinel.__gc()
-    if armed and heap("count") > 4000 then beware() end
+    if armed and heap("count") > 1000 then beware() end
     setmetatable({}, sentinel)
 end
 setmetatable({}, sentinel)
