@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene import properties
+from simx_server.scene.assets.filing import give_points
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.unused_assets import delete_unused
 from simx_server.scene.geometry.point_forms import point_form
@@ -78,12 +79,14 @@ def _replace(spec: Any, body: Any, shown: Shown, name: str) -> None:
     form = point_form(shown.points, shown.colors, shown.size, as_cells=shown.as_cells)
     missing = max(0, _FEWEST_POINTS - len(form.vertices))
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-    mesh.uservert = np.concatenate([form.vertices, np.repeat(form.vertices[-1:], missing, axis=0)]).ravel()
-    mesh.usertexcoord = np.concatenate([form.texture, np.repeat(form.texture[-1:], missing, axis=0)]).ravel()
-    mesh.userface = form.faces.ravel()
+    vertices, texture = (
+        np.concatenate([values, np.repeat(values[-1:], missing, axis=0)])
+        for values in (form.vertices, form.texture)
+    )
+    give_points(spec, mesh, vertices, texture, form.faces)
     height, width = form.image.shape[:2]
-    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
-    texture.height, texture.width, texture.data = height, width, form.image.tobytes()
+    image = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+    image.height, image.width, image.data = height, width, form.image.tobytes()
     material = spec.add_material(name=name, specular=0.0, shininess=0.0, emission=float(shown.glows))
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=name)

@@ -33,8 +33,7 @@ def file_assets(spec: mujoco.MjSpec) -> None:
     """
     for mesh in spec.meshes:
         if len(mesh.uservert) and (data := _packed(mesh)) is not None:
-            mesh.file = name_of(data, _SUFFIX)
-            spec.assets[mesh.file] = data
+            _store(spec, mesh, data)
             for name in _OF_FILE:
                 setattr(mesh, name, [])
     renamed: set[str] = set()
@@ -52,6 +51,33 @@ def file_assets(spec: mujoco.MjSpec) -> None:
     used = {each.file for many in (spec.meshes, spec.textures) for each in many}
     for file in [file for file in spec.assets if is_name(file) and file not in used]:
         del spec.assets[file]
+
+
+def give_points(
+    spec: mujoco.MjSpec, mesh: Any, points: NDArray[Any], coordinates: NDArray[Any], faces: NDArray[Any]
+) -> None:
+    """Give a new mesh its points as a file in memory. Lists of the spec are read and written value by value.
+
+    Args:
+        spec: the spec that the mesh is in.
+        mesh: a mesh without points.
+        points: (n, 3) in metres, at least 4.
+        coordinates: (n, 2) of the texture.
+        faces: (m, 3) indices of points.
+    """
+    none = np.zeros(0, "<f4")
+    parts = (
+        points.astype("<f4").ravel(),
+        none,
+        coordinates.astype("<f4").ravel(),
+        faces.astype("<i4").ravel(),
+    )
+    _store(spec, mesh, _bytes_of(*parts))
+
+
+def _store(spec: mujoco.MjSpec, mesh: Any, data: bytes) -> None:
+    mesh.file = name_of(data, _SUFFIX)
+    spec.assets[mesh.file] = data
 
 
 def points_and_faces(spec: mujoco.MjSpec, mesh: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
@@ -80,9 +106,16 @@ def _packed(mesh: Any) -> bytes | None:
     count = len(points) // 3
     if count < _FEWEST_POINTS or len(normals) not in (0, 3 * count) or len(coordinates) not in (0, 2 * count):
         return None
-    head = np.array([count, len(normals) // 3, len(coordinates) // 2, len(faces) // 3], "<i4")
-    if 3 * count != len(points) or 3 * head[3] != len(faces):
+    if 3 * count != len(points) or len(faces) % 3:
         return None
+    return _bytes_of(points, normals, coordinates, faces)
+
+
+def _bytes_of(
+    points: NDArray[Any], normals: NDArray[Any], coordinates: NDArray[Any], faces: NDArray[Any]
+) -> bytes:
+    """Return the content of a file in MuJoCo's form; all arrays are flat."""
+    head = np.array([len(points) // 3, len(normals) // 3, len(coordinates) // 2, len(faces) // 3], "<i4")
     return b"".join(part.tobytes() for part in (head, points, normals, coordinates, faces))
 
 
