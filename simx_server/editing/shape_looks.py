@@ -55,7 +55,7 @@ def part_corners(world: World, handle: int, geom: int) -> NDArray[np.float64]:
     Curved primitives are faceted. Raises CommandError: an infinite plane.
     """
     sim, instant = world.simulation, world.instants.now(with_points=False)
-    if sim.model.geom_type[geom] == _GEOM.mjGEOM_PLANE:
+    if sim.model.geom_type[geom] == _GEOM.mjGEOM_PLANE.value:
         raise CommandError(f"'{sim.scene.get(handle).name}' is a plane, which has no triangles")
     position, quat = frames.get_pose(sim, handle)
     corners = corners_of(sim.model, geom)
@@ -92,10 +92,10 @@ class PartTexture:
 def part_texture(model: mujoco.MjModel, geom: int) -> PartTexture | None:
     """Return the texture of a geom that is a mesh with texture coordinates."""
     material, mesh = int(model.geom_matid[geom]), int(model.geom_dataid[geom])
-    if material < 0 or model.geom_type[geom] != _GEOM.mjGEOM_MESH or model.mesh_texcoordadr[mesh] < 0:
+    if material < 0 or model.geom_type[geom] != _GEOM.mjGEOM_MESH.value or model.mesh_texcoordadr[mesh] < 0:
         return None
     number = int(model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)])
-    if number < 0 or model.tex_type[number] != mujoco.mjtTexture.mjTEXTURE_2D:
+    if number < 0 or model.tex_type[number] != mujoco.mjtTexture.mjTEXTURE_2D.value:
         return None
     size = (int(model.tex_height[number]), int(model.tex_width[number]), int(model.tex_nchannel[number]))
     start = int(model.tex_adr[number])

@@ -360,8 +360,8 @@ def _find_actuator(item: SceneObject, model: mujoco.MjModel) -> int:
         if (
             int(model.actuator_trntype[actuator]) in joint_drives
             and model.actuator_trnid[actuator, 0] == item.id
-            and model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_NONE
-            and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
+            and model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_NONE.value
+            and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
             and model.actuator_biastype[actuator] <= int(mujoco.mjtBias.mjBIAS_AFFINE)
             and model.actuator_gear[actuator, 0] != 0
             and model.actuator_ctrlnum[actuator] == 1
@@ -374,7 +374,7 @@ def _find_equality(item: SceneObject, model: mujoco.MjModel) -> int:
     """Return the equality that loading added for the joint, or -1; the name of a copy's equality has a prefix."""
     if item.element != "joint":
         return -1
-    of_joint = (model.eq_type == mujoco.mjtEq.mjEQ_JOINT) & (model.eq_obj1id == item.id)
+    of_joint = (model.eq_type == mujoco.mjtEq.mjEQ_JOINT.value) & (model.eq_obj1id == item.id)
     found = np.nonzero(of_joint)[0].tolist()
     return next((equality for equality in found if EQUALITY in model.equality(equality).name), -1)
 
@@ -382,7 +382,11 @@ def _find_equality(item: SceneObject, model: mujoco.MjModel) -> int:
 def _native(model: mujoco.MjModel, actuator: int) -> Native:
     gain = float(model.actuator_gainprm[actuator, 0])
     constant, stiffness, damping = model.actuator_biasprm[actuator, :3].tolist()
-    if model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_AFFINE and constant == 0.0 and gain > 0:
+    if (
+        model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_AFFINE.value
+        and constant == 0.0
+        and gain > 0
+    ):
         if stiffness == -gain:
             return Native.POSITION
         if stiffness == 0.0 and damping == -gain:

@@ -141,7 +141,7 @@ class DummyLinks(Part):
         return [
             equality
             for equality in range(model.neq)
-            if model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE
+            if model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE.value
             and site in (model.eq_obj1id[equality], model.eq_obj2id[equality])
             and EQUALITY in model.equality(equality).name
         ]

@@ -196,7 +196,7 @@ class Builder:
         first = int(model.body_jntadr[body])
         for joint in range(first, first + int(model.body_jntnum[body])):
             name = model.joint(joint).name
-            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE and self._public(name):
+            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE.value and self._public(name):
                 parent = self._add("joint", joint, name, ObjectKind.JOINT, parent, body)
         force_site = self._force_site(body)
         if force_site >= 0:
@@ -221,7 +221,7 @@ class Builder:
             rays = tuple(
                 i
                 for kind, i in self.site_sensors.get(site, ())
-                if kind == mujoco.mjtSensor.mjSENS_RANGEFINDER
+                if kind == mujoco.mjtSensor.mjSENS_RANGEFINDER.value
             )
             if _force_torque(self.site_sensors.get(site, [])):
                 sensors = _force_torque(self.site_sensors[site])
@@ -241,7 +241,7 @@ class Builder:
     def add_tendons(self) -> None:
         """Add the joints on tendons."""
         model = self.model
-        on_tendons = np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON).tolist()
+        on_tendons = np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON.value).tolist()
         driven = sorted({int(model.actuator_trnid[a, 0]) for a in on_tendons if drives_tendon(model, a)})
         for tendon in driven:
             name = model.tendon(tendon).name
@@ -338,9 +338,9 @@ class Builder:
 def drives_tendon(model: mujoco.MjModel, actuator: int) -> bool:
     """Return whether an actuator is a servo (velocity or position) on a tendon, which is then a prismatic joint."""
     return (
-        model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
-        and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
-        and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_AFFINE
+        model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON.value
+        and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED.value
+        and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_AFFINE.value
         and model.actuator_ctrlnum[actuator] == 1
     )
 
@@ -350,9 +350,9 @@ def tendon_body(model: mujoco.MjModel, tendon: int) -> int:
     for wrap in range(
         int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon])
     ):
-        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_SITE:
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_SITE.value:
             return int(model.site_bodyid[model.wrap_objid[wrap]])
-        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT.value:
             return int(model.jnt_bodyid[model.wrap_objid[wrap]])
     return 0
 
@@ -370,7 +370,7 @@ def _by_body(bodies: np.ndarray) -> dict[int, list[int]]:
 
 def _sensors_by_site(model: mujoco.MjModel) -> dict[int, list[tuple[int, int]]]:
     found: dict[int, list[tuple[int, int]]] = {}
-    for sensor in np.flatnonzero(model.sensor_objtype == mujoco.mjtObj.mjOBJ_SITE).tolist():
+    for sensor in np.flatnonzero(model.sensor_objtype == mujoco.mjtObj.mjOBJ_SITE.value).tolist():
         entry = (int(model.sensor_type[sensor]), sensor)
         found.setdefault(int(model.sensor_objid[sensor]), []).append(entry)
     return found

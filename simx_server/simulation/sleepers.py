@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-_LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
+_LOADED = (mujoco.mjtSensor.mjSENS_FORCE.value, mujoco.mjtSensor.mjSENS_TORQUE.value)
 
 _ASLEEP_ARRAYS = (
     "tree_asleep", "tree_awake", "body_awake", "body_awake_ind", "dof_awake_ind", "parent_awake_ind",
@@ -54,7 +54,7 @@ def _sleepless(model: mujoco.MjModel) -> Generator[None]:
 
 def _reason_against(model: mujoco.MjModel) -> str:
     """Return why bodies of a model must not sleep; empty if they may."""
-    if np.any(model.eq_type == mujoco.mjtEq.mjEQ_TENDON):
+    if np.any(model.eq_type == mujoco.mjtEq.mjEQ_TENDON.value):
         return "MuJoCo cannot wake tendons that an equality holds together"
     sites = model.sensor_objid[np.isin(model.sensor_type, _LOADED)]
     if np.any(model.body_weldid[model.site_bodyid[sites]] == 0):

@@ -261,7 +261,7 @@ def _drive(model: mujoco.MjModel, data: mujoco.MjData, velocities: Mapping[int, 
         velocities: linear and angular velocity about the origin of each body that moves, world axes.
     """
     contact = data.contact
-    is_elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+    is_elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC.value
     damping, target = data.efc_KBIP, data.efc_aref
     of_geom = model.geom_bodyid
     # Plain numbers: there are few such contacts, and each operation on an array costs as much as one of them.

@@ -103,7 +103,7 @@ def _link_type(world: World, handle: int) -> float:
     for equality in range(model.neq):
         ends = (model.eq_obj1id[equality], model.eq_obj2id[equality])
         if (
-            model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE
+            model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE.value
             and item.element == "site"
             and item.id in ends
         ):

@@ -28,7 +28,7 @@ class Grip:
         self._root = model.body_rootid.copy()
         self._dofs: dict[int, NDArray[np.intp]] = {}
         """Degrees of freedom that move a body, of the bodies that had such a contact."""
-        self._is_elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+        self._is_elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC.value
 
     def hold(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Write the reference accelerations of the friction; call it when MuJoCo's constraints are known."""

@@ -31,7 +31,7 @@ class Noslip:
         """Leave the pass out of the rest of this step if it has to be; call it when the constraints are known."""
         if not data.ncon or not model.opt.noslip_iterations:
             return
-        if model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+        if model.opt.cone != mujoco.mjtCone.mjCONE_ELLIPTIC.value:
             return
         if self.has_immobile(model, data):
             self._suspended, model.opt.noslip_iterations = int(model.opt.noslip_iterations), 0
@@ -56,7 +56,7 @@ def _bases(model: mujoco.MjModel) -> NDArray[np.intp]:
     Bodies with different bases can move past each other in all directions.
     """
     floats = np.zeros(model.nbody, dtype=bool)
-    floats[model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]] = True
+    floats[model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE.value]] = True
     return np.where(floats[model.body_rootid], model.body_rootid, 0)
 
 

@@ -33,7 +33,9 @@ def limit_separation(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     first = contacts.efc_address
     chosen: NDArray[np.bool_] = (contacts.dist < -DEEP) & (first >= 0)
     rows: NDArray[np.intp] = first[chosen].astype(np.intp)
-    if model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:  # each edge of the pyramid has a part of the normal
+    if (
+        model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL.value
+    ):  # each edge of the pyramid has a part of the normal
         edges: NDArray[np.intp] = np.maximum(1, 2 * (contacts.dim[chosen] - 1))
         within = np.arange(int(edges.sum())) - np.repeat(np.cumsum(edges) - edges, edges)
         rows = np.repeat(rows, edges) + within

@@ -95,7 +95,7 @@ class Stepper:
         self._noslip = Noslip(model)
         self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
-        self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
+        self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE.value))
         self._sensed = np.zeros(data.sensordata.shape)
         self._divergence = Divergence(data)
 

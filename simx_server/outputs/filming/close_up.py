@@ -32,7 +32,7 @@ class CloseUp:
         """Find the geoms that can move; a scene without such keeps the free camera."""
         self.model = model
         bodies = model.geom_bodyid
-        moves = (model.body_weldid[bodies] != 0) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
+        moves = (model.body_weldid[bodies] != 0) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE.value)
         self._geoms: NDArray[np.intp] = np.flatnonzero(moves)
         self._sizes: NDArray[np.float64] = model.geom_rbound[self._geoms][:, None]
         self._extent = float(model.stat.extent)

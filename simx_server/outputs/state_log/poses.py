@@ -81,9 +81,9 @@ def _is_fixed(sim: Simulation, item: SceneObject) -> bool:
         case "joint":
             return item.id == int(model.body_jntadr[item.body])
         case "camera":
-            return model.cam_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED
+            return model.cam_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED.value
         case "light":
-            return model.light_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED
+            return model.light_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED.value
         case element:
             return element != "tendon"
 

@@ -65,7 +65,7 @@ def _add(model: mujoco.MjModel, geom: int, entity: Any) -> None:
         case _GEOM.mjGEOM_CYLINDER | _GEOM.mjGEOM_CAPSULE as kind:
             cylinder = entity.cylinders.add(bottom_scale=1.0, top_scale=1.0)
             _fill(cylinder, position, quat, colour, [2 * size[0], 2 * size[0], 2 * size[1]])
-            if kind == _GEOM.mjGEOM_CAPSULE:
+            if kind == _GEOM.mjGEOM_CAPSULE.value:
                 for end in (-size[1], size[1]):
                     _fill(entity.spheres.add(), _beside(position, quat, end), quat, colour, [2 * size[0]] * 3)
         case _GEOM.mjGEOM_MESH:

@@ -65,7 +65,7 @@ def compile_hulls(sim: LiveScene, names: Sequence[str]) -> None:
 
 def _lacks_hull(model: mujoco.MjModel, geom: int) -> bool:
     mesh = int(model.geom_dataid[geom])
-    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH or model.mesh_graphadr[mesh] >= 0:
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH.value or model.mesh_graphadr[mesh] >= 0:
         return False
     first = int(model.mesh_vertadr[mesh])
     points = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])].astype(float)

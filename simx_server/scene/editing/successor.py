@@ -24,7 +24,8 @@ from .twins import Twins
 _KINDS = {"geom": "geom", "site": "site", "camera": "cam", "light": "light", "joint": "jnt"}
 """Kinds of elements in a body: object's term to the prefix of the model's arrays."""
 
-_SENSED = (mujoco.mjtSensor.mjSENS_RANGEFINDER, mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
+_SENSOR = mujoco.mjtSensor
+_SENSED = (_SENSOR.mjSENS_RANGEFINDER.value, _SENSOR.mjSENS_FORCE.value, _SENSOR.mjSENS_TORQUE.value)
 
 
 def succeed(
@@ -254,6 +255,6 @@ class _Successor(Builder):
 
 
 def _sensed_sites(model: mujoco.MjModel) -> np.ndarray:
-    sensed = (model.sensor_objtype == mujoco.mjtObj.mjOBJ_SITE) & np.isin(model.sensor_type, _SENSED)
+    sensed = (model.sensor_objtype == mujoco.mjtObj.mjOBJ_SITE.value) & np.isin(model.sensor_type, _SENSED)
     found: np.ndarray = model.sensor_objid[sensed]
     return found

@@ -95,7 +95,7 @@ def corners_of(model: mujoco.MjModel, geom: int) -> Array:
     kind = int(model.geom_type[geom])
     if kind in MESHES:
         return _mesh(model, int(model.geom_dataid[geom]))
-    if kind == _GEOM.mjGEOM_HFIELD:
+    if kind == _GEOM.mjGEOM_HFIELD.value:
         return _height_field(model, int(model.geom_dataid[geom]))
     make = _PRIMITIVES.get(kind)
     return np.empty((0, 3, 3)) if make is None else make(model.geom_size[geom])

@@ -21,7 +21,7 @@ def set_turns(
         if (
             turn is not None
             and item.element == "joint"
-            and model.jnt_type[item.id] == mujoco.mjtJoint.mjJNT_BALL
+            and model.jnt_type[item.id] == mujoco.mjtJoint.mjJNT_BALL.value
         ):
             address = int(model.jnt_qposadr[item.id])
             data.qpos[address : address + 4] = normalised(numbers_of(turn))

@@ -89,13 +89,13 @@ def _joint_chain(sim: LiveScene, body: int, last: int) -> tuple[tuple[Pose, Pose
         axis = model.jnt_axis[index].tolist()
         anchor = add(position, rotate(quat, offset))
         kind = model.jnt_type[index]
-        if kind == mujoco.mjtJoint.mjJNT_BALL:
+        if kind == mujoco.mjtJoint.mjJNT_BALL.value:
             turn, value, rest = normalised(data.qpos[address : address + 4].tolist()), 0.0, 0.0
         else:
             value, rest = float(data.qpos[address]), float(model.qpos0[address])
-            turn = about(axis, value - rest) if kind == mujoco.mjtJoint.mjJNT_HINGE else NO_TURN
+            turn = about(axis, value - rest) if kind == mujoco.mjtJoint.mjJNT_HINGE.value else NO_TURN
         align = _alignment(sim, index)
-        if kind == mujoco.mjtJoint.mjJNT_SLIDE:
+        if kind == mujoco.mjtJoint.mjJNT_SLIDE.value:
             along = rotate(quat, axis)
             turned = multiply(quat, align)
             fixed = subtract(anchor, scale(along, rest)), turned
@@ -132,7 +132,7 @@ def shift_beyond(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
         for joint, alignment in zip(joints, alignments, strict=True):
             model.jnt_pos[joint] = compose(back, (tuple(model.jnt_pos[joint].tolist()), NO_TURN))[0]
             model.jnt_axis[joint] = rotate(back[1], model.jnt_axis[joint].tolist())
-            if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
+            if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL.value:
                 address = int(model.jnt_qposadr[joint])
                 value: Quaternion = tuple(data.qpos[address : address + 4].tolist())  # type: ignore[assignment]
                 data.qpos[address : address + 4] = multiply(multiply(back[1], value), conjugate(back[1]))
@@ -166,6 +166,6 @@ def _alignment(sim: LiveScene, joint: int) -> Quaternion:
     known = sim.joints.alignment(joint)
     if known is not None:
         return known
-    if sim.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
+    if sim.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL.value:
         return NO_TURN
     return turn_z_to(sim.model.jnt_axis[joint].tolist())

@@ -155,7 +155,7 @@ def is_carried(model: mujoco.MjModel, body: int, carrier: int) -> bool:
 def free_joint(model: mujoco.MjModel, body: int) -> int:
     """Return the free joint of a body, or -1."""
     joint = int(model.body_jntadr[body])
-    return joint if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else -1
+    return joint if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE.value else -1
 
 
 def _followers(sim: LiveScene, item: SceneObject) -> tuple[int, ...]:
@@ -253,13 +253,13 @@ def _local_pose(sim: LiveScene, item: SceneObject) -> Pose:
         )
         return tuple(positions[item.id].tolist()), tuple(quats[item.id].tolist())  # type: ignore[return-value]
     if item.element == "camera":
-        if model.cam_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
+        if model.cam_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED.value:
             position, quat = model.cam_pos[item.id].tolist(), model.cam_quat[item.id].tolist()
             return tuple(position), multiply(tuple(quat), _HALF_TURN_Y)  # type: ignore[return-value]
         world = _from_matrix(data.cam_xpos[item.id], data.cam_xmat[item.id])
         world = world[0], multiply(world[1], _HALF_TURN_Y)
     else:
-        if model.light_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
+        if model.light_mode[item.id] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED.value:
             return tuple(model.light_pos[item.id].tolist()), turn_z_to(model.light_dir[item.id].tolist())  # type: ignore[return-value]
         world = tuple(data.light_xpos[item.id].tolist()), turn_z_to(data.light_xdir[item.id].tolist())  # type: ignore[assignment]
     return compose(inverse(body_pose(sim, item.body)), world)
@@ -291,10 +291,10 @@ def _tendon_pose(sim: LiveScene, tendon: int) -> Pose:
         int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon])
     ):
         target = int(model.wrap_objid[wrap])
-        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_SITE:
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_SITE.value:
             local = tuple(model.site_pos[target].tolist()), tuple(model.site_quat[target].tolist())
             return compose(body_pose(sim, int(model.site_bodyid[target])), local)  # type: ignore[arg-type]
-        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT.value:
             return joint_frames(sim, target)[0]
     return IDENTITY
 

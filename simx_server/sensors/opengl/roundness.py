@@ -40,7 +40,7 @@ def may_be_coarse(
         return False
     size: NDArray[np.float64] = model.geom_size[chosen]
     # The first size of capsules and cylinders is their radius, the second their half length.
-    is_ellipsoid: NDArray[np.bool_] = model.geom_type[chosen] == mujoco.mjtGeom.mjGEOM_ELLIPSOID
+    is_ellipsoid: NDArray[np.bool_] = model.geom_type[chosen] == mujoco.mjtGeom.mjGEOM_ELLIPSOID.value
     radius = np.where(is_ellipsoid, size.max(axis=1), size[:, 0])
     pixels_per_metre = 0.5 * view.height / view.half_extent()[1]
     if view.orthographic_size is not None:

@@ -116,8 +116,8 @@ class Surfaces:
             if not len(here):
                 continue
             texid = int(texid_of_geom[geom_id])
-            is_plane = model.geom_type[geom_id] == mujoco.mjtGeom.mjGEOM_PLANE
-            if is_plane and model.tex_type[texid] == mujoco.mjtTexture.mjTEXTURE_2D:
+            is_plane = model.geom_type[geom_id] == mujoco.mjtGeom.mjGEOM_PLANE.value
+            if is_plane and model.tex_type[texid] == mujoco.mjtTexture.mjTEXTURE_2D.value:
                 frame = data.geom_xmat[geom_id].reshape(3, 3)
                 local = points[here] @ frame[:, :2] - data.geom_xpos[geom_id] @ frame[:, :2]
                 colours[here] *= self._look_up(int(geom_id), texid, local)

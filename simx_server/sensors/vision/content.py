@@ -120,7 +120,7 @@ def is_flat_and_wide(low: Vectors, high: Vectors, extent: float) -> NDArray[np.b
 
 def _things(model: mujoco.MjModel, low: Vectors, high: Vectors) -> NDArray[np.bool_]:
     """Return (ngeom,): the geoms that are content. A ground lies below everything else."""
-    seen = seen_by_users(model) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
+    seen = seen_by_users(model) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE.value)
     seen &= np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1)
     if not seen.any():
         return seen

@@ -164,7 +164,7 @@ def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSetti
         width = height = DEFAULT_SIDE
     width, height = min(width, MAX_SIDE), min(height, MAX_SIDE)
     fovy = float(model.cam_fovy[item.id])
-    orthographic = model.cam_projection[item.id] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
+    orthographic = model.cam_projection[item.id] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC.value
     if "angle_deg" in note:
         angle = math.radians(float(note["angle_deg"]))
     else:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _GROUP = 4
 """Group of dummies that programs make."""
 
-_SITE = mujoco.mjtObj.mjOBJ_SITE
+_SITE = mujoco.mjtObj.mjOBJ_SITE.value
 
 
 def add_dummy(
@@ -75,9 +75,9 @@ def is_light(sim: LiveScene, item: SceneObject) -> bool:
     if item.element != "site" or item.kind == ObjectKind.FORCE_SENSOR:
         return False
     sensed = (model.sensor_objtype == _SITE) & (model.sensor_objid == site)
-    sensed &= model.sensor_type != mujoco.mjtSensor.mjSENS_RANGEFINDER
+    sensed &= model.sensor_type != mujoco.mjtSensor.mjSENS_RANGEFINDER.value
     sensed |= (model.sensor_reftype == _SITE) & (model.sensor_refid == site)
-    wrapped = (model.wrap_type == mujoco.mjtWrap.mjWRAP_SITE) & (model.wrap_objid == site)
+    wrapped = (model.wrap_type == mujoco.mjtWrap.mjWRAP_SITE.value) & (model.wrap_objid == site)
     # A tendon's path has the site beside a geom in its parameter.
     beside = np.isin(model.wrap_type, _WITH_SIDE_SITES) & (np.rint(model.wrap_prm) == site)
     driven = np.isin(model.actuator_trntype, _ON_SITES) & (model.actuator_trnid == site).any(axis=1)
@@ -85,8 +85,8 @@ def is_light(sim: LiveScene, item: SceneObject) -> bool:
     return not any(each.any() for each in (sensed, wrapped, beside, driven, joined))
 
 
-_WITH_SIDE_SITES = (mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER)
-_ON_SITES = (mujoco.mjtTrn.mjTRN_SITE, mujoco.mjtTrn.mjTRN_SLIDERCRANK)
+_WITH_SIDE_SITES = (mujoco.mjtWrap.mjWRAP_SPHERE.value, mujoco.mjtWrap.mjWRAP_CYLINDER.value)
+_ON_SITES = (mujoco.mjtTrn.mjTRN_SITE.value, mujoco.mjtTrn.mjTRN_SLIDERCRANK.value)
 
 
 def move_site(sim: LiveScene, item: SceneObject, parent: int, body: int, local: Pose) -> None:

@@ -150,7 +150,7 @@ class _Settling:
                     continue
                 if kind in ("cam", "light"):
                     element.mode = (
-                        _FIXED if getattr(self._model, arrays[2])[index] == _FIXED else element.mode
+                        _FIXED if getattr(self._model, arrays[2])[index] == _FIXED.value else element.mode
                     )
                 elif kind == "site" or self._model.geom_type[index] != _MESH:
                     element.size[:] = getattr(self._model, arrays[2])[index]

@@ -76,7 +76,7 @@ def _geoms(sim: LiveScene, item: SceneObject) -> list[int]:
         )
     )
     for geom in found:
-        if model.geom_type[geom] == _GEOM.mjGEOM_PLANE and not model.geom_size[geom, :2].all():
+        if model.geom_type[geom] == _GEOM.mjGEOM_PLANE.value and not model.geom_size[geom, :2].all():
             raise CommandError(f"'{item.name}' is an infinite plane, which has no size")
     return found
 
@@ -110,7 +110,7 @@ def _scale_geom(
     turn = flat.reshape(3, 3) if in_body else np.eye(3)  # a part of the world is its own frame
     place = np.array(model.geom_pos[geom]) if in_body else np.zeros(3)
     along = _along(turn, factors)
-    if kind == _GEOM.mjGEOM_MESH:
+    if kind == _GEOM.mjGEOM_MESH.value:
         _use_scaled_mesh(spec, model, geom, target, turn, place, factors, in_body=in_body)
         return
     if along is None:

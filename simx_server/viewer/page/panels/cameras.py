@@ -175,7 +175,9 @@ class Cameras:
         copy = self._mirror.copy
         if copy is None or camera.number >= copy.model.ncam:
             return False
-        return bool(copy.model.cam_projection[camera.number] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC)
+        return bool(
+            copy.model.cam_projection[camera.number] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC.value
+        )
 
     def _change(self, camera: _Camera, change: Callable[[], None]) -> None:
         """Apply a change, unless the camera has gone meanwhile."""

@@ -140,7 +140,7 @@ def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Generator[None]:
 def _paper(model: mujoco.MjModel, geom: int) -> int:
     """Return the texture of a plane, which the converter leaves out; -1 if it has none."""
     material = int(model.geom_matid[geom])
-    if material < 0 or int(model.geom_type[geom]) != mujoco.mjtGeom.mjGEOM_PLANE:
+    if material < 0 or int(model.geom_type[geom]) != mujoco.mjtGeom.mjGEOM_PLANE.value:
         return -1
     texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
     flat = mujoco.mjtTexture.mjTEXTURE_2D

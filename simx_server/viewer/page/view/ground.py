@@ -18,7 +18,7 @@ def is_ground(copy: Copy, body: int) -> bool:
     if not count:
         return False
     geoms = slice(first, first + count)
-    if np.any(model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_PLANE):
+    if np.any(model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_PLANE.value):
         return True
     low, high = geom_boxes(model, data)
     least, greatest = low[geoms].min(axis=0), high[geoms].max(axis=0)
