@@ -20,8 +20,9 @@ from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
 from .functions import described
+from .requests import Requests
 from .results import to_client, with_functions
-from .wire import END, EXECUTED, Request, WireError, read_request
+from .wire import END, EXECUTED, Request, WireError
 
 if TYPE_CHECKING:
     from .clients import Client, ZmqClients
@@ -78,6 +79,7 @@ class Connection:
         self._clients = clients
         self._world = clients.world
         self._executor = clients.service.executor
+        self._requests = Requests()
         self._call: LastingCall | None = None
         """The call that is being executed, or waits."""
 
@@ -113,7 +115,7 @@ class Connection:
     def receive(self, payload: bytes) -> None:
         """Answer a message that does not come from within a function of the client."""
         try:
-            request = read_request(payload)
+            request = self._requests.read(payload)
         except WireError as problem:
             self._refuse("message", CommandError(str(problem)))
             return
@@ -277,7 +279,7 @@ class Connection:
         """Return the next message of the client; None if it was unreadable and is answered already."""
         payload = self._clients.next_message(self, queue, name)
         try:
-            return read_request(payload)
+            return self._requests.read(payload)
         except WireError as problem:
             self._refuse("message", CommandError(str(problem)))
             return None

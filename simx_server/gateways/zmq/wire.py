@@ -148,34 +148,36 @@ def _short_text(payload: bytes, key: bytes, longest: int) -> str:
 class Reader:
     """Reads the values of one message."""
 
-    __slots__ = ("_data", "_left", "_place")
+    __slots__ = ("_data", "_left", "place")
 
     def __init__(self, data: bytes, place: int = 0) -> None:
         self._data = data
-        self._place: int = place
+        self.place: int = place
+        """Where the next value starts."""
+
         self._left = MAX_ITEMS
 
     def whole(self) -> Any:
         """Return the value that is the whole message. Raises WireError, struct.error or IndexError."""
         value = self.item(0)
-        if self._place != len(self._data):
+        if self.place != len(self._data):
             raise WireError("the message goes on behind its map")
         return value
 
     def item(self, depth: int) -> Any:
         """Return the next value. Raises WireError, struct.error or IndexError."""
-        data, place = self._data, self._place
+        data, place = self._data, self.place
         first = data[place]
-        self._place = place = place + 1
+        self.place = place = place + 1
         if first < 0x18:  # the most frequent ones first: a small number, a short text, a number of 64 bits
             return first
         if 0x60 <= first < 0x78:
             end = place + first - 0x60
             if end <= len(data):
-                self._place = end
+                self.place = end
                 return data[place:end]
         elif first == 0x78:
-            self._place = place + 1
+            self.place = place + 1
             return self._take(data[place])
         elif first == 0xFB:
             return self._simple(27)
@@ -200,7 +202,7 @@ class Reader:
         if major in (4, 5):
             inner = self._inner(depth)
             return self._list(None, inner) if major == 4 else self._map(None, inner)
-        raise WireError(f"no value at byte {self._place - 1}")
+        raise WireError(f"no value at byte {self.place - 1}")
 
     def _count(self, items: int) -> None:
         self._left -= items
@@ -218,22 +220,22 @@ class Reader:
             return None
         size = _SIZES.get(code)
         if size is None:
-            raise WireError(f"no value at byte {self._place - 1}")
+            raise WireError(f"no value at byte {self.place - 1}")
         return int.from_bytes(self._take(size), "big")
 
     def _take(self, count: int) -> bytes:
-        end = self._place + count
+        end = self.place + count
         if end > len(self._data):
-            raise WireError(f"{count} bytes are announced at byte {self._place}, which are not there")
-        taken = self._data[self._place : end]
-        self._place = end
+            raise WireError(f"{count} bytes are announced at byte {self.place}, which are not there")
+        taken = self._data[self.place : end]
+        self.place = end
         return taken
 
     def _simple(self, code: int) -> Any:
         form = _REALS.get(code)
         if form is not None:
-            (value,) = form.unpack_from(self._data, self._place)
-            self._place += form.size
+            (value,) = form.unpack_from(self._data, self.place)
+            self.place += form.size
             return value
         if code not in _SIMPLE:
             raise WireError(f"a simple value {code} has no meaning here")
@@ -244,8 +246,8 @@ class Reader:
         pieces: list[bytes] = []
         self._count(_COLLECTION)
         while not self._ends():
-            first = self._data[self._place]
-            self._place += 1
+            first = self._data[self.place]
+            self.place += 1
             self._count(1 + _PIECE)
             size = first & 31 if first & 31 < 24 else self._number(first & 31)
             if first >> 5 != major or size is None:
@@ -261,7 +263,7 @@ class Reader:
         values: list[Any] = []
         data = self._data
         while not self._ends() if count is None else len(values) < count:
-            place, left = self._place, _MANY if count is None else count - len(values)
+            place, left = self.place, _MANY if count is None else count - len(values)
             last = place + _TO_LAST  # of many numbers; looked at first, since to count them takes longer
             if left < _MANY or data[place] != 0xFB or last >= len(data) or data[last] != 0xFB:
                 self._count(1)
@@ -282,7 +284,7 @@ class Reader:
 
         Looks twice as far each time, so that it costs what it finds.
         """
-        data, start, found, window = self._data, self._place, 0, _MANY
+        data, start, found, window = self._data, self.place, 0, _MANY
         most = min(most, (len(data) - start) // 9)
         while found < most:
             heads = data[start + 9 * found : start + 9 * min(found + window, most) : 9]
@@ -295,14 +297,14 @@ class Reader:
 
     def _floats(self, count: int) -> list[float]:
         """Return this number of numbers of 64 bits, which follow."""
-        run = memoryview(self._data)[self._place : self._place + 9 * count]
+        run = memoryview(self._data)[self.place : self.place + 9 * count]
         raw = bytearray(8 * count)
         for byte in range(8):  # without the head of each number
             raw[byte::8] = run[byte + 1 :: 9]
         numbers = array("d", bytes(raw))
         if byteorder == "little":
             numbers.byteswap()
-        self._place += 9 * count
+        self.place += 9 * count
         return numbers.tolist()
 
     def _map(self, count: int | None, depth: int) -> dict[Any, Any]:
@@ -337,7 +339,7 @@ class Reader:
         if tag not in (_BIG, _BIG_NEGATIVE):
             raise WireError(f"tag {tag} has no meaning here")
         is_text = (
-            self._data[self._place : self._place + 1] in _TEXTS
+            self._data[self.place : self.place + 1] in _TEXTS
         )  # another tag would have another one in it
         digits = Reader.item(self, MAX_DEPTH) if is_text else None
         if not isinstance(digits, bytes) or len(digits) > 128:
@@ -346,8 +348,8 @@ class Reader:
         return number if tag == _BIG else -1 - number
 
     def _ends(self) -> bool:
-        if self._data[self._place] == _BREAK:
-            self._place += 1
+        if self._data[self.place] == _BREAK:
+            self.place += 1
             return True
         return False
 

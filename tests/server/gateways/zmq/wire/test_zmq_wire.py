@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from zmq_world import cbor2
 
+from simx_server.gateways.zmq.requests import Requests
 from simx_server.gateways.zmq.wire import Reader, WireError, language_of, read_request, uuid_of
 
 
@@ -50,3 +52,64 @@ def test_the_identity_is_found_on_either_side_of_long_arguments(is_first: bool) 
     arguments = {"args": [b"x" * 5000]}
     payload = cbor2.dumps({**about, **arguments} if is_first else {**arguments, **about})
     assert (uuid_of(payload), language_of(payload)) == ("me", "lua")
+
+
+_ABOUT = {"uuid": "7d2c5a7e-1111", "ver": 2, "lang": "python"}
+_CALL = cbor2.dumps({"func": "sim.getObjectPosition", "args": [24, -1], **_ABOUT})
+
+
+def _outcome(read: Callable[[bytes], Any], payload: bytes) -> Any:
+    try:
+        return read(payload)
+    except WireError as problem:
+        return str(problem)
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        _CALL,
+        cbor2.dumps({"func": "sim.step", "args": [], **_ABOUT}),
+        cbor2.dumps({"func": "f", "args": [1.5, [True, {"a": b"uuid"}]], **_ABOUT}),
+        cbor2.dumps({"func": "f", "args": {}, **_ABOUT}),
+        cbor2.dumps({"func": "", "args": [], **_ABOUT, "eval": "sim.step()"}),
+        cbor2.dumps({"func": "f" * 300, "args": [], **_ABOUT}),
+        cbor2.dumps({"func": 7, "args": [], **_ABOUT}),
+        cbor2.dumps({"func": "f", "args": 7, **_ABOUT}),
+        cbor2.dumps({**_ABOUT, "args": [1], "func": "f"}),
+        cbor2.dumps({"func": "f", "args": [_CALL], **_ABOUT}),
+        cbor2.dumps({"func": "f", "args": [2], **_ABOUT, "lang": "c++"}),
+        cbor2.dumps({"func": "f", "args": ["x" * 5000], **_ABOUT}),
+        cbor2.dumps({"func": "f", "args": [3], "other": 1, **_ABOUT}),
+        _CALL[:-1],
+        _CALL[:30] + _CALL[-30:],
+        b"\xa6" + _CALL[1:],
+        b"\xa7" + _CALL[1:] + cbor2.dumps("func") + cbor2.dumps("g") + cbor2.dumps("args") + cbor2.dumps([5]),
+        b"\xbf" + _CALL[1:] + b"\xff",
+        b"\xa5\x64func\x61f\x64args\x81\x44abc" + _CALL[-60:],
+        b"",
+    ],
+)  # fmt: skip
+def test_a_message_is_read_the_same_whatever_came_before_it(payload: bytes) -> None:
+    alone = _outcome(read_request, payload)
+    requests = Requests()
+    for _ in range(2):
+        for before in (_CALL, payload):
+            assert requests.read(_CALL) == read_request(_CALL)
+            assert _outcome(requests.read, before) == _outcome(read_request, before)
+            assert _outcome(requests.read, payload) == alone
+
+
+def test_a_connection_does_not_read_the_fields_again_that_each_message_has() -> None:
+    read = list[int]()
+
+    class Counting(Requests):
+        def _learn(self, payload: bytes) -> None:
+            read.append(len(payload))
+            super()._learn(payload)
+
+    requests = Counting()
+    for number in range(5):
+        payload = cbor2.dumps({"func": "sim.getObjectPosition", "args": [number], **_ABOUT})
+        assert requests.read(payload).arguments == [number]
+    assert len(read) == 1
