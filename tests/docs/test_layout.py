@@ -120,3 +120,21 @@ def test_contributing_has_each_folder_with_the_first_sentence_of_its_docstring(p
     shown = re.findall(r"^\| `(\w+)/` \| (.*) \|$", table, re.MULTILINE)
     folders = sorted(path.parent for path in (ROOT / package).glob("*/__init__.py"))
     assert shown == [(folder.name, _content(folder)) for folder in folders]
+
+
+_MEMBER = re.compile(r"(?:mujoco\.mjt\w+|_[A-Z]+)\.mj[A-Z]\w+")
+_ARRAY = re.compile(r"\bmodel\.\w+_\w+(?:\[.*\])?")
+
+
+def test_arrays_of_a_model_are_compared_with_numbers() -> None:
+    """NumPy compares a member of an enumeration value by value in Python; its `value` is 50 to 300 times as fast."""
+    slow = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in files("simx_server")
+        if "mujoco.mjt" in (text := path.read_text(encoding="utf-8"))
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Compare)
+        for sides in [[ast.unparse(each) for each in (node.left, *node.comparators)]]
+        if any(map(_ARRAY.search, sides)) and any(map(_MEMBER.fullmatch, sides))
+    ]
+    assert not slow
