@@ -26,7 +26,7 @@ class Requests:
 
     def __init__(self) -> None:
         self._head = self._tail = b""
-        """What the newest short message had before its function, and behind its arguments."""
+        """Bytes of the newest short message before its function, and behind its arguments."""
 
     def read(self, payload: bytes) -> Request:
         """Return what `read_request` returns; raise as it does."""
