@@ -104,6 +104,14 @@ class OwnServer:
             f"(python {' '.join(self._command[1:-1])}) or give it longer with --server-timeout"
         )
 
+    @staticmethod
+    def _ask_to_end(process: subprocess.Popen[str]) -> None:
+        if sys.platform == "win32":  # `terminate` would end it at once, in the middle of a recording
+            assert process.stdin is not None
+            process.stdin.close()  # --until-eof
+        else:
+            process.terminate()
+
     def stop(self) -> None:
         """Stop the server and wait for it; log if it has exited before."""
         if self._process is None:
@@ -111,7 +119,7 @@ class OwnServer:
         if (code := self._process.poll()) is not None:
             logger.warning("simx-server had already exited with code %d", code)
         else:
-            self._process.terminate()
+            self._ask_to_end(self._process)
             try:
                 self._process.wait(STOP_WITHIN_S)
             except subprocess.TimeoutExpired:

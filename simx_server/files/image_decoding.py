@@ -24,7 +24,8 @@ _MEMORY = 2 << 30
 def main() -> None:
     """Decode; the exit code is 1 if the file is damaged."""
     if resource is not None:
-        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+        if sys.platform == "linux":  # macOS refuses a limit below what all processes map
+            resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     pixels = decode(sys.stdin.buffer.read())
     if pixels is None:

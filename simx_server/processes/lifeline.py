@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -20,7 +21,7 @@ GRACE = 1.5
 def end_with(descriptor: int, grace: float = GRACE) -> None:
     """Watch a file descriptor on a separate thread; when it is closed, end this process as SIGTERM does.
 
-    Bytes read before that are ignored. Windows has no SIGTERM: there the process ends at once.
+    Bytes read before that are ignored.
 
     Args:
         descriptor: open for reading; a descriptor that cannot be read counts as closed.
@@ -35,6 +36,9 @@ def _watch(descriptor: int, grace: float) -> None:
             pass
     except OSError:
         pass
-    os.kill(os.getpid(), signal.SIGTERM)
+    if sys.platform == "win32":
+        signal.raise_signal(signal.SIGTERM)  # `os.kill` would end the process at once, with no handler
+    else:
+        os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(grace)
     os._exit(FAILURE)

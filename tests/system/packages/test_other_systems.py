@@ -180,6 +180,33 @@ def test_a_server_answers_clients_of_its_system_and_of_others(
     assert (status.returncode, len(json.loads(status.stdout))) == (0, 1), status.stderr
 
 
+def test_a_server_ends_well_with_its_parent(system: str, tmp_path: Path) -> None:
+    """The parent's end of the pipe is closed, as by its death; Windows has no signal for that."""
+    scene, recording = tmp_path / "scene.xml", tmp_path / "run.simxlog"
+    scene.write_text(PENDULUM, encoding="utf-8")
+    command = program(system, SERVE, scene, "--port", "0", "--until-eof", "--record", recording)
+    with subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert "realm=" in read_line(process)
+        assert process.stdin is not None
+        process.stdin.close()
+        assert process.wait(20) == 0
+    replayed = ended([sys.executable, "-m", "simx_server", "--replay", str(recording)])
+    assert replayed.returncode == 0, replayed.stderr
+
+
+def test_simx_run_ends_its_server_by_the_way_of_the_system(system: str, tmp_path: Path) -> None:
+    script = tmp_path / "old.py"
+    script.write_text(
+        "import vrep\nprint(vrep.simxStart('127.0.0.1', 19997, 1, 1, 9000, 5))\n", encoding="utf-8"
+    )
+    run = "from simx_client.launch.run import main\nsys.exit(main(sys.argv[1:]))\n"
+    done = ended(program(system, run, "--server", "inverted_pendulum", script))
+    assert (done.returncode, done.stdout) == (0, "0\n"), done.stderr
+    assert "killed" not in done.stderr
+
+
 def test_what_a_system_cannot_do_is_refused_with_a_reason(system: str, tmp_path: Path) -> None:
     scene = tmp_path / "scene.xml"
     scene.write_text(PENDULUM, encoding="utf-8")

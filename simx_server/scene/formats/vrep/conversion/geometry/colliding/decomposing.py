@@ -61,7 +61,8 @@ def main() -> None:
     The argument is the threshold.
     """
     if resource is not None:
-        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+        if sys.platform == "linux":  # macOS refuses a limit below what all processes map
+            resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         resource.setrlimit(resource.RLIMIT_CPU, (_PROCESSOR, _PROCESSOR))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     library: Any = importlib.import_module("coacd")
