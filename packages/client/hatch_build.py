@@ -35,8 +35,8 @@ class Metadata(MetadataHookInterface):
     """Fills in the fields of ``[project]`` that are dynamic."""
 
     def update(self, metadata: dict[str, Any]) -> None:
-        """Add the fields, unless PKG-INFO has provided them."""
-        if not metadata.get("dynamic"):
+        """Add the fields, unless PKG-INFO has provided them, as in a source archive."""
+        if not metadata.get("dynamic") or (Path(self.root) / PACKAGE).is_dir():
             return
         whole = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
         project = whole["project"]
