@@ -41,7 +41,8 @@ def packages_of(line: str) -> set[Requirement]:
 @pytest.mark.parametrize("extra", sorted(EXTRAS))
 def test_an_extras_line_names_the_packages_behind_it(extra: str, where: str) -> None:
     line = installing.extra_line(extra)
-    assert packages_of(line) == {Requirement(text) for text in EXTRAS[extra]}
+    wanted = {Requirement(text) for text in EXTRAS[extra] if installing.is_for_this_python(text)}
+    assert packages_of(line) == wanted
     assert installing.DISTRIBUTION not in line  # it is on no index
 
 
@@ -143,3 +144,11 @@ def test_pages_install_this_project_by_a_path() -> None:
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")]
     found = [f"{page.name}: {hint}" for page in pages for hint in by_name.findall(page.read_text("utf-8"))]
     assert found == []
+
+
+def test_requirements_for_other_versions_of_python_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    requirements = ["a; python_version < '3.14'", 'b ; (python_version >= "3.14")', "c; os_name == 'nt'", "d"]
+    for version, expected in {(3, 13, 1): "acd", (3, 14, 0): "bcd"}.items():
+        monkeypatch.setattr(installing.sys, "version_info", version)
+        assert "".join(each[0] for each in requirements if installing.is_for_this_python(each)) == expected
+    assert "pygame-ce" in installing.extra_line("demo")

@@ -15,6 +15,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Iterable, Sequence
+from operator import eq, ge, gt, le, lt, ne
 from pathlib import Path
 
 DISTRIBUTION = "simx-vrep"
@@ -32,12 +33,21 @@ _PYREP_SOURCES = {
 
 _EXTRA = re.compile(r"\s*(?:\band\s+)?\bextra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
 _NAME = re.compile(r"[\w.-]+")
+_PYTHON = re.compile(r"python_version\s*(<=?|>=?|==|!=)\s*['\"](\d+)\.(\d+)['\"]")
+_COMPARISONS = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq, "!=": ne}
 _PROJECT = Path(__file__).resolve().parents[3] / "pyproject.toml"
 """Exists in a clone."""
 
 
 def declared() -> dict[str | None, list[str]]:
-    """Return what this project requires (None) and each of its extras, as pip takes it; empty if unknown."""
+    """Return what this project requires (None) and each of its extras, as pip takes it; empty if unknown.
+
+    Requirements that are for other versions of Python are left out.
+    """
+    return {extra: [each for each in some if is_for_this_python(each)] for extra, some in _declared().items()}
+
+
+def _declared() -> dict[str | None, list[str]]:
     if _PROJECT.is_file():
         import tomllib
 
@@ -63,6 +73,14 @@ def by_extra(requirements: Iterable[str]) -> dict[str | None, list[str]]:
         whole = f"{requirement.strip()}; {rest}" if rest else requirement.strip()
         found.setdefault(extra and extra["extra"], []).append(whole)
     return found
+
+
+def is_for_this_python(requirement: str) -> bool:
+    """Return whether every comparison of the version of Python in a requirement's marker is true here."""
+    compared = _PYTHON.findall(requirement.partition(";")[2])
+    return all(
+        _COMPARISONS[sign](sys.version_info[:2], (int(major), int(minor))) for sign, major, minor in compared
+    )
 
 
 def name_of(requirement: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from simx_client.protocol.cli.installing import package_line
+from simx_client.protocol.cli.installing import extra_line
 
 from .backend import ALT, CONTROL, LEFT, MIDDLE, RIGHT, SHIFT, Backend, Listener, NoBackend
 
@@ -36,7 +36,7 @@ def open_sdl() -> Backend:
         import pygame
         from pygame._sdl2 import video
     except ImportError:
-        raise NoBackend(f"pygame is not installed ({package_line('pygame')})") from None
+        raise NoBackend(f"pygame is not installed ({extra_line('demo')})") from None
     try:
         pygame.display.init()
     except pygame.error as error:
