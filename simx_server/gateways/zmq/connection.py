@@ -252,6 +252,9 @@ class Connection:
     def call_back(self, name: str, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function of the client and return its results; meanwhile answer what it calls.
 
+        None at the end of the arguments, such as auxiliary data that a motion was not given, is left out, as in
+        CoppeliaSim: functions for (pose, velocities, accelerations) are called with three arguments.
+
         Raises:
             ScriptError: it takes too long, or the client has left.
         """
@@ -263,7 +266,7 @@ class Connection:
             queue.append(None)
         self._depth += 1
         try:
-            self._send({"func": name, "args": to_client("", arguments)})
+            self._send({"func": name, "args": to_client("", _without_last_nones(arguments))})
             while True:
                 request = self._next_request(queue, name)
                 if request is None:
@@ -341,3 +344,10 @@ def _as_text(argument: Any) -> Any:
         return argument.decode()
     except UnicodeDecodeError:
         return argument
+
+
+def _without_last_nones(arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+    count = len(arguments)
+    while count and arguments[count - 1] is None:
+        count -= 1
+    return arguments[:count]

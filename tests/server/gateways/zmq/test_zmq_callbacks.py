@@ -61,6 +61,25 @@ def test_a_motion_calls_a_function_in_every_step(server: ZmqWorld) -> None:
     assert in_a_table[-1] == pytest.approx(0.2)
 
 
+def test_none_at_the_end_of_the_arguments_of_a_function_is_left_out(server: ZmqWorld) -> None:
+    """Functions of three arguments are called by motions without auxiliary data, as in CoppeliaSim."""
+    sim = server.sim()
+    sim.setStepping(True)
+    sim.startSimulation()
+    poses: list[list[float]] = []
+
+    def move(pose: list[float], _velocity: Any, _acceleration: Any) -> None:
+        poses.append(pose)
+
+    start, goal, most = [0, 0, 0, 0, 0, 0, 1], [0.1, 0, 0, 0, 0, 0, 1], [9.0] * 4
+    sim.moveToPose(-1, start, most, most, most, goal, move, None, None)
+    assert poses[-1][0] == pytest.approx(0.1)
+    with_auxiliary: list[Any] = []
+    sim.moveToPose(-1, start, most, most, most, goal, lambda *given: with_auxiliary.append(given[3:]), 7)
+    assert with_auxiliary[-1] == (7,)
+    assert sim.testCB(None, lambda *given: len(given), 1, 1) == 2, "before a value None is kept"
+
+
 def test_a_function_that_raises_leaves_the_client_usable(server: ZmqWorld) -> None:
     sim = server.sim()
 
