@@ -114,12 +114,17 @@ class ScriptFunctions(ApiPart, effect="changes"):
         return self._script_at(script).source(self._sim) if loose is None else loose.text.encode()
 
     @reads
-    def getScriptHandle(self, owner: str | None = None) -> int:
-        """Return the handle of an object's child script; without a name, of the caller. V-REP 3's form."""
-        if owner is None or owner == str(HANDLE_SELF):
-            return self._script.handle
-        handle = self._sim.scene.resolve(self._adjusted(owner), self._owner)
-        return self._of(handle, ScriptKind.CHILD)
+    def getScriptHandle(
+        self, kind: int | str = HANDLE_SELF, name: str = "", object_handle: int = HANDLE_SELF
+    ) -> int:
+        """Return the handle of a script: V-REP 3's form gives the name of an object with a child script, or nothing for
+        the caller; CoppeliaSim's a script type and the name or the handle of the object.
+
+        Returns -1 if the object has no such script.
+        """
+        if isinstance(kind, str):
+            kind, name = (HANDLE_SELF, "") if kind == str(HANDLE_SELF) else (ScriptKind.CHILD, kind)
+        return self.getScript(kind, name or object_handle)
 
     @reads
     def getScript(self, kind: int, owner: int | str = HANDLE_SELF, _name: str = "") -> int:

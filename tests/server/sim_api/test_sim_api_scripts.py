@@ -47,6 +47,10 @@ def test_scripts_are_found_by_their_object(world: ScriptWorld) -> None:
     assert none == -1
     assert world.value("sim.getScriptHandle('cube')") == other
     assert world.lua(
+        ELSE + "return sim.getScriptHandle(1, 'cube'), sim.getScriptHandle(1, '', cube), "
+        "sim.getScriptHandle(sim.scripttype_customizationscript, 'wall'), sim.getScriptHandle(1, 'wall')"
+    ) == [other, other, custom, -1], "CoppeliaSim's form, with a script type"
+    assert world.lua(
         ELSE + "return sim.getScript(sim.scripttype_childscript, cube), sim.getScript(1, 'cube')"
     ) == [
         other,
