@@ -49,7 +49,9 @@ def as_record(world: World) -> dict[str, Any]:
     scene = world.simulation.scene
     scripts: dict[int, list[dict[str, Any]]] = {}
     for script in world.scripts.all():
-        scripts.setdefault(script.owner, []).append(_script(world.simulation, script))
+        # A script object at the top serves no object, but its script is not a main script.
+        place = script.owner if script.owner != -1 else script.home
+        scripts.setdefault(place, []).append(_script(world.simulation, script))
     return {
         "scene": scene.name,
         "file": str(scene.path) if scene.path is not None else None,

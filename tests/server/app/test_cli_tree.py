@@ -26,8 +26,11 @@ SCENE = """
       </body>
     </body>
     <site name="mark"/>
+    <site name="clock"/>
   </worldbody>
   <custom>
+    <text name="simx:object:clock" data="type=script"/>
+    <text name="simx:lua:clock" data="function sysCall_init() end"/>
     <text name="simx:lua:base" data="function openHand(a) end&#10;local function hidden() end"/>
     <text name="simx:collection:both" data="objects=base,arm"/>
   </custom>
@@ -59,15 +62,16 @@ def test_people_see_handle_name_under_its_parent_type_and_script(
 ) -> None:
     assert cli.main([scene, "--tree"]) == 0
     head, *lines = capsys.readouterr().out.splitlines()
-    assert head.startswith("small: 7 objects (")
+    assert head.startswith("small: 8 objects (")
     assert lines == [
         "     1  mark            dummy",
-        "     2  base            shape                child script base.lua",
-        "     3    hinge         joint revolute",
-        "     4      arm         shape",
-        "     5        eye       vision sensor 32x24",
-        "     6        rail      joint prismatic",
-        "     7          slider  shape",
+        "     2  clock           script               child script clock.lua",
+        "     3  base            shape                child script base.lua",
+        "     4    hinge         joint revolute",
+        "     5      arm         shape",
+        "     6        eye       vision sensor 32x24",
+        "     7        rail      joint prismatic",
+        "     8          slider  shape",
         "collection: both",
     ]
 
@@ -79,7 +83,7 @@ def test_programs_get_types_parents_paths_and_what_scripts_offer(
     objects = {each["name"]: each for each in record["objects"]}
     assert objects["eye"]["path"] == "/base/hinge/arm/eye"
     assert objects["eye"]["resolution"] == [32, 24]
-    assert (objects["slider"]["parent_name"], objects["slider"]["parent"]) == ("rail", 6)
+    assert (objects["slider"]["parent_name"], objects["slider"]["parent"]) == ("rail", 7)
     assert (objects["mark"]["parent_name"], objects["mark"]["parent"]) == (None, -1)
     [script] = objects["base"]["scripts"]
     assert (script["type"], script["functions"]) == ("child", ["openHand"])
