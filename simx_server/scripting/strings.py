@@ -10,6 +10,11 @@ from .interpreter import Plain
 GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persistentDataRead")
 """Functions whose results are bytes even when these could be text."""
 
+GIVES_TEXT = re.compile(
+    r"\.(getStringSignal|readCustomStringData|getExtensionString|getSettingString|getScriptText|receiveData)$"
+)
+"""Functions whose results are text where they can be, although they hold any bytes."""
+
 LONG_LIST = 16
 """Items above which a list is looked at as a whole first."""
 

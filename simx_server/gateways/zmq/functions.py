@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from simx_server import sim_api as api
-from simx_server.scripting.strings import GIVES_BYTES
+from simx_server.scripting.strings import GIVES_BYTES, GIVES_TEXT
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.namespaces import effects, signatures
 
@@ -38,7 +38,7 @@ class Function(NamedTuple):
     """A namespace has it."""
 
     is_typed: bool
-    """It declares the types of all its results."""
+    """It declares the types of all its results, and its bytes are never text."""
 
     gives_bytes: bool
     """Its texts are bytes, as far as it declares no types."""
@@ -62,7 +62,7 @@ def described(full_name: str) -> Function:
         name,
         f"{space}.{name}",
         is_known,
-        is_known and _is_typed(getattr(api.NAMESPACES[space], name)),
+        is_known and not GIVES_TEXT.search(full_name) and _is_typed(getattr(api.NAMESPACES[space], name)),
         bool(GIVES_BYTES.search(full_name)),
         effects(space)[name] if is_known else _effect_of_own(space, full_name),
     )

@@ -37,6 +37,15 @@ def test_text_is_str_and_data_is_bytes(server: ZmqWorld) -> None:
     assert isinstance(sim.packTable([1, 2]), bytes)
     sim.setStringSignal("data", b"\x00\x01\xff")
     assert sim.getStringSignal("data") == b"\x00\x01\xff"
+    sim.setStringSignal("data", "done")
+    assert sim.getStringSignal("data") == "done"
+    assert sim.getBufferSignal("data") == b"done"
+    box = sim.getObject("/box")
+    sim.writeCustomStringData(box, "note", "fragile")
+    assert (sim.readCustomStringData(box, "note"), sim.readCustomDataBlock(box, "note")) == (
+        "fragile",
+        b"fragile",
+    )
     sim.startSimulation()
     script = sim.getScript(sim.scripttype_childscript, sim.getObject("/arm"))
     assert sim.callScriptFunction("double", script, 21) == 42
