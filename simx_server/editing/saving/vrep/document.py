@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import MAIN
 from simx_server.scene.formats.vrep.conversion.facts.scripts import options_of_version
 from simx_server.scene.formats.vrep.reading import OBJECTS
 from simx_server.scene.formats.vrep.writing.meshes import MeshPools
@@ -24,7 +25,7 @@ from .baseline import Baseline, collection_numbers
 from .facts import Facts
 from .field import NotInVrepFiles, Writing
 from .objects import Origin, records_of
-from .registered import ENTRIES, kept_entries, number_collections
+from .registered import ENTRIES, kept_entries, new_entries, number_collections
 from .settings import change_settings
 
 if TYPE_CHECKING:
@@ -112,9 +113,11 @@ class _Document:
         version = self._first.header.serialization
         for origin in filter(None, map(self._world.origins.of, self._handles)):
             self._baseline(origin[0])
-        others = [each for each in self._baselines.values() if each is not self._first]
+        known: Mapping[str, Mapping[str, Annotation]] = {}
         if self._same_kind:
-            self._top = kept_entries(self._facts, self._first, others, self._writing)
+            self._top = kept_entries(self._facts, self._first, self._writing)
+            known = self._first.facts.saved.registered
+        self._top += new_entries(self._facts, known, self._baselines.values(), self._writing)
         if not self._is_model:
             change_settings(self._top, self._facts, self._first.facts, version)
         scripts_of = {handle: self._scripts(handle) for handle in self._handles}
@@ -353,7 +356,7 @@ class _Document:
     def _main_script(self, script: RecordList, payload: bytes) -> bytes:
         """Return the main script, changed where it was."""
         before, now = self._first.annotations.main_script, self._facts.saved.main_script
-        if scripts.kind_of(script) != scripts.MAIN or scripts.is_same(before, now):
+        if scripts.kind_of(script) != MAIN or scripts.is_same(before, now):
             return payload
         if now is None:
             raise NotInVrepFiles("the removal of the main script")

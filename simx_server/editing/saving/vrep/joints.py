@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from simx_server.joints.state import JointMode, JointState
+from simx_server.joints.state import JointState
 from simx_server.scene.formats.vrep.decoding.joints import (
     CYCLIC,
     ENGINE_TAGS,
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 _FIRST_WITH_LIMITS_OF_MOTION = 23
 """Version of the format from which joints have limits of velocity, acceleration and jerk in one record."""
-
-_MODES = {mode: int(mode) for mode in JointMode}
 
 
 def _state(world: World, handle: int) -> JointState | None:

@@ -43,24 +43,20 @@ _FIRST_PAIR = {"COL": 2_010_000, "DST": 2_020_000}
 _NUMBERS = {kind: number for number, kind in KINDS.items()}
 
 
-def kept_entries(
-    facts: Facts, baseline: Baseline, others: Iterable[Baseline], writing: Writing
-) -> list[TopRecord]:
-    """Return the records of a file, without the entries that do not exist any more, and with new ones.
+def kept_entries(facts: Facts, baseline: Baseline, writing: Writing) -> list[TopRecord]:
+    """Return all records of a file, without the entries that do not exist any more.
 
     Args:
         facts: those of the present world.
         baseline: the file.
-        others: the files of models that were loaded since.
         writing: the numbers of objects and collections.
 
     Raises:
-        NotInVrepFiles: an entry has changed, or is new and of a kind that is not written.
+        NotInVrepFiles: an entry has changed that is not a collection.
     """
     now, before = facts.saved.registered, baseline.facts.saved.registered
     renamed = _renamed(facts, baseline)
     unique, found = UniqueNames("{}#{}"), list[TopRecord]()
-    seen = {(kind, name) for kind, notes in before.items() for name in notes}
     for tag, payload in baseline.records:
         if tag not in ENTRIES:
             found.append((tag, payload))
@@ -75,15 +71,36 @@ def kept_entries(
             found.append((tag, _collection(payload, name, new, facts, writing)))
         elif new is not None:
             raise NotInVrepFiles(f"the changed {kind.replace('_', ' ')} '{name}'")
-    for kind, notes in now.items():
+    return found
+
+
+def new_entries(
+    facts: Facts,
+    known: Mapping[str, Mapping[str, Annotation]],
+    baselines: Iterable[Baseline],
+    writing: Writing,
+) -> list[TopRecord]:
+    """Return the records of entries that the file has not.
+
+    Args:
+        facts: those of the present world.
+        known: the entries that it has, by kind and name.
+        baselines: all files from which objects come.
+        writing: the numbers of objects and collections.
+
+    Raises:
+        NotInVrepFiles: one is of a kind that is not written.
+    """
+    found, baselines = list[TopRecord](), list(baselines)
+    for kind, notes in facts.saved.registered.items():
         for name, note in notes.items():
-            if (kind, name) in seen or (kind == "ik" and not note):
+            if name in known.get(kind, {}) or (kind == "ik" and not note):
                 continue
             if kind == "collection":
                 found.append((_GROUP, _collection(b"", name, note, facts, writing)))
             elif kind in _PAIRS:
                 found.append((_PAIRS[kind], _pair(_PAIRS[kind], name, note, facts, writing)))
-            elif kind == "old_ui" and (payload := _ui(name, note, (baseline, *others), facts, writing)):
+            elif kind == "old_ui" and (payload := _ui(name, note, baselines, facts, writing)):
                 found.append((_UI, payload))
             else:
                 raise NotInVrepFiles(f"the new {kind.replace('_', ' ')} '{name}'")

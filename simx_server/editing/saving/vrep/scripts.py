@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import CHILD, CUSTOMIZATION, MAIN
+from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import CHILD, CUSTOMIZATION
 from simx_server.scene.formats.vrep.decoding.scripts import DISABLED, THREADED, unmasked
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list
 from simx_server.scene.formats.vrep.writing.script_texts import masked
@@ -102,9 +102,3 @@ def script_bytes(script: RecordList) -> bytes:
 def noted_kinds(notes: Mapping[str, Annotation]) -> dict[int, Annotation]:
     """Return the scripts of an object by their types in files."""
     return {KINDS[kind]: note for kind, note in notes.items() if kind in KINDS}
-
-
-__all__ = [
-    "CHILD", "CUSTOMIZATION", "MAIN", "change", "is_same", "kind_of", "new_script", "noted_kinds", "parse_script",
-    "place_of", "rename_owner", "script_bytes",
-]  # fmt: skip

@@ -14,6 +14,7 @@ from vrep_writer import VrepWriter
 
 from simx_client.protocol import constants as c
 from simx_server.editing.saving.forms import scene_files
+from simx_server.editing.saving.vrep.document import vrep_model
 from simx_server.editing.saving.vrep.field import NotInVrepFiles
 from simx_server.handlers.saving import save_model, save_scene
 from simx_server.scene.formats.archives.archive import is_archive_file
@@ -229,6 +230,19 @@ def test_a_run_is_saved_where_everything_is(world: VrepWorld, tmp_path: Path) ->
     assert again.sim.joints.position(handle(again, "motor")) == pytest.approx(
         world.sim.joints.position(handle(world, "motor")), abs=1e-6
     )
+
+
+def test_a_model_out_of_a_scene_stands_alone(world: VrepWorld, tmp_path: Path) -> None:
+    some = world.do("createCollection", "some", 0)
+    world.do("addObjectToCollection", some, handle(world, "wheel"), c.sim_handle_single, 0)
+    world.do("setObjectInt32Param", handle(world, "eye"), c.sim_visionintparam_entity_to_render, some)
+    (tmp_path / "base.ttm").write_bytes(vrep_model(world.parts, handle(world, "base")).data)
+    again = VrepWorld(tmp_path / "base.ttm")
+    names = again.sim.scene.by_names().keys()
+    assert {"base", "motor", "wheel", "tip", "eye", "near"} <= names
+    assert not names & {"pair", "goal"}
+    assert again.parts.vision.entity(handle(again, "eye")) == again.parts.collections.find("some")
+    assert [script.kind.name for script in again.parts.scripts.all()] == ["CHILD"]
 
 
 def test_records_that_did_not_change_keep_their_bytes(world: VrepWorld) -> None:
