@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MISSING = "--zmq needs the package cbor2, which is missing; install it with: {line}, or start without --zmq"
+MISSING = (
+    "--{flag} needs the package cbor2, which is missing; install it with: {line}, or start without --{flag}"
+)
 
 MOST_UNANSWERED = 16
 """Messages of one connection that wait for an answer. A correct client sends the next after an answer; a connection
@@ -89,12 +91,12 @@ _OLD = {
 }
 
 
-def missing() -> str:
-    """Return what to install, if the package is missing; else an empty text."""
+def missing(flag: str = "zmq") -> str:
+    """Return what to install, if the package that a flag needs is missing; else an empty text."""
     try:
         __import__("cbor2")
     except ImportError:
-        return MISSING.format(line=extra_line("zmq"))
+        return MISSING.format(line=extra_line("zmq"), flag=flag)
     return ""
 
 
@@ -118,7 +120,7 @@ class ZmqGateway(Listening[SocketPeer]):
         Raises:
             GatewayError: a package is missing, or the address cannot be used.
         """
-        if problem := missing():
+        if problem := missing(self.flag):
             raise GatewayError(problem)
         self._prefix = VIEWER if may_only_read else ""
         self._pack = packer()
