@@ -64,14 +64,11 @@ _FAILED = (False, b"failed inside the server; its log says why")
 _MANY = 5000
 """Items of a table that are converted in about 3 ms; after this number the clock is checked."""
 
-_MANY_SIMPLE = 20 * _MANY
-"""Simple items of a table that are passed on as fast: nothing has to be converted."""
-
 _SIMPLE: Final = frozenset({bool, float, int, bytes, type(None)})
 """Types that lupa returns for values of Lua."""
 
 _UNCHANGED: Final = frozenset({bool, float, bytes})
-"""Types of items that enter Lua as they are. Not int: Lua's integers have 64 bits."""
+"""Types of items that enter Lua as they are."""
 
 _LONGEST_LINE = 100_000
 """Maximum bytes of a printed line, and of an error's text."""
@@ -368,9 +365,7 @@ class LuaInterpreter:
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")
         if isinstance(value, (list, tuple)):
-            if len(value) < _MANY_SIMPLE and _UNCHANGED.issuperset(map(type, value)):
-                return self._runtime.table_from(value)
-            return self._runtime.table_from([self._to_lua(item) for item in self._breathing(value)])
+            return self._runtime.table_from(self._entering(value))
         if isinstance(value, dict):
             items = self._breathing(value.items())
             return self._runtime.table_from(
@@ -389,29 +384,53 @@ class LuaInterpreter:
             return bytes(value)
         raise TypeError(f"a {type(value).__name__} cannot enter a script")
 
+    def _entering(self, items: Sequence[Any]) -> Sequence[Any]:
+        if len(items) <= _MANY and _enters_as_it_is(items):
+            return items
+        entering: list[Any] = []
+        for piece in self._pieces(items):
+            entering += piece if _enters_as_it_is(piece) else map(self._to_lua, piece)
+        return entering
+
     def _from_lua(self, value: Any) -> Any:
         if type(value) in _SIMPLE:
             return value
         kind = self._lua_type(value)
         if kind == "table":
-            pairs = iter(value.items())
-            items = dict(itertools.islice(pairs, _MANY))
-            numbers: Iterable[int] = range(1, len(items) + 1)
-            if len(items) == _MANY:
-                items.update(self._with_turns_of_others(pairs))
-                numbers = self._with_turns_of_others(range(1, len(items) + 1))
+            items = self._items(value)
             try:
-                found = [items[i] for i in numbers]
-                if len(found) < _MANY_SIMPLE and _SIMPLE.issuperset(map(type, found)):
-                    return found
-                return [self._from_lua(item) for item in self._breathing(found)]
+                found = [items[i] for i in range(1, len(items) + 1)]
             except KeyError:  # it has a gap, or names
                 return {_key(key): self._from_lua(item) for key, item in self._breathing(items.items())}
+            if len(found) <= _MANY and _SIMPLE.issuperset(map(type, found)):
+                return found
+            leaving: list[Any] = []
+            for piece in self._pieces(found):
+                leaving += piece if _SIMPLE.issuperset(map(type, piece)) else map(self._from_lua, piece)
+            return leaving
         if kind == "function":
             return LuaFunction(self, value)
         if kind is not None:
             raise ScriptError(f"{self.name}: a {kind} cannot leave the script")
         return value
+
+    def _items(self, table: Any) -> dict[Any, Any]:
+        """Return the keys and values of a table of Lua, unconverted."""
+        pairs = iter(table.items())
+        items = dict(itertools.islice(pairs, _MANY))
+        read = _MANY
+        while len(items) == read:
+            self._breathe()
+            items.update(itertools.islice(pairs, _MANY))
+            read += _MANY
+        return items
+
+    def _pieces(self, items: Sequence[_T]) -> Iterator[Sequence[_T]]:
+        """Yield a long list in pieces; the server answers other clients between them."""
+        for start in range(0, len(items), _MANY):
+            if start:
+                self._breathe()
+            yield items[start : start + _MANY]
 
     def _breathing(self, items: Iterable[_T]) -> Iterable[_T]:
         """Yield the items of a table; a large one takes long to convert, so the server answers other clients
@@ -423,9 +442,14 @@ class LuaInterpreter:
 
     def _with_turns_of_others(self, items: Iterable[_T]) -> Iterator[_T]:
         for number, item in enumerate(items, 1):
-            if number % _MANY == 0 and self._late():
-                raise ScriptError(f"{self.name}: took too long and was stopped (a very large table?)")
+            if number % _MANY == 0:
+                self._breathe()
             yield item
+
+    def _breathe(self) -> None:
+        """Answer other clients, and end a call that takes too long."""
+        if self._late():
+            raise ScriptError(f"{self.name}: took too long and was stopped (a very large table?)")
 
     def _explain(self, problem: str) -> str:
         """Return the message with the file's name in front, as Lua does for most; add advice to unknown old names."""
@@ -439,6 +463,14 @@ class LuaInterpreter:
         if plugin:
             problem = f"{problem}: {no_such_plugin(plugin[1], self._api.namespaces())}"
         return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
+
+
+def _enters_as_it_is(items: Sequence[Any]) -> bool:
+    """Return whether lupa makes values of Lua of all items; Lua's integers have 64 bits."""
+    kinds = set(map(type, items))
+    if kinds == {int}:
+        return min(items) >= -(1 << 63) and max(items) < 1 << 63
+    return kinds <= _UNCHANGED
 
 
 def _key(key: bytes | int) -> str | int:

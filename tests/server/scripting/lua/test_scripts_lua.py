@@ -100,6 +100,26 @@ def test_tables_with_keys_that_cannot_cross_are_an_error(key: str, what: str) ->
             interpreter.call(function)
 
 
+def test_long_tables_cross_in_pieces_exactly() -> None:
+    interpreter = script("function f(t) return t end function named(t) t.key = 1 return t end", time_limit=5)
+    count = 2 * lua._MANY
+    numbers, ends = list(range(count)), [1 << 62, -(1 << 63)]
+    for values in (
+        numbers + ends,
+        [number / 2 for number in numbers],
+        [*numbers, 0.5, b"x", [1, [2.0]]],
+        [*numbers[:-1], "text"],
+        [*numbers, 1 << 63],
+    ):
+        (given,) = interpreter.call("f", values)
+        expected = [b"text" if value == "text" else value for value in values]
+        assert given == expected
+        assert set(map(type, given[:count])) <= {int, float, bytes}
+    assert type(given[-1]) is float, "an integer of more than 64 bits"
+    (named,) = interpreter.call("named", numbers)
+    assert (len(named), named["key"], named[count]) == (count + 1, 1, count - 1)
+
+
 def test_tables_with_names_are_dicts_both_ways() -> None:
     interpreter = script(
         "function f(t) return t.a, t.b.c, t end function g() return {x = {1, y = 2}, z = {}} end"
