@@ -365,7 +365,8 @@ class LuaInterpreter:
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")
         if isinstance(value, (list, tuple)):
-            return self._runtime.table_from(self._entering(value))
+            is_short = len(value) <= _MANY and _UNCHANGED.issuperset(map(type, value))
+            return self._runtime.table_from(value if is_short else self._entering(value))
         if isinstance(value, dict):
             items = self._breathing(value.items())
             return self._runtime.table_from(
@@ -384,9 +385,7 @@ class LuaInterpreter:
             return bytes(value)
         raise TypeError(f"a {type(value).__name__} cannot enter a script")
 
-    def _entering(self, items: Sequence[Any]) -> Sequence[Any]:
-        if len(items) <= _MANY and _enters_as_it_is(items):
-            return items
+    def _entering(self, items: Sequence[Any]) -> list[Any]:
         entering: list[Any] = []
         for piece in self._pieces(items):
             entering += piece if _enters_as_it_is(piece) else map(self._to_lua, piece)
@@ -397,7 +396,10 @@ class LuaInterpreter:
             return value
         kind = self._lua_type(value)
         if kind == "table":
-            items = self._items(value)
+            pairs = iter(value.items())
+            items = dict(itertools.islice(pairs, _MANY))
+            if len(items) == _MANY:
+                self._read_on(items, pairs)
             try:
                 found = [items[i] for i in range(1, len(items) + 1)]
             except KeyError:  # it has a gap, or names
@@ -414,16 +416,13 @@ class LuaInterpreter:
             raise ScriptError(f"{self.name}: a {kind} cannot leave the script")
         return value
 
-    def _items(self, table: Any) -> dict[Any, Any]:
-        """Return the keys and values of a table of Lua, unconverted."""
-        pairs = iter(table.items())
-        items = dict(itertools.islice(pairs, _MANY))
-        read = _MANY
+    def _read_on(self, items: dict[Any, Any], pairs: Iterator[tuple[Any, Any]]) -> None:
+        """Add the remaining keys and values of a long table of Lua, unconverted."""
+        read = len(items)
         while len(items) == read:
             self._breathe()
             items.update(itertools.islice(pairs, _MANY))
             read += _MANY
-        return items
 
     def _pieces(self, items: Sequence[_T]) -> Iterator[Sequence[_T]]:
         """Yield a long list in pieces; the server answers other clients between them."""
