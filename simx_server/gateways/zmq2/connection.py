@@ -95,6 +95,12 @@ class ModelConnection(Connection):
         self._late: set[int] = set()
         """Numbers of the server's calls that the client has not answered in time: no phase calls it until it has."""
 
+        self._is_in_phase = False
+        self._deferred: list[bytes] = []
+        """Requests that wait for simulation steps and came while a phase called the client: it may have sent them
+        before it saw the call, so they are executed after it.
+        """
+
     # --- messages --------------------------------------------------------------------------------
 
     def receive(self, payload: bytes) -> None:
@@ -239,13 +245,16 @@ class ModelConnection(Connection):
         """Call the client in a phase of the simulation, unless it still owes an answer to an earlier call."""
         if self._late or self.peer.is_gone or not self._has_numbers:
             return  # without numbers a client hears nothing outside of its calls
-        outer = self._number
+        outer, self._is_in_phase = self._number, True
         try:
             self._act(lambda: self.call_back(name, values))
         except ScriptError as problem:
             self._world.scripts.say_once(f"{self.client.name}: {name}: {problem}")
         finally:
-            self._number = outer
+            self._number, self._is_in_phase = outer, False
+            deferred, self._deferred = self._deferred, []
+            for payload in deferred:
+                self._pass_on(payload)
 
     def call_back(self, name: str, arguments: tuple[Any, ...]) -> list[Any]:
         if self._depth >= MOST_NESTED:
@@ -262,7 +271,8 @@ class ModelConnection(Connection):
             sent = number if self._has_numbers else None
             self._clients.answer(self.peer, call_of(sent, name, travelling(arguments)))
             while True:
-                message = self._next_message(queue, name)
+                payload = self._clients.next_message(self, queue, name)
+                message = self._readable(payload)
                 if message is None:
                     continue
                 if message.kind == RESULT:
@@ -271,16 +281,16 @@ class ModelConnection(Connection):
                         continue
                     self._late.discard(number)
                     return self._results_of(name, message)
-                self._serve_message(message, name)
+                self._serve_message(message, payload, name)
         finally:
             self._number = owner
             self._depth -= 1
             self.peer.nested = outer
-            for payload in queue:  # it came behind the answer
+            for left in queue:  # it came behind the answer
                 if outer is not None:
-                    outer.append(payload)
-                elif payload is not None:
-                    self._pass_on(payload)
+                    outer.append(left)
+                elif left is not None:
+                    self._pass_on(left)
 
     @staticmethod
     def _results_of(name: str, message: Message) -> list[Any]:
@@ -289,16 +299,15 @@ class ModelConnection(Connection):
             raise ScriptError(f"the function {name} of a client failed: {text}")
         return list(message.arguments)
 
-    def _next_message(self, queue: deque[bytes | None], name: str) -> Message | None:
-        """Return the next message of the client; None if it was unreadable and is answered already."""
-        payload = self._clients.next_message(self, queue, name)
+    def _readable(self, payload: bytes) -> Message | None:
+        """Return a message of the client; None if it was unreadable and is answered already."""
         try:
             return read_message(payload)
         except WireError as problem:
             self._refuse_unreadable(payload, problem)
             return None
 
-    def _serve_message(self, message: Message, name: str) -> None:
+    def _serve_message(self, message: Message, payload: bytes, name: str) -> None:
         """Answer a request that the client makes in its function."""
         if message.kind == NOOP or not self._may_answer(message):
             return
@@ -310,6 +319,9 @@ class ModelConnection(Connection):
             outcome = self._do(message)
             if isinstance(outcome, Generator):
                 outcome.close()
+                if self._is_in_phase:
+                    self._deferred.append(payload)
+                    return
                 raise CommandError(
                     f"{message.function} waits for a simulation step, so it cannot be called within {name}"
                 )

@@ -4,10 +4,11 @@ silent.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
-from zmq2_world import FUNCTION, SCENE_HANDLE, SELF, Refused, WireClient, Zmq2World, cbor2
+from zmq2_world import FUNCTION, SCENE_HANDLE, SELF, Refused, WireClient, Zmq2World, cbor2, zmq2_world
 
 from simx_server.gateways.zmq import connection
 
@@ -105,19 +106,43 @@ def test_a_silent_client_is_called_again_after_its_late_answer(
     assert silent.receive()["func"] == "sysCall_sensing"
 
 
-def test_a_step_cannot_be_waited_for_within_a_phase(client: WireClient) -> None:
-    problems: list[str] = []
+def test_a_step_within_a_phase_is_made_after_it(client: WireClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server does not know whether a request has crossed its call, so it goes on without the answer."""
+    monkeypatch.setattr(connection, "SILENCE", 0.05)
+    done: list[bool] = []
 
     def sense() -> None:
-        try:
+        if not done:
             client.call(SELF, "step")
-        except Refused as problem:
-            problems.append(str(problem))
+            done.append(True)
 
     client.register("sysCall_sensing", sense, is_global=True)
     client.call(SCENE_HANDLE, "simulation.start")
-    client.poll_until(lambda: bool(problems))
-    assert "cannot be called within sysCall_sensing" in problems[0]
+    client.poll_until(lambda: bool(done))
+
+
+def test_a_step_within_a_function_of_a_call_is_refused(client: WireClient) -> None:
+    problems: list[str] = []
+
+    def visit(_item: Any) -> None:
+        try:
+            client.call(SELF, "wait", 0.1)
+        except Refused as problem:
+            problems.append(str(problem))
+
+    client.call(client.at("/box"), "visitTree", visitor(client, visit))
+    assert "cannot be called within @tmpcallback_1" in problems[0]
+
+
+def test_a_request_that_crosses_the_call_of_a_phase_is_served(client: WireClient) -> None:
+    client.register("sysCall_sensing", lambda: None, is_global=True)
+    client.call(SCENE_HANDLE, "simulation.start")
+    owed = client.receive()  # the server waits for it, and now gets a request first
+    client.send({"msg": "call", "id": 77, "target": SELF, "func": "wait", "args": [0.2]})
+    client.serve(owed)
+    while (message := client.receive()).get("id") != 77 or message["msg"] != "result":
+        client.serve(message)
+    assert message["error"] is False
 
 
 def test_older_clients_pass_a_function_by_the_name_that_they_have_registered(client: WireClient) -> None:
@@ -128,3 +153,23 @@ def test_older_clients_pass_a_function_by_the_name_that_they_have_registered(cli
     assert seen == [box]
     assert client.call(box, "setProperty", "customData.text", "visitor", {}) == []
     assert client.get(box, "customData.text") == "visitor"
+
+
+def test_a_scene_without_scripts_calls_clients_running_and_stopped(tmp_path: Path) -> None:
+    seen: list[str] = []
+    with zmq2_world(tmp_path, scene="<mujoco><worldbody><body name='box'/></worldbody></mujoco>") as server:
+        client = server.wire()
+        for name in (
+            "sysCall_nonSimulation",
+            "sysCall_actuation",
+            "sysCall_sensing",
+            "sysCall_afterSimulation",
+        ):
+            client.register(name, lambda name=name: seen.append(name), is_global=True)
+        client.poll_until(lambda: "sysCall_nonSimulation" in seen)
+        client.call(SCENE_HANDLE, "simulation.start")
+        client.poll_until(lambda: seen.count("sysCall_sensing") > 2)
+        client.call(SCENE_HANDLE, "simulation.stop")
+        client.poll_until(lambda: "sysCall_afterSimulation" in seen)
+    first = seen.index("sysCall_actuation")
+    assert seen[first : first + 4] == ["sysCall_actuation", "sysCall_sensing"] * 2
