@@ -30,9 +30,9 @@ def support(space: str) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("file", "full", "full_or_partly"),
     [
-        ("sim", 0.8, 0.92),
+        ("sim", 0.85, 0.92),
         ("sim_older", 0.8, 0.9),
-        ("simIK", 0.75, 0.92),
+        ("simIK", 0.8, 0.92),
         ("simOMPL", 0.9, 0.98),
         ("simUI", 0.6, 0.65),
         ("simVision", 0.95, 1.0),
