@@ -22,8 +22,10 @@ inverse kinematics and planners count their work in place of their time.
 7: static shapes that are reset before they are moved drag nothing, free bodies below free bodies in the tree move along
 with what is above them, a target position does not move a joint that is locked in velocity control, inverse
 kinematics adds in a fixed order, not in that of a library of linear algebra, and `sysCall_joint` controls joints.
-8: groups of inverse kinematics of V-REP's files keep or ignore the greatest steps of joints as the file says, and
-shapes of `sim.createPureShape` are not collidable, measurable or detectable.
+8: groups of inverse kinematics of V-REP's files keep or ignore the greatest steps of joints as the file says, shapes
+of `sim.createPureShape` are not collidable, measurable or detectable, dependencies that scripts set carry forces, main
+scripts call other scripts where they want, ZeroMQ clients get texts of signals as text, and robots of URDF files are
+lifted from below the floor, do not collide where links overlap, and have the motors and frictions of their files.
 """
 
 

@@ -1917,9 +1917,10 @@ class Sim:
         return 1."""
     def saveScene(self, file: str | None = '', /) -> Any:
         """Save the scene as it is now, also while it runs; return 1, or without a file the content of one.
-        The file lies in the workspace; of a path that leads elsewhere only the last part counts. It is a ZIP
-        archive of MJCF, meshes, textures and scripts, whatever its ending: sim.loadScene reads it,
-        CoppeliaSim cannot."""
+        The file lies in the workspace; of a path that leads elsewhere only the last part counts. `.ttt` means
+        a file of V-REP, for a scene that was read from one; `.xml` means MJCF with a folder of the files that
+        it names; any other ending, and no file, mean an archive of them, which is MuJoCo's `.mjz` too.
+        sim.loadScene reads all of them."""
     def saveModel(self, base: int, file: str | None = None, /) -> Any:
         """Save a model, as sim.saveScene does the scene; return 1, or without a file the content of one."""
     def announceSceneContentChange(self) -> int:
@@ -2566,6 +2567,10 @@ class Sim:
         """Return a property that is red, green, blue, 0 to 1."""
     def setColorProperty(self, target: int, name: str, value: Any, options: Mapping[Any, Any] | None = None, /) -> None:
         """Set a property that is red, green, blue, 0 to 1."""
+    def getMatrixProperty(self, target: int, name: str, options: Mapping[Any, Any] | None = None, /) -> list[float]:
+        """Return a property that is a matrix, a table of its rows."""
+    def setMatrixProperty(self, target: int, name: str, value: Any, options: Mapping[Any, Any] | None = None, /) -> None:
+        """Set a property that is a matrix, a table of its rows."""
     def getIntArrayProperty(self, target: int, name: str, options: Mapping[Any, Any] | None = None, /) -> list[int]:
         """Return a property that is integers."""
     def setIntArrayProperty(self, target: int, name: str, value: Any, options: Mapping[Any, Any] | None = None, /) -> None:
@@ -2763,8 +2768,9 @@ class Sim:
         second with sim.imgcomb_vertical. Where they touch they must have the same number of pixels."""
     def createPureShape(self, kind: int, options: int, sizes: _Floats, mass: _Float, precision: _Ints | None = None, /) -> int:
         """Create a shape and return its handle. `kind`: 0 cuboid, 1 sphere, 2 cylinder, 3 cone; `options`:
-        bit 3 respondable, bit 4 static. Partly: the drawing of edges and back faces, and open ends of
-        cylinders, are ignored."""
+        bit 3 respondable, bit 4 static. As in V-REP the shape is not collidable, measurable or detectable
+        until sim.setObjectSpecialProperty says so. Partly: the drawing of edges and back faces, and open ends
+        of cylinders, are ignored."""
     def createPrimitiveShape(self, kind: int, sizes: _Floats, options: int | None = 0, /) -> int:
         """Create a sim.primitiveshape_*, static and not respondable. Since CoppeliaSim 4. Partly: planes and
         discs are 1 mm thick; the drawing of edges and back faces is ignored."""
@@ -2774,8 +2780,8 @@ class Sim:
         letter. Partly: one shape has all letters, in the server's font and with the characters of ASCII; an
         alphabet model is an error."""
     def createHeightfieldShape(self, options: int, shading_angle: _Float, x_count: int, y_count: int, x_size: _Float, heights: _Floats, /) -> int:
-        """Create a static height field; `heights` are rows along y of `x_count` points each. Partly: drawing
-        options are ignored."""
+        """Create a static height field, not collidable or measurable; `heights` are rows along y of `x_count`
+        points each. Partly: drawing options are ignored."""
     def createJoint(self, kind: int, mode: int, options: int, sizes: _Floats | None = None, color: _Floats | None = None, other_color: _Floats | None = None, /) -> int:
         """Create a joint at the origin, along z, with the motor off; bit 0 of `options`: hybrid operation. It
         carries an object that gets it as parent: a static shape, or the first dynamic one, which it links.
@@ -2814,16 +2820,16 @@ class Sim:
         """Create a mesh: CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are
         ignored."""
     def importMesh(self, format: int, path: str, options: int, tolerance: _Float, scaling: _Float, /) -> tuple[list[list[float]], list[list[int]]]:
-        """Return points and indices of an STL or OBJ file of the workspace, each as one table in a table.
-        Partly: other formats are not supported; equal points are not merged."""
+        """Return points and indices of an STL, OBJ, COLLADA or PLY file of the workspace, each as one table
+        in a table. Partly: other formats are not supported; equal points are not merged."""
     def exportMesh(self, form: int, file: str, options: int, scaling: _Float, vertices: Sequence[_Floats] | _Array, indices: Sequence[_Ints] | _Array, /) -> None:
         """Write meshes into a file of the workspace; of a path that leads elsewhere only the last part
         counts. `form`: 0 OBJ, 3 text STL, 4 binary STL, 5 COLLADA, 6 text PLY, 7 binary PLY. `vertices` and
         `indices`: of each mesh."""
     def importShape(self, format: int, path: str, options: int, tolerance: _Float, scaling: _Float, /) -> int:
-        """Create a static shape from an STL or OBJ file of the workspace, with a part for each material of an
-        OBJ. `options`: 8 without the colours of its library (.mtl), 16 with its textures, as in V-REP, which
-        drops them otherwise. Partly: as sim.importMesh; images of clients do not become textures."""
+        """Create a static shape from an STL, OBJ, COLLADA or PLY file of the workspace, with a part for each
+        material. `options`: 8 without its colours, 16 with its textures, as in V-REP, which drops them
+        otherwise. Partly: as sim.importMesh; images of clients do not become textures."""
     def getShapeMesh(self, shape: int, /) -> tuple[list[float], list[int], list[float]]:
         """Return points in the shape's frame, indices, and three normals for each triangle."""
     def getShapeViz(self, shape: int, index: int, /) -> dict[str, Any] | Any:
@@ -3021,8 +3027,10 @@ class Sim:
         its sysCall_cleanup is called then."""
     def getScriptText(self, script: int, /) -> bytes:
         """Return the text of the script's file or annotation, or that of a script that has no object yet."""
-    def getScriptHandle(self, owner: str | None = None, /) -> int:
-        """Return the handle of an object's child script; without a name, of the caller. V-REP 3's form."""
+    def getScriptHandle(self, kind: int | str | None = -4, name: str | None = '', object_handle: int | None = -4, /) -> int:
+        """Return the handle of a script: V-REP 3's form gives the name of an object with a child script, or
+        nothing for the caller; CoppeliaSim's a script type and the name or the handle of the object. Returns
+        -1 if the object has no such script."""
     def getScript(self, kind: int, owner: int | str | None = -4, name: str | None = '', /) -> int:
         """Return the script of an object (handle or name) by script type, -1 for none; with sim.handle_self
         alone the caller, with sim.scripttype_sandbox the one in which programs run pieces of Lua."""
@@ -3610,6 +3618,9 @@ class Sim:
     def getApiInfo(self, script: int, name: str, /) -> str | Any:
         """Return the arguments of a function and what it does, or the value of a constant; nil for another
         name."""
+    def callMethod(self, target: int, name: str, /, *arguments: Any) -> Any:
+        """Call a method of an object of API 2, as the module ``sim-2`` does; its objects, matrices, poses and
+        colours are tables with the key ``@``."""
     def testCB(self, first: Any, function: Callable[[Any, Any], Any], second: Any, times: int = 99, /) -> Any: ...
     def getScriptFunctions(self, scriptHandle: int) -> Any: ...
     def copyTable(self, table: _T) -> _T: ...
@@ -3894,7 +3905,7 @@ class SimAssimp:
     upVector_y: Final = 2
     def importShapes(self, files: str, largest: int | None = 512, scaling: _Float | None = 0.0, up: int | None = 0, options: int | None = 0, /) -> list[int]:
         """Create a static shape from each file; return them. `options`: 1 without textures, 2 without
-        colours. Partly: only files whose z axis points upwards; other options are ignored."""
+        colours. Partly: `up` 2 is an error; other options are ignored."""
     def importMeshes(self, files: str, scaling: _Float | None = 0.0, up: int | None = 0, options: int | None = 0, /) -> tuple[list[list[float]], list[list[int]]]:
         """Return the points and the triangles of each file."""
     def exportShapes(self, shapes: _Ints, file: str, form: str, scaling: _Float | None = 1.0, up: int | None = 1, options: int | None = 0, /) -> None:

@@ -41,7 +41,7 @@ class TaggedReader(Reader):
     __slots__ = ()
 
     def item(self, depth: int) -> Any:
-        is_text = self._data[self._place] >> 5 == 3
+        is_text = self._data[self.place] >> 5 == 3
         value = super().item(depth)
         return value.decode("utf-8", "surrogateescape") if is_text else value
 
@@ -53,7 +53,7 @@ class TaggedReader(Reader):
             return super()._tagged(tag, depth)
         if tag == MATRIX:
             return self._matrix(depth)
-        if self._data[self._place] >> 5 == _TAG:
+        if self._data[self.place] >> 5 == _TAG:
             raise WireError(f"tag {tag} has another tag in it")
         try:
             return read(self.item(max(depth, MAX_DEPTH - 1)))
@@ -62,7 +62,7 @@ class TaggedReader(Reader):
 
     def _array(self, tag: int) -> list[float]:
         """Return an array of numbers, little-endian."""
-        if self._data[self._place] >> 5 != 2:
+        if self._data[self.place] >> 5 != 2:
             raise WireError(f"tag {tag} holds bytes")
         numbers: array[Any] = array(_ARRAYS[tag])
         data: bytes = self.item(MAX_DEPTH)
@@ -76,7 +76,7 @@ class TaggedReader(Reader):
 
     def _matrix(self, depth: int) -> Matrix:
         """Return a matrix: a list of the two sizes, and a list or array of the numbers, row by row."""
-        if self._data[self._place] >> 5 != 4:
+        if self._data[self.place] >> 5 != 4:
             raise WireError("a matrix is a list of its sizes and its numbers")
         value = self.item(max(depth, MAX_DEPTH - 2))
         try:

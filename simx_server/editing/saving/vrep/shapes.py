@@ -73,14 +73,14 @@ def _parts(world: World, handle: int) -> tuple[_Part, ...]:
 
 def _part(world: World, model: mujoco.MjModel, handle: int, geom: int) -> _Part:
     mesh = texture = b""
-    if model.geom_type[geom] == _GEOM.mjGEOM_MESH:
+    if model.geom_type[geom] == _GEOM.mjGEOM_MESH.value:
         number = int(model.geom_dataid[geom])
         for array, start, count in (
             (model.mesh_vert, model.mesh_vertadr[number], model.mesh_vertnum[number]),
             (model.mesh_face, model.mesh_faceadr[number], model.mesh_facenum[number]),
         ):
             mesh += array[int(start) : int(start + count)].tobytes()
-    elif model.geom_type[geom] == _GEOM.mjGEOM_HFIELD:
+    elif model.geom_type[geom] == _GEOM.mjGEOM_HFIELD.value:
         number = int(model.geom_dataid[geom])
         start, count = (
             int(model.hfield_adr[number]),

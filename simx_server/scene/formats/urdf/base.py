@@ -97,7 +97,7 @@ def foot_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Foot:
     body = int(model.body_weldid[model.geom_bodyid[geom]])
     joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
     is_wheel = any(
-        model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE and not model.jnt_limited[joint]
+        model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value and not model.jnt_limited[joint]
         for joint in joints
     )
     kinds = (body != 0, is_wheel)
