@@ -39,8 +39,6 @@ class DrawnSize(IntEnum):
     those of the original's.
     """
 
-    JOINT_LENGTH = 90_001
-    JOINT_DIAMETER = 90_002
     SENSOR = 90_003
     SENSOR_POINT = 90_004
 

@@ -56,6 +56,11 @@ def joint_sizes(item: SceneObject) -> tuple[float, float]:
     return float(note.get("length", JOINT_LENGTH)), float(note.get("diameter", JOINT_DIAMETER))
 
 
+def set_joint_sizes(sim: LiveScene, item: SceneObject, length: float, diameter: float) -> None:
+    """Set length and diameter of a joint in metres, above 0."""
+    renaming.annotate(sim, item.handle, "joint", {"length": length, "diameter": diameter})
+
+
 def sensor_body(item: SceneObject) -> tuple[float, ...]:
     """Return width, height and depth of a vision sensor in metres."""
     note = item.annotations.get("vision", {})
@@ -65,10 +70,7 @@ def sensor_body(item: SceneObject) -> tuple[float, ...]:
 def scale_mark(sim: LiveScene, item: SceneObject, factor: float) -> None:
     """Multiply the sizes of an object's mark by a factor."""
     if item.kind == ObjectKind.JOINT:
-        length, diameter = joint_sizes(item)
-        renaming.annotate(
-            sim, item.handle, "joint", {"length": length * factor, "diameter": diameter * factor}
-        )
+        set_joint_sizes(sim, item, *(size * factor for size in joint_sizes(item)))
     elif item.kind == ObjectKind.VISION_SENSOR:
         sides = ",".join(repr(side * factor) for side in sensor_body(item))
         renaming.annotate(sim, item.handle, "vision", {"body": sides})

@@ -14,6 +14,7 @@ from simx_server.errors import CommandError, Unsupported
 from simx_server.handlers.objects import shape_properties
 from simx_server.parts.object_settings import DrawnSize
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
+from simx_server.scene.editing import marks
 from simx_server.scene.geometry import lights
 from simx_server.scene.geometry.letters import text_mesh
 from simx_server.scene.objects import ObjectKind
@@ -155,8 +156,11 @@ class ShapeFunctions(ApiPart, effect="changes"):
         if sizes is not None and len(sizes) < 2:
             raise CommandError(f"sizes of a joint are its length and its diameter, not {len(sizes)} numbers")
         handle = creating_parts.create_joint(self._world, kind, mode, hybrid=bool(options & 1))
-        for size, given in zip((DrawnSize.JOINT_LENGTH, DrawnSize.JOINT_DIAMETER), sizes or (), strict=False):
-            self._keep_size(handle, size, given)
+        if sizes is not None:
+            item = self._sim.scene.get(handle)
+            usual = marks.joint_sizes(item)
+            given = (size if size > 0 else first for size, first in zip(sizes, usual, strict=False))
+            marks.set_joint_sizes(self._sim, item, *given)
         return handle
 
     def createProximitySensor(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from simx_server.joints.state import JointState
+from simx_server.scene.editing.marks import joint_sizes
 from simx_server.scene.formats.vrep.decoding.joints import (
     CYCLIC,
     ENGINE_TAGS,
@@ -131,8 +132,7 @@ def _put_dependency(records: ObjectRecords, value: tuple[Any, ...], writing: Wri
 
 
 def _drawing(world: World, handle: int) -> tuple[float, float]:
-    note = world.simulation.scene.objects[handle].annotations.get("joint", {})
-    return float(note.get("length", 0.15)), float(note.get("diameter", 0.02))
+    return joint_sizes(world.simulation.scene.objects[handle])
 
 
 def _put_lock(records: ObjectRecords, is_locked: bool, _writing: Writing) -> None:

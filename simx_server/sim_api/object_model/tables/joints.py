@@ -12,7 +12,7 @@ from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.entry import Property, fixed
 from simx_server.sim_api.properties.tables.joints import JOINTS
 
-from .making import Old, kept, kept_colors, refused
+from .making import Old, kept_colors, refused
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -74,7 +74,7 @@ JOINT = (
     fixed("enforceBounds", t.BOOL, True, "the limits of a joint are part of physics"),
     fixed("screwLead", t.FLOAT, 0.0, "a joint turns or slides; couple two joints by an equality of the MJCF"),
     refused("dynamics.engineProperties", t.STRING, "the engine's options are written in the scene's MJCF"),
-    kept("length", t.FLOAT, 0.15),
-    kept("diameter", t.FLOAT, 0.02),
+    _OLD.named("jointLength", "length"),
+    _OLD.named("jointDiameter", "diameter"),
     *kept_colors("color"),
 )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.joints import JointMode
-from simx_server.parts.object_settings import DrawnSize
+from simx_server.scene.editing import marks
 from simx_server.scene.poses.frames import xyzw_from_wxyz
 from simx_server.scene.poses.poses import normalised
-from simx_server.sim_api.properties.entry import Property, drawn_size, numbered, renamed
+from simx_server.sim_api.properties.entry import Property, numbered, renamed
 from simx_server.sim_api.properties.property_types import (
     BOOL,
     FLOAT,
@@ -51,9 +52,26 @@ def _set_quaternion(world: World, handle: int, quat: list[float]) -> None:
     _joints(world).set_spherical_rotation(handle, turn)
 
 
+def _drawn_size(name: str, place: int) -> Property:
+    """Return length or diameter (m) with which V-REP's window draws a joint; `place`: 0 or 1."""
+
+    def put(world: World, handle: int, value: float) -> None:
+        if not 0 < value < math.inf:
+            raise CommandError(f"'{name}' is a length in metres above 0, not {value:g}")
+        item = world.simulation.scene.get(handle)
+        length, diameter = marks.joint_sizes(item)
+        sizes = (length, value) if place else (value, diameter)
+        marks.set_joint_sizes(world.simulation, item, *sizes)
+
+    def get(world: World, handle: int) -> float:
+        return marks.joint_sizes(world.simulation.scene.get(handle))[place]
+
+    return Property(name, FLOAT, get, put)
+
+
 _POSITION = (
-    drawn_size("jointLength", DrawnSize.JOINT_LENGTH, 0.15),
-    drawn_size("jointDiameter", DrawnSize.JOINT_DIAMETER, 0.02),
+    _drawn_size("jointLength", 0),
+    _drawn_size("jointDiameter", 1),
     Property("jointPosition", FLOAT, joints.get_joint_position, joints.set_joint_position),
     Property("jointQuaternion", QUATERNION, _quaternion, _set_quaternion),
     Property("jointType", INT, lambda world, handle: _joints(world).joint_type(handle)),

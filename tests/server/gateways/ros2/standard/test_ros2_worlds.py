@@ -115,9 +115,12 @@ def test_an_unloaded_world_leaves_none_until_the_next_is_loaded(server: Ros2Worl
 
 
 @pytest.mark.skipif(not SAMPLE.is_file(), reason="V-REP's sample files are not here")
-def test_a_world_of_v_rep_with_elements_that_are_left_out_is_refused_if_wanted(server: Ros2World) -> None:
+def test_a_world_of_v_rep_with_elements_that_are_left_out_is_refused_if_wanted(
+    server: Ros2World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     peer = server.peer()
-    (server.simulation.files.workspace / SAMPLE.name).write_bytes(SAMPLE.read_bytes())
+    monkeypatch.setattr(server.simulation.files, "workspace", tmp_path)
+    (tmp_path / SAMPLE.name).write_bytes(SAMPLE.read_bytes())
     load(peer, uri=SAMPLE.name)
     load(peer, 106, uri=SAMPLE.name, fail_on_unsupported_element=True)
     assert state(peer) == 4
