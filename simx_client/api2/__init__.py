@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from simx_client.protocol.api2.objects import HANDLE_APP, HANDLE_SCENE, HANDLE_SELF, Object, PropertyGroup
+from simx_client.protocol.api2.objects import (
+    HANDLE_APP,
+    HANDLE_SCENE,
+    HANDLE_SELF,
+    Object,
+    PropertyGroup,
+    connect_by,
+)
 
 from . import const
 
@@ -27,4 +34,4 @@ def _connected() -> Callable[..., Any]:
     return connect().call
 
 
-Object.connector = _connected
+connect_by(_connected)

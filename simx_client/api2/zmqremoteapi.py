@@ -12,17 +12,16 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, cast
 
-import numpy as np
-
 from simx_client.protocol.api2.objects import Object
 from simx_client.protocol.cli.installing import line
 
 try:
     import cbor2
+    import numpy as np
     import zmq
 except ImportError:
     raise ImportError(
-        f"clients of API 2 need pyzmq and cbor2; install them with: {line(['pyzmq', 'cbor2'])}"
+        f"clients of API 2 need pyzmq, cbor2 and numpy; install them with: {line(['pyzmq', 'cbor2', 'numpy'])}"
     ) from None
 
 PORT = 24020

@@ -173,6 +173,10 @@ class Scene:
         self._by_element: dict[tuple[str, int], int] | None = None
         self._by_name: dict[str, int] | None = None
 
+    def came_from(self, source: VrepSource) -> None:
+        """Note the V-REP file that the scene was made of."""
+        self.vrep_source = source
+
     @property
     def spec(self) -> mujoco.MjSpec:
         """Return what the next edit's model is made of; it must not be changed.

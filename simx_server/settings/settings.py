@@ -209,7 +209,7 @@ class Settings:
     )
     ros2: int | None = _setting(
         None,
-        "be a node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro)",
+        "node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro, --ros2-drive)",
         rules.ROS_DOMAIN,
         unset="no node of ROS 2",
         lone=rules.FROM_ENVIRONMENT,
@@ -309,7 +309,7 @@ class Settings:
     )
     save: Path | None = _setting(
         None,
-        "save the scene, with --duration after a run, and leave: as MJCF, MuJoCo's archive, or V-REP's file",
+        "save the scene as MJCF, .mjz or .ttt and leave (--duration: after a run)",
         rules.new_file(*SAVED_SUFFIXES),
         unset="nothing",
         needs_process=True,

@@ -180,3 +180,13 @@ def _names(owner: Object, prefix: str) -> Iterator[str]:
         if name is None:
             return
         yield name
+
+
+def call_by(function: Any) -> None:
+    """Call methods of all objects by a function of the handle, the name and the arguments."""
+    Object._callMethod = staticmethod(function)  # pyright: ignore[reportPrivateUsage]
+
+
+def connect_by(connector: Any) -> None:
+    """Get that function from `connector` when the first call has none."""
+    Object.connector = staticmethod(connector)

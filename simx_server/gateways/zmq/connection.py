@@ -261,7 +261,7 @@ class Connection:
         if self._depth >= MOST_NESTED:
             raise ScriptError(f"more than {MOST_NESTED} functions of a client wait for each other")
         queue: deque[bytes | None] = deque()
-        outer, self.peer.nested = self.peer.nested, queue
+        outer = self.peer.nest(queue)
         if self.peer.is_gone:
             queue.append(None)
         self._depth += 1
@@ -276,7 +276,7 @@ class Connection:
                 self._serve_within(request, name)
         finally:
             self._depth -= 1
-            self.peer.nested = outer
+            self.peer.nest(outer)
 
     def _next_request(self, queue: deque[bytes | None], name: str) -> Request | None:
         """Return the next message of the client; None if it was unreadable and is answered already."""

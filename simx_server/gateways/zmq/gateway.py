@@ -163,7 +163,7 @@ class ZmqGateway(Listening[SocketPeer]):
         peer = self._by_number.get(to.number)
         if peer is None:
             return
-        peer.unanswered = max(0, peer.unanswered - 1)
+        peer.count_answered()
         peer.send(payload)
         peer.answered = time.perf_counter()
         if peer.is_quick:

@@ -44,6 +44,11 @@ class Peer:
         self.nested: deque[bytes | None] | None = None
         """Takes its messages while it runs a function for the server; None is put in when it is gone."""
 
+    def nest(self, queue: deque[bytes | None] | None) -> deque[bytes | None] | None:
+        """Give it the queue for the messages from within a function; return the one before."""
+        outer, self.nested = self.nested, queue
+        return outer
+
 
 class SocketPeer(Peer):
     """An open connection. Physics thread."""
@@ -88,6 +93,10 @@ class SocketPeer(Peer):
         """Bytes that the system has not taken yet."""
 
         self.flush()
+
+    def count_answered(self) -> None:
+        """Count one of its messages as answered."""
+        self.unanswered = max(0, self.unanswered - 1)
 
     @property
     def is_stranger(self) -> bool:

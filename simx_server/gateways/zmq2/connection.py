@@ -260,7 +260,7 @@ class ModelConnection(Connection):
         if self._depth >= MOST_NESTED:
             raise ScriptError(f"more than {MOST_NESTED} functions of a client wait for each other")
         queue: deque[bytes | None] = deque()
-        outer, self.peer.nested = self.peer.nested, queue
+        outer = self.peer.nest(queue)
         if self.peer.is_gone:
             queue.append(None)
         number, self._next_number = self._next_number, self._next_number + 1
@@ -285,7 +285,7 @@ class ModelConnection(Connection):
         finally:
             self._number = owner
             self._depth -= 1
-            self.peer.nested = outer
+            self.peer.nest(outer)
             for left in queue:  # it came behind the answer
                 if outer is not None:
                     outer.append(left)

@@ -51,7 +51,7 @@ class Zmq2Gateway(ZmqGateway):
             self._asked[peer.number] = number_of(payload)
         super()._sort(peer, payload)
         if kind == RESULT:
-            peer.unanswered -= 1  # nothing answers it
+            peer.count_answered()  # nothing answers it
 
     def _forget(self, peer: SocketPeer) -> None:
         super()._forget(peer)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.kinematics.planning.states import Projection, SpaceKind, StateSpace
@@ -116,21 +115,23 @@ class OmplSpaces(OmplTasks, effect="changes"):
         """Return the projections of one or more states, one after the other. The default projection is the positions
         of the spaces that were created with a flag for it.
         """
-        return [value for state in self._rows(task, states) for value in self._projected(task, state)]
+        return self._projected(task, states).ravel().tolist()
 
     def getProjectedPathLength(self, task: int, path: list[float]) -> float:
         """Return the length of a path that is projected."""
-        points = [self._projected(task, state) for state in self._rows(task, path)]
-        return sum(math.dist(a, b) for a, b in pairwise(points))
+        steps = np.diff(self._projected(task, path), axis=0)
+        return float(np.linalg.norm(steps, axis=1).sum())
 
-    def _projected(self, task: int, state: list[float]) -> Sequence[float]:
+    def _projected(self, task: int, states: list[float]) -> NDArray[np.float64]:
+        """Return the projections of states, (states, coordinates)."""
         chosen = self._task(task)
+        rows = self._rows(task, states)
         if chosen.projection is not None:
-            return chosen.projection.function(state)
-        found: list[float] = []
+            return np.array([chosen.projection.function(state) for state in rows], float)
+        columns: list[int] = []
         at = 0
         for space in chosen.spaces:
             if space.is_projected:
-                found += state[at : at + _PROJECTED[space.kind]]
+                columns += range(at, at + _PROJECTED[space.kind])
             at += space.count
-        return found
+        return np.array(states, float).reshape(-1, chosen.count)[:, columns]

@@ -58,7 +58,7 @@ class Baseline:
                 spec.delete(text)
         other = world.another()
         scene, model = build(spec, None)
-        scene.vrep_source = source
+        scene.came_from(source)
         other.simulation.use(scene, model, is_logged=False)
         names = other.simulation.scene.by_names()
         handles = {number: names[name] for name, number in source.handles.items() if name in names}

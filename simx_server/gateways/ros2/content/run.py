@@ -75,12 +75,16 @@ class Run:
 
     world: World
     spawned: SpawnedObjects
-    """Both set when the contents are made."""
+    """Both set when the contents are made (`use`)."""
 
     def __init__(self, client: Ros2Client, simulation: Simulation) -> None:
         self._client, self._simulation = client, simulation
         self._steps: deque[Steps] = deque()
         """Requests for steps; the first of them is under way."""
+
+    def use(self, world: World, spawned: SpawnedObjects) -> None:
+        """Take the world and the spawned entities."""
+        self.world, self.spawned = world, spawned
 
     @property
     def state(self) -> SimulationState:

@@ -51,8 +51,7 @@ class Standard(Content):
         self._entities = Entities(self._simulation)
         self._spawning = Spawning(context, self._entities)
         self._worlds = Worlds(context)
-        context.run.world = self._worlds
-        context.run.spawned = self._spawning
+        context.run.use(self._worlds, self._spawning)
 
     def scene_changed(self) -> None:
         self._entities.forget()

@@ -1,7 +1,7 @@
 """CoppeliaSim's API 2 for scripts in Python: ``sim = require('sim-2')``. Values pass `sim.callMethod` with a mark."""
 
 import sim as _api_1
-from sim_objects import HANDLE_APP, HANDLE_SCENE, HANDLE_SELF, Object
+from sim_objects import HANDLE_APP, HANDLE_SCENE, HANDLE_SELF, Object, call_by
 
 try:
     import numpy as _numpy
@@ -77,7 +77,7 @@ def _arguments(values):
     return found
 
 
-Object._callMethod = staticmethod(callMethod)
+call_by(callMethod)
 
 app, scene, self = Object(HANDLE_APP), Object(HANDLE_SCENE), Object(HANDLE_SELF)
 
