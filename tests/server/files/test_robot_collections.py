@@ -98,5 +98,5 @@ def test_without_the_library_the_error_says_how_to_install_it(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(robot_collections.importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(CommandError, match=r"which is not installed: .*mujoco-menagerie.*robot_descriptions"):
+    with pytest.raises(CommandError, match=r"which is not installed: .*mujoco-menagerie.*robot-descriptions"):
         find_scene(name)
