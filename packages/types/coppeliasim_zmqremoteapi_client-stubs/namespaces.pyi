@@ -21,9 +21,7 @@ _Float: TypeAlias = float | _Scalar
 _Floats: TypeAlias = Sequence[_Float] | _Array
 _Ints: TypeAlias = Sequence[int] | _Array
 
-class Sim:
-    """The functions and constants of `sim`."""
-
+class SimConstants:
     bullet_global_stepsize: Final = 1
     bullet_global_internalscalingfactor: Final = 2
     bullet_global_collisionmarginfactor: Final = 3
@@ -1627,6 +1625,10 @@ class Sim:
     jointmode_kinematic: Final = 0
     jointmode_dynamic: Final = 5
     handleflag_wxyzquaternion: Final = 4194304
+
+class Sim(SimConstants):
+    """The functions and constants of `sim`."""
+
     def getObjectHandle(self, name: str, options: Mapping[Any, Any] | None = None, /) -> int:
         """Return the handle as getObject does. An unknown name is an error; with ``name@silentError`` it
         returns -1."""
@@ -3171,32 +3173,6 @@ class Sim:
         """Return -1. Stand-in: no serial port is open."""
     def serialPortRead(self, port: int, length: int, blocking: bool | int | None = False, /) -> None:
         """Return nil. Stand-in: no serial port is open."""
-    def extRemoteApiStart(self, port: int, max_packet_size: int | None = 1300, debug: bool | int | None = False, pre_enable_trigger: bool | int | None = False, /) -> int:
-        """Do the same as simRemoteApi.start. Partly: as there."""
-    def extRemoteApiStop(self, port: int, /) -> int:
-        """Do the same as simRemoteApi.stop. Partly: as there."""
-    def extRemoteApiReset(self, port: int, /) -> int:
-        """Do the same as simRemoteApi.reset. Partly: as there."""
-    def extRemoteApiStatus(self, port: int, /) -> int:
-        """Do the same as simRemoteApi.status. Partly: as there."""
-    def extROS_enablePublisher(self, topic: str, /, *values: Any) -> str:
-        """Return the topic. Stand-in: nothing is published."""
-    def extROS_disablePublisher(self, *values: Any) -> Any:
-        """Return 0. Stand-in: the server has no ROS."""
-    def extROS_wakePublisher(self, *values: Any) -> Any:
-        """Return 0. Stand-in: the server has no ROS."""
-    def extROS_enableSubscriber(self, *values: Any) -> Any:
-        """Return 1. Stand-in: the server has no ROS."""
-    def extROS_disableSubscriber(self, *values: Any) -> Any:
-        """Return true. Stand-in: the server has no ROS."""
-    def extSetFloatCustomDataFromHeader(self, handle: int, header: int, value: _Float, /) -> None:
-        """Store a number with an object under a header. Stand-in: no ROS bridge reads it."""
-    def extSetFloatArrayCustomDataFromHeader(self, handle: int, header: int, values: _Floats, /) -> None:
-        """Store numbers with an object under a header. Stand-in: no ROS bridge reads them."""
-    def extSetIntCustomDataFromHeader(self, handle: int, header: int, value: int, /) -> None:
-        """Store an integer with an object under a header. Stand-in: no ROS bridge reads it."""
-    def extGetCustomDataFromHeader(self, handle: int, header: int, /) -> float | Any:
-        """Return the number, or the last one, that was stored with an object under a header; nil for none."""
     def handleChildScripts(self, call_type: int | None = 2, /, *values: Any) -> int:
         """Call a phase of all child scripts with these values and return how many have it. Before actuation
         their threads are resumed. Partly: init and cleanup are called automatically, and count as 0."""
@@ -3354,90 +3330,6 @@ class Sim:
     def exportIk(self, path: str, /) -> int:
         """Write the scene's kinematics as a file of the workspace for V-REP's external kinematics; return
         1."""
-    def extOMPL_setGoalState(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_addGoalState(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_setGoalStates(self, task: int, states: Sequence[_Floats] | _Array, /) -> bool:
-        """Set several goal states; a path leads to one of them."""
-    def extOMPL_setGoal(self, task: int, robot: int, target: int, tolerance: _Float | None = 0.001, metric: _Floats | None = None, reference: int | None = -1, /) -> bool:
-        """Set as goal that an object of the robot is at another object, up to a distance of `tolerance`.
-        `metric`: factors of the distances along x, y, z (m) of the reference (-1: the world) and of the angle
-        (rad). Such goals are always searched by the server's planner, also with `--planner ompl`."""
-    def extOMPL_setGoalCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
-        """Set as goal what a function(state) calls so: it returns whether a state is a goal, and its distance
-        to one. Without a distance, or with a constant one, the search has no direction."""
-    def extOMPL_setValidStateSamplerCallback(self, task: int, callback: str | Callable[..., Any], near: str | Callable[..., Any] | None = None, /) -> bool:
-        """Set functions that return a state for the search to grow towards: callback() anywhere, near(state,
-        distance) within a distance of a state, which goals other than states use. The search checks what they
-        return."""
-    def extOMPL_hasSolution(self, task: int, /) -> bool:
-        """Return whether there is a path, to a goal or near to one."""
-    def extOMPL_hasExactSolution(self, task: int, /) -> bool:
-        """Return whether there is a path to a goal."""
-    def extOMPL_hasApproximateSolution(self, task: int, /) -> bool:
-        """Return whether the path ends near a goal only: where the time was over before an object or a
-        function was satisfied. A path to goal states always ends in one of them."""
-    def extOMPL_getGoalDistance(self, task: int, /) -> float:
-        """Return the distance of the path's end to the goal; -1 without a path."""
-    def extOMPL_createTask(self, name: str, /) -> int: ...
-    def extOMPL_destroyTask(self, task: int, /) -> bool: ...
-    def extOMPL_createStateSpace(self, name: str, kind: int, handle: int, low: _Floats, high: _Floats, use_for_projection: int | None = 0, weight: _Float | None = 1.0, reference: int | None = -1, /) -> int:
-        """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
-        optionally with its rotation. In a dubins space it moves as a car that drives along its x axis. `low`
-        and `high` are the bounds of the positions; rotations have none."""
-    def extOMPL_setDubinsParams(self, space: int, radius: _Float, is_symmetric: bool | int | None = False, /) -> None:
-        """Set the smallest radius of a turn in metres, 1 at first, of a dubins space, also in tasks that use
-        it. `is_symmetric`: a way may lead backwards from its start to its end, where that is shorter."""
-    def extOMPL_destroyStateSpace(self, space: int, /) -> bool:
-        """Delete a state space; tasks that use it keep it."""
-    def extOMPL_setStateSpace(self, task: int, spaces: _Ints, /) -> bool: ...
-    def extOMPL_setAlgorithm(self, task: int, algorithm: int, /) -> bool:
-        """Set the algorithm, one of simOMPL.Algorithm. Partly: RRT-Connect stands for all of them; a server
-        with `--planner ompl`, which needs the extra `ompl`, has eight of them."""
-    def extOMPL_setVerboseLevel(self, task: int, level: int, /) -> bool:
-        """Set the level of messages: 0 none, from 1 on the status bar tells what a search has found."""
-    def extOMPL_setCollisionPairs(self, task: int, pairs: _Ints, /) -> bool:
-        """Set pairs {entity, entity, ...} that must not collide; sim.handle_all as second entity stands for
-        all others."""
-    def extOMPL_setStateValidityCheckingResolution(self, task: int, resolution: _Float, /) -> bool:
-        """Set the distance between two checks as a share of the space's extent. Partly: never coarser than 5
-        mrad or 5 mm, or 20 mm for poses in space."""
-    def extOMPL_setStateValidityCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
-        """Set a function(state) that returns whether a state is valid, in addition to the collision pairs."""
-    def extOMPL_setStateValidationCallback(self, task: int, callback: str | Callable[..., Any], name: str | None = '', /) -> bool:
-        """Set a function(state) that returns whether a state is valid, in addition to the collision pairs."""
-    def extOMPL_setStartState(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_setup(self, task: int, /) -> bool:
-        """Check that the task can be solved; return false when the start or all goals are invalid."""
-    def extOMPL_solve(self, task: int, seconds: _Float | None = 1.0, /) -> bool:
-        """Find a path within this wall time; return whether one was found. The server answers other clients
-        meanwhile. If the goal is an object or a function and is not reached in time, the path leads near to
-        it."""
-    def extOMPL_simplifyPath(self, task: int, seconds: _Float | None = -1.0, /) -> bool:
-        """Shorten the path within this wall time; the default takes about 1 s, and equal runs give equal
-        paths."""
-    def extOMPL_interpolatePath(self, task: int, count: int | None = 0, /) -> bool:
-        """Interpolate the path to at least `count` states; 0: as many as there are validity checks."""
-    def extOMPL_compute(self, task: int, seconds: _Float, shortening: _Float | None = -1.0, count: int | None = 0, /) -> tuple[bool, list[float]]:
-        """Call solve, simplifyPath and interpolatePath; return whether there is a path, and its states in
-        sequence."""
-    def extOMPL_getPath(self, task: int, /) -> list[float]:
-        """Return the states of the path in sequence; empty without one."""
-    def extOMPL_getPathStateCount(self, task: int, path: _Floats | None = None, /) -> int:
-        """Return the number of states of the task's path, or of the given one."""
-    def extOMPL_getPathState(self, task: int, index: int, /) -> list[float]:
-        """Return one state of the path; the index starts at 0."""
-    def extOMPL_getReversedPath(self, task: int, path: _Floats, /) -> list[float]:
-        """Return the states in reverse order."""
-    def extOMPL_isStateValid(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_isStateWithinBounds(self, task: int, state: _Floats, /) -> bool: ...
-    def extOMPL_readState(self, task: int, /) -> list[float]:
-        """Return the present state of the scene's objects."""
-    def extOMPL_writeState(self, task: int, state: _Floats, /) -> None:
-        """Move the scene's objects to this state."""
-    def extOMPL_stateDistance(self, task: int, first: _Floats, second: _Floats, /) -> float:
-        """Return the weighted Euclidean distance; angles count the short way, cars by their way."""
-    def extOMPL_printTaskInfo(self, task: int, /) -> bool:
-        """Print a description of the task to the status bar."""
     def ruckigPos(self, count: int, smallest_step: _Float, flags: int, state: _Floats, limits: _Floats, selection: Sequence[bool | int] | _Array, goal: _Floats, /) -> int:
         """Create a profile to a position and velocity; return a handle for ruckigStep. Args: count: number of
         values that move. _smallest_step: any; time is continuous here. flags: a sim.ruckig_*sync, -1 for the
@@ -3637,9 +3529,7 @@ class Sim:
     def packDoubleTable(self, table: Sequence[float], start: int = 0, cnt: int = 0) -> bytes: ...
     def unpackDoubleTable(self, data: bytes, start: int = 0, cnt: int = 0, off: int = 0) -> list[float]: ...
 
-class SimIK:
-    """The functions and constants of `simIK`."""
-
+class SimIKConstants:
     jointtype_revolute: Final = 10
     jointtype_prismatic: Final = 11
     jointtype_spherical: Final = 12
@@ -3678,6 +3568,10 @@ class SimIK:
     handle_parent: Final = -11
     handle_world: Final = -1
     handle_self: Final = -4
+
+class SimIK(SimIKConstants):
+    """The functions and constants of `simIK`."""
+
     def getObjectHandle(self, environment: int, name: str, /) -> int: ...
     def doesObjectExist(self, environment: int, name: str, /) -> bool: ...
     def getJointPosition(self, environment: int, joint: int, /) -> float: ...
@@ -3897,12 +3791,14 @@ class SimIK:
     def syncToSim(self, environment: int, groups: Any, /) -> None:
         """Copy the environment's joint values into the scene; a joint in force mode gets them as target."""
 
-class SimAssimp:
-    """The functions and constants of `simAssimp`."""
-
+class SimAssimpConstants:
     upVector_auto: Final = 0
     upVector_z: Final = 1
     upVector_y: Final = 2
+
+class SimAssimp(SimAssimpConstants):
+    """The functions and constants of `simAssimp`."""
+
     def importShapes(self, files: str, largest: int | None = 512, scaling: _Float | None = 0.0, up: int | None = 0, options: int | None = 0, /) -> list[int]:
         """Create a static shape from each file; return them. `options`: 1 without textures, 2 without
         colours. Partly: `up` 2 is an error; other options are ignored."""
@@ -3939,9 +3835,7 @@ class SimConvex:
         """Create convex shapes that fill a closed one; return them. An error without the library of the extra
         `convex`. Partly: the parameters of V-REP's libraries are ignored; CoACD has its own."""
 
-class SimOMPL:
-    """The functions and constants of `simOMPL`."""
-
+class SimOMPLConstants:
     class Algorithm:
         BiTRRT: Final = 20001
         BITstar: Final = 20002
@@ -4006,6 +3900,10 @@ class SimOMPL:
     statespacetype_pose3d: Final = 30004
     statespacetype_joint_position: Final = 30005
     statespacetype_dubins: Final = 30006
+
+class SimOMPL(SimOMPLConstants):
+    """The functions and constants of `simOMPL`."""
+
     def createTask(self, name: str, /) -> int: ...
     def destroyTask(self, task: int, /) -> bool: ...
     def createStateSpace(self, name: str, kind: int, handle: int, low: _Floats, high: _Floats, use_for_projection: int | None = 0, weight: _Float | None = 1.0, reference: int | None = -1, /) -> int:
@@ -4213,9 +4111,7 @@ class SimROS:
     def deleteParam(self, name: str, /) -> None:
         """Forget a parameter of this script. Stand-in: the server has no ROS."""
 
-class SimROS2:
-    """The functions and constants of `simROS2`."""
-
+class SimROS2Constants:
     class clock_type:
         ros: Final = 0
         system: Final = 1
@@ -4248,6 +4144,10 @@ class SimROS2:
         system_default: Final = 0
         automatic: Final = 1
         manual_by_topic: Final = 2
+
+class SimROS2(SimROS2Constants):
+    """The functions and constants of `simROS2`."""
+
     def spinSome(self) -> None:
         """Do nothing: messages arrive between two simulation steps."""
     def importInterface(self, *values: Any) -> Any:
@@ -4380,9 +4280,7 @@ class SimROS2:
     def deleteParam(self, name: str, /) -> None:
         """Forget a parameter of this script. Stand-in: the server has no ROS."""
 
-class SimUI:
-    """The functions and constants of `simUI`."""
-
+class SimUIConstants:
     class msgbox_type:
         info: Final = 0
         question: Final = 1
@@ -4439,6 +4337,10 @@ class SimUI:
         left_button_down: Final = 20400
         left_button_up: Final = 20401
         move: Final = 20402
+
+class SimUI(SimUIConstants):
+    """The functions and constants of `simUI`."""
+
     def create(self, xml: str, /) -> int:
         """Create a window from XML and return its handle. The web viewer shows it, and calls the script's
         functions. Partly: layouts, sizes and style sheets are ignored; plots, trees, images and 3D scenes are
@@ -4951,9 +4853,7 @@ class SimMTB:
     def disconnectInput(self, *values: Any) -> Any:
         """Return false. Stand-in: the program mtbServer is not there."""
 
-class SimZMQ:
-    """The functions and constants of `simZMQ`."""
-
+class SimZMQConstants:
     PAIR: Final = 0
     PUB: Final = 1
     SUB: Final = 2
@@ -4984,6 +4884,10 @@ class SimZMQ:
     RCVTIMEO: Final = 27
     SNDTIMEO: Final = 28
     CONFLATE: Final = 54
+
+class SimZMQ(SimZMQConstants):
+    """The functions and constants of `simZMQ`."""
+
     def ctx_new(self, *values: Any) -> int:
         """Return the handle of a context. Stand-in: scripts have no sockets."""
     def socket(self, *values: Any) -> int:

@@ -1,7 +1,7 @@
 """The files of the package of stubs: a class for each namespace, and the client that returns their objects.
 
 The package has the form that PEP 561 gives to stubs of another package. Each class exists twice, since the client of
-``coppeliasim_zmqremoteapi_client.asyncio`` returns awaitables.
+``coppeliasim_zmqremoteapi_client.asyncio`` returns awaitables; the constants exist once.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from pathlib import Path
 
 from simx_server import sim_api as api
 
+from . import members
 from .annotations import HELPERS
-from .members import members
 
 FOLDER = Path(__file__).parents[4] / "packages" / "types"
 
@@ -25,6 +25,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, Protocol, TypeAlias, TypeVar
 
 _T = TypeVar("_T")
+"""
+
+_ASYNC_NAMESPACES = """
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from .. import namespaces as constants
+from ..namespaces import _Array, _Float, _Floats, _Ints
 """
 
 _CLIENT = '''
@@ -95,14 +103,24 @@ def write() -> None:
 
 
 def _namespaces(*, is_async: bool) -> Iterator[str]:
+    """Yield the lines of all classes; those of the awaited calls inherit the constants of the other file."""
     yield _MADE.format(what="The namespaces of a server, as a program sees them")
-    yield _NAMESPACES + HELPERS
+    yield _ASYNC_NAMESPACES if is_async else _NAMESPACES + HELPERS
     for space in api.NAMESPACES:
-        yield f"class {class_name(space)}:"
+        constants = list(members.constants(space))
+        name, base = class_name(space), f"{class_name(space)}Constants"
+        if constants and not is_async:
+            yield f"class {base}:"
+            yield from constants
+            yield ""
+        if constants:
+            yield f"class {name}({'constants.' if is_async else ''}{base}):"
+        else:
+            yield f"class {name}:"
         yield f'    """The functions and constants of `{space}`."""'
         yield ""
         own = dict(_own_of_client()) if space == "sim" and not is_async else {}
-        yield from members(space, without=own, is_async=is_async)
+        yield from members.functions(space, without=own, is_async=is_async)
         yield from own.values()
         yield ""
 

@@ -32,6 +32,9 @@ _PROPERTIES: Mapping[str, str] = {
 
 _PROPERTY = re.compile(r"get(\w+)Property")
 
+OLD_NAME = re.compile(r"ext[A-Z]")
+"""Start of V-REP 3's Lua names of plug-ins' functions (``simExtOMPL_setup``): they double the plug-ins' namespaces."""
+
 BY_THE_GATEWAY: Mapping[str, str] = {
     "sim.setStepping": "(self, enable: bool | int = True, /) -> int",
     "sim.step": "(self, wait: bool = True, /) -> None",
@@ -43,8 +46,20 @@ BY_THE_GATEWAY: Mapping[str, str] = {
 """Functions that behave otherwise for clients than for scripts, or that only clients have."""
 
 
-def members(space: str, *, without: Container[str] = (), is_async: bool = False) -> Iterator[str]:
-    """Yield the lines of the class of a namespace.
+def constants(space: str) -> Iterator[str]:
+    """Yield the lines of the class with the constants of a namespace, none for one without constants."""
+    for name, content in namespace(space).items():
+        if "const" in content:
+            yield f"    {name}: Final = {content['const']!r}"
+        elif "func" not in content:
+            yield f"    class {name}:"
+            for inner, value in content.items():
+                if not keyword.iskeyword(inner):
+                    yield f"        {inner}: Final = {value['const']!r}"
+
+
+def functions(space: str, *, without: Container[str] = (), is_async: bool = False) -> Iterator[str]:
+    """Yield the lines of the class with the functions of a namespace.
 
     Args:
         space: Its name.
@@ -52,26 +67,13 @@ def members(space: str, *, without: Container[str] = (), is_async: bool = False)
         is_async: Calls return awaitables, and the lines have no texts: the other stub has them.
     """
     lines = {line.name: line for line in script_functions()}
-    functions: list[str] = []
     for name, content in namespace(space).items():
-        if name in without or not name.isidentifier() or keyword.iskeyword(name):
+        if "func" not in content or name in without or OLD_NAME.match(name):
+            continue
+        if not name.isidentifier() or keyword.iskeyword(name):
             continue  # `sim.yield`: Python has no form for it
-        if "func" in content:
-            line = None if is_async else lines.get(f"{space}.{name}")
-            functions += _function(space, name, line, is_async=is_async)
-        else:
-            yield from _constants(name, content)
-    yield from functions
-
-
-def _constants(name: str, content: Mapping[str, Any]) -> Iterator[str]:
-    if "const" in content:
-        yield f"    {name}: Final = {content['const']!r}"
-        return
-    yield f"    class {name}:"
-    for inner, value in content.items():
-        if not keyword.iskeyword(inner):
-            yield f"        {inner}: Final = {value['const']!r}"
+        line = None if is_async else lines.get(f"{space}.{name}")
+        yield from _function(space, name, line, is_async=is_async)
 
 
 def _function(space: str, name: str, line: ScriptFunction | None, *, is_async: bool) -> Iterator[str]:

@@ -16,6 +16,7 @@ from processes import ROOT
 
 from simx_server.gateways.zmq.listing import namespace
 from simx_server.gateways.zmq.stubs import files
+from simx_server.gateways.zmq.stubs.members import OLD_NAME
 
 RIGHT = """
 from __future__ import annotations
@@ -65,7 +66,8 @@ assert client.require("sim-2").getObject("/UR5").position is not None
 async def main() -> None:
     async with AsyncClient() as client:
         sim = await client.require("sim")
-        print(math.degrees(await sim.getJointPosition(await sim.getObject("/UR5/joint"))))
+        joint = await sim.getObject("/UR5/joint")
+        print(math.degrees(await sim.getJointPosition(joint)), sim.handle_world + 1)
 
 asyncio.run(main())
 """
@@ -93,6 +95,7 @@ client.require("simOMPL").Algorithm.RTT  # wrong
 async def main(client: AsyncClient) -> float:
     sim = await client.require("sim")
     await sim.getObjct("/UR5")  # wrong
+    print(sim.handle_wrold)  # wrong
     return sim.getJointPosition(7)  # wrong
 """
 
@@ -171,12 +174,24 @@ def classes(name: str) -> dict[str, ast.ClassDef]:
 
 
 def test_each_member_that_a_client_gets_is_in_the_class_of_its_namespace() -> None:
-    found = classes("namespaces.pyi")["Sim"].body
-    functions = {each.name for each in found if isinstance(each, ast.FunctionDef)}
-    constants = {str(ast.unparse(each.target)) for each in found if isinstance(each, ast.AnnAssign)}
-    assert len(functions) > 800
+    found = classes("namespaces.pyi")
+    functions = {each.name for each in found["Sim"].body if isinstance(each, ast.FunctionDef)}
+    constants = {
+        ast.unparse(each.target) for each in found["SimConstants"].body if isinstance(each, ast.AnnAssign)
+    }
+    old = {name for name in namespace("sim") if OLD_NAME.match(name)}
+    assert {"extOMPL_createTask", "extRemoteApiStart"} <= old
     own_of_the_client = {"getScriptFunctions"}
-    assert functions | constants | {"yield"} == set(namespace("sim")) | own_of_the_client
+    assert functions | constants | {"yield"} | old == set(namespace("sim")) | own_of_the_client
+    assert not functions & old
+
+
+def test_awaited_calls_have_the_constants_of_the_others() -> None:
+    found = classes("asyncio/namespaces.pyi")
+    for name, each in classes("namespaces.pyi").items():
+        if name in found:
+            inherited = [f"constants.{ast.unparse(base)}" for base in each.bases]
+            assert [ast.unparse(base) for base in found[name].bases] == inherited
 
 
 @pytest.mark.parametrize("module", ["", ".asyncio"])
