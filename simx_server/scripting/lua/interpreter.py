@@ -177,10 +177,7 @@ class LuaInterpreter:
 
     def evaluate(self, source: bytes) -> list[Any]:
         """Execute a piece of Lua among the script's globals, and return its results."""
-        chunk, *problem = self.call("load", source)
-        if chunk is None:
-            raise ScriptError(_shown(problem[0]))
-        return list(chunk())
+        return self._enter(b"evaluate", source)
 
     def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""

@@ -234,6 +234,7 @@ function world.coroutine.wrap(body)
 end
 
 part("library")(world, where, look, compile, part("old")())
+local load_text = world.load                                    -- a script may replace it
 part("patterns")(world, look)
 
 -- V-REP's scripts add folders to package.path; modules come from beside the scene whatever it is.
@@ -452,7 +453,7 @@ local function find_action(name)
     local value = world
     for part in gmatch(name, "[^.]+") do
         if type(value) ~= "table" then return nil end
-        value = rawget(value, part)
+        value = member(value, part)
     end
     return hooked(name, type(value) == "function" and value or nil)
 end
@@ -468,6 +469,15 @@ function face.run(source, name)
     local chunk, problem = compile(source, name, world)
     if not chunk then return false, problem end
     return enter(nil, chunk)
+end
+
+-- Executes a text among the script's variables; what the text returns leaves the script.
+function face.evaluate(source)
+    return enter(plain_all, function()
+        local chunk, problem = load_text(source)
+        if not chunk then error(problem, 0) end
+        return chunk()
+    end)
 end
 
 function face.has(name) return find_action(name) ~= nil end

@@ -88,6 +88,26 @@ def test_a_member_of_a_namespace_is_the_same_at_each_use_and_can_be_replaced() -
     assert interpreter.call("g") == [b"mine"]
 
 
+def test_a_member_of_a_namespace_that_no_script_has_used_is_called_by_its_path() -> None:
+    interpreter = script("")
+    assert interpreter.has("sim.echo")
+    assert not interpreter.has("sim.missing")
+    assert interpreter.call("sim.echo", 7) == [7, 1]
+
+
+def test_a_text_is_executed_whatever_the_script_has_made_of_load() -> None:
+    interpreter = script("local hidden = 1 level = 2 function load() return 5 end")
+    assert interpreter.evaluate(b"level = level + 1 return level, hidden, {1, 'x'}") == [3, None, [1, b"x"]]
+    assert interpreter.evaluate(b"level = 0") == []
+    for text, problem in ((b"return 1 +", "unexpected symbol"), (b"error('no luck')", "no luck")):
+        with pytest.raises(ScriptError, match=problem):
+            interpreter.evaluate(text)
+    with pytest.raises(ScriptError, match="took too long"):
+        interpreter.evaluate(b"while true do end")
+    with pytest.raises(ScriptError, match="cannot leave the script"):
+        interpreter.evaluate(b"return coroutine.create(print)")
+
+
 @pytest.mark.parametrize(
     ("key", "what"), [("0.5", "number with a fraction"), ("true", "boolean"), ("{}", "table")]
 )
