@@ -216,6 +216,11 @@ class Planner:
         self._check = clear if strict and clear is not None else self._accepts
 
     def _is_valid(self, state: Array) -> bool:
+        self._go_on()
+        return self._check(state)
+
+    def _go_on(self) -> None:
+        """Count a check, and serve others. Raises TimeIsUpError."""
         self._count += 1
         now = time.monotonic()  # one check of large meshes takes as long as thousands of simple ones
         if self._count > self._most or (now > self._end and self._count > self._least):
@@ -224,7 +229,6 @@ class Planner:
             if not self._may_go_on():
                 raise TimeIsUpError
             self._ask_next = time.monotonic() + _TIMEOUT
-        return self._check(state)
 
     def _connect(self, trees: tuple[Tree, Tree]) -> list[Array]:
         grows_forward = True

@@ -54,6 +54,7 @@ class RegionPlanner(Planner):
             self._choose_check(start, [start])
             width = self._space.step
             while not is_exact:
+                self._go_on()  # samples may all lie on states that are known, which needs no check
                 is_near = self._random.random() < _NEAR
                 towards = self._around(tree.states[best], width) if is_near else self._sampled()
                 added = self._extend(tree, towards)

@@ -20,7 +20,7 @@ from simx_server.scene.poses.placing import free_joint
 from simx_server.scene.poses.poses import Pose, compose, inverse
 
 from .dummy_goals import at_dummy
-from .graphs import graph_of
+from .graphs import Graph, graph_of
 from .ompl_planner import OmplPlanner
 from .paths import Failure, Planner, Progress, interpolate
 from .regions import Reached, RegionPlanner
@@ -108,7 +108,7 @@ class Solving:
             CommandError: start or goals are missing or have a wrong size, or OMPL cannot plan this.
         """
         self._task.path, self._task.problem, self._task.is_approximate = [], "", False
-        self._task.distance = 0.0
+        self._task.distance, self._task.graph = 0.0, Graph()
         found = self._search(seconds, progress) if self._task.region is None else self._reach(seconds)
         if isinstance(found, Failure):
             self._task.problem = found.value

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from simx_server.errors import CommandError
+from simx_server.kinematics.planning.graphs import Graph
 from simx_server.kinematics.planning.states import StateSpace, Task
 from simx_server.kinematics.planning.tasks import Solving
 from simx_server.sim_api.base import ApiPart
@@ -58,9 +59,9 @@ class OmplTasks(ApiPart):
         return _find(self._spaces, handle, "state space")
 
     def _set_spaces(self, task: int, spaces: list[StateSpace]) -> None:
-        """Give a task other spaces, which its states, goals and path do not fit."""
+        """Give a task other spaces, which its states, goals, path and graph do not fit."""
         chosen = self._task(task)
-        chosen.spaces = spaces
+        chosen.spaces, chosen.graph = spaces, Graph()
         chosen.start, chosen.goals, chosen.path, chosen.region = [], [], [], None
 
     def _rows(self, task: int, states: list[float]) -> list[list[float]]:

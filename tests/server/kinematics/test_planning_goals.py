@@ -76,6 +76,33 @@ def test_a_goal_out_of_reach_is_approached(world: ScriptWorld) -> None:
     assert distance < 4.25  # at best 4.2
 
 
+def test_a_sampler_that_never_leaves_the_start_ends_with_the_time(world: ScriptWorld) -> None:
+    code = """
+    simOMPL.setGoal(task, tip, far, 0.01, {1, 0, 0, 0})
+    local function same() return {-0.8, 0.1} end
+    simOMPL.setValidStateSamplerCallback(task, same, same)
+    return simOMPL.solve(task, 0.1), simOMPL.hasSolution(task)
+    """
+    assert world.lua(TASK + code) == [False, False]
+
+
+def test_the_graph_of_a_search_goes_with_its_states(world: ScriptWorld) -> None:
+    code = """
+    simOMPL.setGoal(task, tip, far, 0.01, {1, 0, 0, 0})
+    local function states() return #simOMPL.getPlannerData(task) end
+    simOMPL.solve(task, 0.1)
+    local after_search = states()
+    simOMPL.setStartState(task, {0, 0})
+    local has_failed = not simOMPL.solve(task, 0.1)
+    local after_failure = states()
+    simOMPL.setStartState(task, {-0.8, 0.1})
+    simOMPL.solve(task, 0.1)
+    simOMPL.setStateSpaceForJoints(task, {joints[1]})
+    return after_search > 0, has_failed, after_failure, states(), simOMPL.drawPlannerData(task, 0.01, 1, {1, 0, 0})
+    """
+    assert world.lua(TASK + code) == [True, True, 0, 0, []]
+
+
 def test_a_function_judges_the_goal(world: ScriptWorld) -> None:
     code = """
     simOMPL.setGoalCallback(task, function(s)
