@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,10 +66,7 @@ class Plot:
     def extent(self, names: list[str] | None = None) -> tuple[Range, Range]:
         """Return the ranges of x and y of some curves, or of all; 0 to 1 without points."""
         chosen = [curve for name, curve in self.curves.items() if names is None or name in names]
-        return (
-            _span([value for curve in chosen for value in curve.x]),
-            _span([value for curve in chosen for value in curve.y]),
-        )
+        return _span([curve.x for curve in chosen]), _span([curve.y for curve in chosen])
 
     def fit(self, names: list[str] | None, *, only_enlarge: tuple[bool, bool]) -> None:
         """Show some curves, or all, as a whole."""
@@ -82,9 +78,10 @@ class Plot:
 
     def view(self) -> dict[str, Any]:
         """Return what a viewer shows, ready for JSON: the newest points of the first curves."""
-        x_range, y_range = (
-            present or found for present, found in zip(self.ranges, self.extent(), strict=True)
-        )
+        x_range, y_range = self.ranges
+        if x_range is None or y_range is None:
+            x_extent, y_extent = self.extent()
+            x_range, y_range = x_range or x_extent, y_range or y_extent
         return {
             "x": x_range,
             "y": y_range,
@@ -106,11 +103,11 @@ class Plot:
         }
 
 
-def _span(values: list[float]) -> Range:
-    finite = [value for value in values if math.isfinite(value)]
-    if not finite:
+def _span(columns: list[list[float]]) -> Range:
+    filled = [values for values in columns if values]
+    if not filled:
         return 0.0, 1.0
-    low, high = min(finite), max(finite)
+    low, high = min(map(min, filled)), max(map(max, filled))
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 

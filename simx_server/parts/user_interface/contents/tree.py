@@ -35,7 +35,9 @@ class Tree:
         self.items[number] = item
 
     def move(self, number: int, parent: int) -> None:
-        """Put an item below another one; 0: at the top. Raises CommandError: it would be below itself."""
+        """Put an item below another one; 0: at the top, even if there is an item 0. Raises CommandError: it would be
+        below itself.
+        """
         self._check(number, parent)
         self.items[number].parent = parent
 
@@ -48,24 +50,27 @@ class Tree:
 
     def expand(self, depth: int | None) -> None:
         """Expand the items down to a depth, from 0, and collapse the others; None: expand all."""
-        for number, at in list(self._below(0, 0)):
+        for number, at in list(self._below(None, 0)):
             self.items[number].is_expanded = depth is None or at <= depth
 
     def view(self) -> list[dict[str, Any]]:
         """Return the rows that are seen, ready for JSON."""
         rows: list[dict[str, Any]] = []
-        for number, depth in self._below(0, 0, only_expanded=True):
+        for number, depth in self._below(None, 0, only_expanded=True):
             if len(rows) == _MOST_SHOWN:
                 break
             texts = [text[:200] for text in self.items[number].texts[:20]]
             rows.append({"depth": depth, "texts": texts, "selected": number == self.selected})
         return rows
 
-    def _below(self, number: int, depth: int, *, only_expanded: bool = False) -> Iterator[tuple[int, int]]:
-        """Yield what lies below an item with its depth, parents before children."""
-        children: dict[int, list[int]] = {}
+    def _below(
+        self, number: int | None, depth: int, *, only_expanded: bool = False
+    ) -> Iterator[tuple[int, int]]:
+        """Yield what lies below an item (None: all items) with its depth, parents before children."""
+        children: dict[int | None, list[int]] = {}
         for each, item in self.items.items():
-            children.setdefault(item.parent if item.parent in self.items else 0, []).append(each)
+            is_below = item.parent and item.parent in self.items
+            children.setdefault(item.parent if is_below else None, []).append(each)
         waiting = [(each, depth) for each in reversed(children.get(number, []))]
         while waiting:
             each, at = waiting.pop()
@@ -75,10 +80,10 @@ class Tree:
 
     def _check(self, number: int, parent: int) -> None:
         above, seen = parent, set[int]()
-        while above in self.items and above not in seen:
+        while above and above in self.items and above not in seen:
             if above == number:
                 break
             seen.add(above)
             above = self.items[above].parent
-        if above == number and number != 0:
+        if above and above == number:
             raise CommandError(f"item {number} cannot be below itself")

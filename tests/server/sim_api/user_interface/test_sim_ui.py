@@ -254,6 +254,21 @@ def test_a_tree_shows_the_items_that_are_expanded(world: ScriptWorld, ui: int) -
     assert shown() == []
 
 
+def test_an_item_0_of_a_tree_has_nothing_below_it(world: ScriptWorld, ui: int) -> None:
+    world.lua(
+        f"""
+        simUI.clearTree({ui}, 14) simUI.addTreeItem({ui}, 14, 0, {{'zero'}}, 0, true)
+        simUI.addTreeItem({ui}, 14, 5, {{'five'}}, 0) simUI.updateTreeItemParent({ui}, 14, 0, 5)
+        simUI.expandAll({ui}, 14) simUI.updateTreeItemParent({ui}, 14, 5, 0)
+        """
+    )
+    rows = widget(world, ui, 14)["tree"]
+    assert [(row["depth"], row["texts"]) for row in rows] == [(0, ["five"]), (1, ["zero"])]
+    world.lua(f"simUI.removeTreeItem({ui}, 14, 0)")
+    assert [row["texts"] for row in widget(world, ui, 14)["tree"]] == [["five"]]
+    world.lua(f"simUI.clearTree({ui}, 14)")
+
+
 def test_an_image_is_shown(world: ScriptWorld, ui: int) -> None:
     assert widget(world, ui, 16)["png"] == ""
     world.lua(f"simUI.setImageData({ui}, 16, string.char(255, 0, 0, 0, 0, 255), 2, 1)")
