@@ -254,9 +254,9 @@ class JointFunctions(ApiPart, effect="changes"):
         CoppeliaSim 4.
         """
         handle = self._self(joint)
+        self._sim.joints.set_dependency(handle, master=self._self(master), shift=offset, factor=factor)
         if master != -1:
             coupling.couple(self._world, handle)
-        self._sim.joints.set_dependency(handle, master=self._self(master), shift=offset, factor=factor)
         return 1
 
 

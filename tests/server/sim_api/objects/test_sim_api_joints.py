@@ -154,17 +154,24 @@ PENDULUM = """
 
 def test_a_dependency_that_a_script_sets_carries_forces(tmp_path: Path) -> None:
     world = ScriptWorld(tmp_path, PENDULUM, owner="wheel", kind="customization")
+    world.fails(
+        "sim.setJointDependency(sim.getObjectHandle('follower'), sim.getObjectHandle('lead'))", "mode"
+    )
+    assert world.sim.model.neq == 0, "a call that fails changes nothing"
     both = "local f, l = sim.getObjectHandle('follower'), sim.getObjectHandle('lead')\n"
     world.lua(both + "sim.setJointMode(f, sim.jointmode_dependent, 0) sim.setJointDependency(f, l, 0, 2)")
-    constraints = world.sim.model.neq
+    assert world.sim.model.neq == 1
+    model = world.sim.model
     world.lua(both + "sim.setJointDependency(f, l, 0, 2)")
-    assert world.sim.model.neq == constraints == 1
+    assert world.sim.model is model, "a second call compiles nothing"
     world.passes(5)
     lead, follower = world.lua(both + "return sim.getJointPosition(l), sim.getJointPosition(f)")
     assert lead > 0.1  # the weight of the pendulum turns the wheel
     assert follower == pytest.approx(2 * lead, abs=1e-3)
     world.lua(both + "sim.setJointDependency(f, -1)")
     assert not world.sim.data.eq_active.any()
+    world.sim.stop()
+    assert world.sim.model.neq == 0, "it was made in the run"
 
 
 def test_targets_bring_the_limits_of_their_motion(trio: ScriptWorld) -> None:
