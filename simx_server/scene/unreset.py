@@ -38,6 +38,9 @@ class UnresetModels(Part):
         self._wanted: tuple[Scene | None, int, dict[int, SceneObject]] = None, -1, {}
         """The objects that keep their poses in a scene, and its version of the properties."""
 
+    def scene_closing(self) -> None:
+        self._wanted = None, -1, {}
+
     def run_stopping(self) -> None:
         self._keep()
 
