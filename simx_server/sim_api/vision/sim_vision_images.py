@@ -73,21 +73,23 @@ class WorkImages(ApiPart, effect="changes"):
         """Give clients an image with other pixels in each place until the next handling of the sensor; return 1.
 
         `pixel_map`: for each pixel the index of the one to take, row by row from the bottom, from 0; nil: as in the
-        last call. `depth_scalings`: factors of the distances in metres; nil: the depth stays, or as in the last call.
+        last call. `depth_scalings`: factors of the distances in metres; nil: the depth stays, or without a
+        `pixel_map` as in the last call.
         """
         handle = self._sensor(sensor)
         settings = self._world.vision.settings(handle)
         count = settings.width * settings.height
+        for values in (pixel_map, depth_scalings):
+            if values is not None and len(values) != count:
+                raise CommandError(f"the image has {count} pixels; the map has {len(values)} numbers")
         if pixel_map is not None:
-            for values in (pixel_map, depth_scalings):
-                if values is not None and len(values) != count:
-                    raise CommandError(f"the image has {count} pixels; the map has {len(values)} numbers")
             if count and not 0 <= min(pixel_map) <= max(pixel_map) < count:
                 raise CommandError(f"a map of pixels has indices from 0 to {count - 1}")
-            factors = None if depth_scalings is None else np.array(depth_scalings)
-            self._maps[handle] = np.array(pixel_map, dtype=np.intp), factors
+            self._maps[handle] = np.array(pixel_map, dtype=np.intp), None
         if handle not in self._maps:
             raise CommandError("the first call needs a map of pixels")
+        if depth_scalings is not None:
+            self._maps[handle] = self._maps[handle][0], np.array(depth_scalings)
         indices, factors = self._maps[handle]
         if len(indices) != count:
             raise CommandError("the sensor's resolution has changed since the map was given; give another")

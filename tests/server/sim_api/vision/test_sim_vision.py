@@ -286,6 +286,14 @@ def test_depths_are_scaled_in_metres(eye: Eye) -> None:
     expected = [min(max((0.5 * (1 + 2 * depth) - 1) / 2, 0), 1) for depth in before]
     assert after == pytest.approx(expected, abs=1e-6)
     assert max(after) > 0
+    ones = ", ".join(["1"] * (WIDTH * HEIGHT))
+    code = f"""
+    local h = sim.getObjectHandle('lazy') sim.handleVisionSensor(h)
+    simVision.distort(h, nil, {{{ones}}})
+    return sim.getVisionSensorDepthBuffer(h)
+    """
+    (unscaled,) = eye.lua(code)  # with the map of the call before, and other factors
+    assert unscaled == pytest.approx(before, abs=1e-6)
 
 
 @pytest.mark.parametrize(
