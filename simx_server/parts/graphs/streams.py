@@ -79,8 +79,7 @@ class Stream:
 
     def _change(self, before: float, after: float) -> float:
         """Return the change of a value, the short way round where values are cyclic."""
-        change = after - before
-        return math.remainder(change, self.cyclic_range) if self.cyclic_range > 0 else change
+        return _short_way(after - before, self.cyclic_range)
 
     def _mean(self, values: Sequence[float]) -> float:
         """Return the mean; of cyclic raw values that of their changes from the newest one."""
@@ -89,7 +88,12 @@ class Stream:
         newest, around = values[-1], self.cyclic_range * abs(self.factor)
         if around <= 0:
             return sum(values) / len(values)
-        return newest + sum(math.remainder(each - newest, around) for each in values) / len(values)
+        return newest + sum(_short_way(each - newest, around) for each in values) / len(values)
+
+
+def _short_way(change: float, around: float) -> float:
+    """Return a change of values that are the same this far apart; 0: none are. A change without end stays."""
+    return math.remainder(change, around) if around > 0 and math.isfinite(change) else change
 
 
 @dataclass(eq=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from sim_api_calls import ScriptWorld, world
 
@@ -49,6 +51,11 @@ def test_cyclic_values_change_the_short_way_round(world: ScriptWorld) -> None:
     assert world.lua(transform.format("raw, 1, 0, 2") + curve) == [[170, -180, -160]]
     assert world.lua(transform.format("raw, 0.5, 0, 2") + curve) == [[85, -90, -80]]
     world.fails(G + "sim.addGraphStream(g, 'other', '', 0, nil, -1)", "not below 0")
+    world.lua(
+        G
+        + "for i, v in ipairs({-1.7e308, 1.7e308}) do sim.setGraphStreamValue(g, s, v) sim.handleGraph(g, 3 + i) end"
+    )
+    assert float(world.lua(transform.format("derivative") + curve)[0][-1]) == math.inf
 
 
 def test_streams_and_curves_of_a_name_are_changed(world: ScriptWorld) -> None:
