@@ -71,6 +71,7 @@ OLD_SPACES: Mapping[str, str] = MappingProxyType(
         "ExtCHAI3D_": "simCHAI3D",
         "ExtCustomUI_": "simUI",
         "ExtMtb_": "simMTB",
+        "ExtOMPL_": "simOMPL",
         "ExtRosInterface_": "simROS",
         "ExtVision_": "simVision",
     }

@@ -63,7 +63,7 @@ from .paths.path_objects import PathObjectFunctions
 from .paths.path_planning import PathPlanningFunctions
 from .planning.motion_planning import MotionPlanningFunctions
 from .planning.ompl import OmplFunctions
-from .planning.ompl_flat import FlatOmplFunctions
+from .planning.ompl_flat import FlatOmplConstants
 from .plugins import PluginFunctions
 from .processes import ProcessFunctions
 from .properties.functions import PropertyFunctions
@@ -156,7 +156,7 @@ class SimApi(
     GraphFunctions,
     IkFunctions,
     IkMakingFunctions,
-    FlatOmplFunctions,
+    FlatOmplConstants,
     ProfileFunctions,
     MotionFunctions,
     MoveFunctions,

@@ -4690,8 +4690,8 @@ class SimVision:
     def distort(self, sensor: int, pixel_map: _Ints | None = None, depth_scalings: _Floats | None = None, /) -> int:
         """Give clients an image with other pixels in each place until the next handling of the sensor; return
         1. `pixel_map`: for each pixel the index of the one to take, row by row from the bottom, from 0; nil:
-        as in the last call. `depth_scalings`: factors of the distances in metres; nil: the depth stays, or as
-        in the last call."""
+        as in the last call. `depth_scalings`: factors of the distances in metres; nil: the depth stays, or
+        without a `pixel_map` as in the last call."""
     def workImgToBuffer1(self, sensor: int, /) -> bool: ...
     def workImgToBuffer2(self, sensor: int, /) -> bool: ...
     def swapBuffers(self, sensor: int, /) -> bool: ...

@@ -1,7 +1,7 @@
 """``simOMPL``: plan paths in the space of joints or of object poses.
 
 One planner stands for all algorithms, unless OMPL itself plans (`kinematics/planning/ompl_planner.py`). V-REP 3's
-flat names (``simExtOMPL_createTask``) are in `ompl_flat.py`.
+flat names are in `ompl_flat.py`.
 """
 
 from __future__ import annotations
@@ -221,9 +221,9 @@ class OmplFunctions(OmplGoals, OmplSpaces, OmplDrawing, effect="changes"):
     def setup(self, task: int) -> bool:
         """Check that the task can be solved; return false when the start or all goals are invalid."""
         chosen, solving = self._task(task), self._solving(task)
-        return solving.is_valid(np.array(chosen.start)) and (
-            chosen.region is not None or any(solving.is_valid(np.array(goal)) for goal in chosen.goals)
-        )
+        if not chosen.start or not solving.is_valid(np.array(chosen.start)):
+            return False
+        return chosen.region is not None or any(solving.is_valid(np.array(goal)) for goal in chosen.goals)
 
     def solve(self, task: int, seconds: float = 1.0) -> bool:
         """Find a path within this wall time; return whether one was found. The server answers other clients

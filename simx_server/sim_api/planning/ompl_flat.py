@@ -1,24 +1,19 @@
-"""V-REP 3's flat names for the functions of `simOMPL`, such as ``simExtOMPL_createTask``."""
+"""V-REP 3's flat names for the constants of `simOMPL`, such as ``sim.ompl_algorithm_RRTConnect``.
+
+Its names for the functions, such as ``simExtOMPL_createTask``, are in `OLD_SPACES`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
 
 from simx_server.sim_api.base import ApiPart
 
-from .ompl import ALGORITHMS, SPACE_KINDS, OmplFunctions
-from .ompl_goals import OmplGoals
-
-if TYPE_CHECKING:
-    from simx_server.scripting.script import Script
-    from simx_server.world.world import World
+from .ompl import ALGORITHMS, SPACE_KINDS
 
 
-class FlatOmplFunctions(ApiPart, effect="changes"):
-    """One method ``extOMPL_NAME`` for each function of simOMPL; their tasks are separate from those of simOMPL."""
+class FlatOmplConstants(ApiPart):
+    """One constant for each algorithm and kind of state space."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -26,20 +21,3 @@ class FlatOmplFunctions(ApiPart, effect="changes"):
             **{f"ompl_statespacetype_{name}": number for name, number in SPACE_KINDS.items()},
         }
     )
-
-    def __init__(self, world: World, script: Script) -> None:
-        super().__init__(world, script)
-        self._ompl = OmplFunctions(world, script)
-
-
-def _flat(member: Callable[..., Any]) -> Callable[..., Any]:
-    @wraps(member)
-    def function(self: FlatOmplFunctions, *arguments: Any) -> Any:
-        return member(self._ompl, *arguments)  # pyright: ignore[reportPrivateUsage]  # this is a method of it
-
-    return function
-
-
-for _name, _member in (vars(OmplGoals) | vars(OmplFunctions)).items():
-    if not _name.startswith("_") and callable(_member):
-        setattr(FlatOmplFunctions, f"extOMPL_{_name}", _flat(_member))

@@ -193,9 +193,19 @@ def test_the_names_of_old_set_goals_too(world: ScriptWorld) -> None:
     simExtOMPL_setGoalCallback(task, sim_handle_self, 'isGoal')
     simExtOMPL_setValidStateSamplerCallback(task, function() return {math.random()} end)
     simExtOMPL_solve(task, 5)
-    return simExtOMPL_hasSolution(task), simExtOMPL_getGoalDistance(task)
+    return simExtOMPL_hasSolution(task), simExtOMPL_getGoalDistance(task), #simExtOMPL_getPath(task) ==
+        #simOMPL.getPath(task), simExtOMPL_drawPath(task, simExtOMPL_getPath(task), 1, {1, 0, 0}), simExtOMPL_missing
     """
-    assert world.lua(code) == [True, 0]
+    assert world.lua(code) == [True, 0, True, [], None]
+
+
+def test_a_task_without_a_start_is_not_set_up(world: ScriptWorld) -> None:
+    code = """
+    simOMPL.setStateSpaceForJoints(task, joints)
+    simOMPL.setGoal(task, tip, far, 0.1)
+    return simOMPL.setup(task)
+    """
+    assert world.lua(TASK + code) == [False]
 
 
 @pytest.mark.parametrize(

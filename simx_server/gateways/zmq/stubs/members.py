@@ -33,7 +33,7 @@ _PROPERTIES: Mapping[str, str] = {
 _PROPERTY = re.compile(r"get(\w+)Property")
 
 OLD_NAME = re.compile(r"ext[A-Z]")
-"""Start of V-REP 3's Lua names of plug-ins' functions (``simExtOMPL_setup``): they double the plug-ins' namespaces."""
+"""Start of V-REP 3's names of plug-ins' functions (``simExtRemoteApiStart``); clients use the plug-ins' namespaces."""
 
 BY_THE_GATEWAY: Mapping[str, str] = {
     "sim.setStepping": "(self, enable: bool | int = True, /) -> int",

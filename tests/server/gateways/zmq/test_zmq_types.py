@@ -180,7 +180,7 @@ def test_each_member_that_a_client_gets_is_in_the_class_of_its_namespace() -> No
         ast.unparse(each.target) for each in found["SimConstants"].body if isinstance(each, ast.AnnAssign)
     }
     old = {name for name in namespace("sim") if OLD_NAME.match(name)}
-    assert {"extOMPL_createTask", "extRemoteApiStart"} <= old
+    assert {"extROS_enablePublisher", "extRemoteApiStart"} <= old
     own_of_the_client = {"getScriptFunctions"}
     assert functions | constants | {"yield"} | old == set(namespace("sim")) | own_of_the_client
     assert not functions & old
