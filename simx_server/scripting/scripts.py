@@ -48,6 +48,9 @@ FIRST_HANDLE = 2_000_003
 
 SANDBOX_HANDLE = FIRST_HANDLE - 1
 
+_MOST_NOTES, _LONGEST_NOTE = 10_000, 500
+"""Notes that are kept so that each is printed once, and their characters."""
+
 _SCHEDULED = attrgetter("scheduled")
 _KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
@@ -99,7 +102,7 @@ class Scripts(Part):
         """Handles that scripts have before they are found, by object and kind."""
         self.event_numbers = count(1)
         """Numbers of events, so that a program can tell their order."""
-        self.told: set[str] = set()
+        self._told: set[str] = set()
         """Notes that scripts of this scene have caused, and that are printed once: about stand-ins."""
         self.add_ons: dict[str, AddOn] = {}
         """Add-ons by name; script type 2 of simxCallScriptFunction."""
@@ -447,9 +450,18 @@ class Scripts(Part):
         Args:
             about: what the line is about, where it contains values that change; there is one line about each.
         """
-        if (about or text) not in self.told:
-            self.told.add(about or text)
+        if self.is_first(about or text):
             self._status_bar.add(text)
+
+    def is_first(self, note: str) -> bool:
+        """Return whether no script of this scene has caused a note before, and keep its beginning; false from a number
+        of notes on that only a faulty script causes.
+        """
+        note = note[:_LONGEST_NOTE]
+        if note in self._told or len(self._told) >= _MOST_NOTES:
+            return False
+        self._told.add(note)
+        return True
 
     # --- the scene -------------------------------------------------------------------------------
 
@@ -462,7 +474,7 @@ class Scripts(Part):
         self._reorder()
         self._phases.objects.forget()
         self.loose.clear()
-        self.told.clear()
+        self._told.clear()
         self._changed()
 
     def _find(self) -> None:

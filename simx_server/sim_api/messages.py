@@ -48,10 +48,8 @@ class MessageFunctions(ApiPart, effect="changes"):
             if level & _UNDECORATED == _UNDECORATED
             else f"[{item.name if item else 'script'}:{kind}] {text}"
         )
-        if level & _ONCE:
-            if text in self._world.scripts.told:
-                return
-            self._world.scripts.told.add(text)
+        if level & _ONCE and not self._world.scripts.is_first(text):
+            return
         logged = logging.INFO if level & _LEVEL <= self._script.console_verbosity else logging.DEBUG
         if level & _LEVEL <= self._script.bar_verbosity:
             self._world.status_bar.add(shown, logged)

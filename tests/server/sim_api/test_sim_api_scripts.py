@@ -349,3 +349,11 @@ def test_an_unknown_constant_is_nil_and_named_once(world: ScriptWorld) -> None:
     told = [line for line in world.parts.status_bar.messages if "simulator_stopped" in line]
     assert told == ["sim.simulator_stopped is no constant of V-REP: a script reads nil there"]
     world.fails("sim.simulatorStopped()", "is not provided by this server")
+
+
+def test_a_script_that_reads_countless_unknown_constants_fills_no_memory(world: ScriptWorld) -> None:
+    world.lua(
+        "for i = 1, 12000 do local _ = sim['no_such_' .. i] end local _ = sim['no_' .. string.rep('x', 1000000)]"
+    )
+    assert world.parts.status_bar.count < 11_000
+    assert sum(map(len, world.parts.scripts._told)) < 1_000_000
