@@ -454,8 +454,8 @@ class Scripts(Part):
             self._status_bar.add(text)
 
     def is_first(self, note: str) -> bool:
-        """Return whether no script of this scene has caused a note before, and keep its beginning; false from a number
-        of notes on that only a faulty script causes.
+        """Return whether no script of this scene has caused a note before, and keep its first characters; false from a
+        number of notes on that only a faulty script causes.
         """
         note = note[:_LONGEST_NOTE]
         if note in self._told or len(self._told) >= _MOST_NOTES:
