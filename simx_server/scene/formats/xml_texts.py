@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from xml.etree import ElementTree
 from xml.parsers import expat
 
 from .annotations import SceneError
@@ -12,8 +11,16 @@ class _Declared(Exception):
     """A text declares an entity."""
 
 
-def refuse_entities(data: bytes, name: str) -> None:
-    """Refuse a text that declares entities. A text that is not well-formed passes: its reader reports that.
+class _Begun(Exception):
+    """The first element begins, behind which nothing is declared."""
+
+
+def refuse_entities(data: bytes, name: str) -> bool:
+    """Refuse a text that declares entities.
+
+    Returns:
+        Whether it is well-formed XML up to its first element. Readers other than Python's own know more encodings, so
+        they must not get another text.
 
     Raises:
         SceneError: it declares one.
@@ -22,27 +29,21 @@ def refuse_entities(data: bytes, name: str) -> None:
     def refuse(*_: object) -> int:
         raise _Declared
 
-    if b"<!" not in data and b"<\0!" not in data and b"\0<\0!" not in data:
-        return
+    def begin(*_: object) -> None:
+        raise _Begun
+
     parser = expat.ParserCreate()
     parser.EntityDeclHandler = refuse
     parser.ExternalEntityRefHandler = refuse
+    parser.StartElementHandler = begin
     try:
         parser.Parse(data, True)
+    except _Begun:
+        return True
     except _Declared:
         raise SceneError(
             f"'{name}' declares XML entities, which are not expanded; write their text out"
         ) from None
     except (expat.ExpatError, ValueError, LookupError):
-        return
-
-
-def parse_xml(data: bytes, name: str) -> ElementTree.Element:
-    """Return the root of a text.
-
-    Raises:
-        SceneError: it declares entities.
-        xml.etree.ElementTree.ParseError, ValueError, LookupError: it is not well-formed.
-    """
-    refuse_entities(data, name)
-    return ElementTree.fromstring(data)
+        pass
+    return False

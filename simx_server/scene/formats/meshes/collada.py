@@ -66,7 +66,10 @@ def read_collada(data: bytes, name: str, *, turns: bool) -> list[Part]:
         raise SceneError(f"'{name}' is a COLLADA file; a library reads those: {extra_line('urdf')}")
     if data.startswith(_ZIP):
         raise SceneError(f"'{name}' is a packed COLLADA file; unpack it")
-    refuse_entities(data, name)
+    if not refuse_entities(data, name):
+        raise SceneError(
+            f"cannot read '{name}': it is no valid COLLADA: no well-formed XML in a usual encoding"
+        )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PendingDeprecationWarning)  # the library uses numpy.matrix

@@ -103,6 +103,14 @@ def test_entities_are_refused_in_any_encoding(tmp_path: Path, encoding: str) -> 
         read(tmp_path, "t.dae", text.encode(encoding))
 
 
+@pytest.mark.parametrize("encoding", ["utf-32", "utf-7", "euc-jp"])
+def test_collada_in_an_encoding_that_only_the_library_knows_is_refused(tmp_path: Path, encoding: str) -> None:
+    """Its entities would not be seen."""
+    text = collada(head=BOMB).replace('version="1.0"', f'version="1.0" encoding="{encoding}"', 1)
+    with pytest.raises(SceneError, match="no well-formed XML in a usual encoding"):
+        read(tmp_path, "t.dae", text.encode(encoding))
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
