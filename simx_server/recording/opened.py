@@ -16,6 +16,8 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.urdf.reading import is_urdf
+from simx_server.scene.formats.urdf.xacro_files import is_xacro
 from simx_server.settings.conflicts import DECISIVE
 from simx_server.settings.settings import SettingError, Settings
 from simx_server.simulation.simulation import Simulation
@@ -50,6 +52,10 @@ class Opened:
         self._records = iter(reader)
         self._folder = folder.resolve()
         self._found: dict[tuple[str, bool], Path] = {}
+        self._xacro = ""
+        """Name of the first xacro file."""
+        self._allows_code = True
+        """Whether the replay may run code of the recording; True until `settings` knows it."""
         first = next(self._records, None)
         if first is None or first[0] != Kind.HEADER:
             raise LogError(f"'{reader.path}' holds nothing: it was cut before its first block was written")
@@ -72,6 +78,8 @@ class Opened:
 
     def settings(self, chosen: Settings) -> Settings:
         """Return the settings of the recorded server. Raises LogError: it needs a setting that was not chosen now."""
+        self._allows_code = chosen.allow_code
+        self._check_code()
         try:
             scene, workspace = (self._own(self.header[name]) for name in ("scene", "workspace"))
         except (KeyError, TypeError):
@@ -131,10 +139,21 @@ class Opened:
                 own = self._own(path)
                 own.parent.mkdir(parents=True, exist_ok=True)
                 own.write_bytes(content)
+                if not self._xacro and is_urdf(content) and is_xacro(content, own.name):
+                    self._xacro = own.name
+                    self._check_code()
             case [_, text, is_model, path]:
                 self._found[text, is_model] = self._own(path)
             case _:  # callers give these two kinds alone
                 pass
+
+    def _check_code(self) -> None:
+        """Refuse xacro files, whose expressions are programs, unless code is allowed. Raises LogError."""
+        if self._xacro and not self._allows_code:
+            raise LogError(
+                f"the recording has the xacro file '{self._xacro}', whose expressions are programs; add --allow-code "
+                "if you trust it"
+            )
 
     def _own(self, path: str) -> Path:
         """Return the path of a recorded file in this folder. Raises LogError for one that leads out of the folder."""

@@ -16,6 +16,7 @@ from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rew
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE
+from simx_client.protocol.cli.installing import extra_line
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.version import __version__
@@ -296,6 +297,23 @@ def test_code_of_clients_is_replayed_only_when_that_is_allowed_again(
         pass
     assert replay(recording) == FAILURE
     assert "add --allow-code if you trust it" in caplog.text
+    assert replay(recording, allow_code=True) == DONE
+
+
+def test_xacro_of_a_recording_is_expanded_only_when_code_is_allowed(
+    tmp_path: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its expressions are programs, and a recording may come from anybody."""
+    pytest.importorskip("xacro", reason=extra_line("urdf"))
+    robot = tmp_path / "robot.urdf"
+    robot.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="x" value="0.2"/>'
+        '<link name="a"><collision><geometry><box size="${x} 1 1"/></geometry></collision></link></robot>'
+    )
+    with recorded(robot, recording):
+        pass
+    assert replay(recording) == FAILURE
+    assert "has the xacro file 'robot.urdf', whose expressions are programs" in caplog.text
     assert replay(recording, allow_code=True) == DONE
 
 
