@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from simx_server.files.library import DEFAULT_SCENE
 from simx_server.files.robot_collections import xacro_arguments
+from simx_server.scene.finding.client_files import ClientFiles
 from simx_server.scene.formats.sources import Sources
 from simx_server.settings.settings import Settings
 
@@ -11,10 +14,13 @@ from simx_server.settings.settings import Settings
 def sources_of(settings: Settings) -> Sources:
     """Return the sources for the files that a server reads; ``--xacro`` precedes the values of a collection.
 
+    They know the files that clients have stored in the workspace, also for commands such as --convert.
+
     Raises:
         CommandError: the scene is in a collection, and cannot be had.
     """
     given = dict(text.split(":=", 1) for text in settings.xacro)
-    return Sources.of(
+    sources = Sources.of(
         settings.package, xacro_arguments={**xacro_arguments(settings.scene or DEFAULT_SCENE), **given}
     )
+    return replace(sources, is_of_client=ClientFiles(settings.workspace.resolve()).holds)

@@ -19,6 +19,7 @@ import re
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
 from typing import IO
 from urllib.parse import quote, unquote_to_bytes
 from xml.etree import ElementTree
@@ -51,11 +52,13 @@ _NAMED = re.compile(rb"""<\s*(?:include|model)\b[^>]*?\bfile\s*=\s*["']([^"']*)"
 
 
 class ClientFiles:
-    """The list of one workspace. Physics thread only; other servers may use the same workspace."""
+    """The list of one workspace. Any thread; other servers may use the same workspace."""
 
     def __init__(self, folder: Path | None = None) -> None:
         """Use the list in the workspace `folder`; without one (None) no file is a client's."""
         self._folder = folder
+        self._lock = RLock()
+        """Of all below; files are read beside the physics thread too."""
         self._entries: dict[str, str] = {}
         """Maps a path as `_quoted` to the hash of its content, as last read."""
         self._lines = 0
@@ -91,11 +94,11 @@ class ClientFiles:
             return  # whether it is a client's or the operator's
         name, content = self._quoted(path), _hash(data)
         try:
-            with _open_locked(self._ledger) as ledger:
+            with self._lock, _open_locked(self._ledger) as ledger:
                 self._read()
                 if self._entries.get(name) == content:
                     return
-                self._entries[name] = content
+                self._entries = {**self._entries, name: content}
                 self._add(ledger, content, name)
         except OSError as error:
             raise CommandError(
@@ -106,30 +109,31 @@ class ClientFiles:
         """Return how many files the list has, with one more at `path`; missing ones do not count beyond `most`."""
         if self._folder is None or self._ledger is None:
             return 0
-        self._read()
-        name = self._quoted(path)
-        count = len(self._entries) + (name not in self._entries)
-        if count > most and self._entries:
-            try:
-                with _open_locked(self._ledger):
-                    self._read()
-                    self._write_anew()
-            except OSError as error:
-                logger.warning("%s cannot be written: %s", self._ledger, error.strerror)
+        with self._lock:
+            self._read()
+            name = self._quoted(path)
             count = len(self._entries) + (name not in self._entries)
-        return count
+            if count > most and self._entries:
+                try:
+                    with _open_locked(self._ledger):
+                        self._read()
+                        self._write_anew()
+                except OSError as error:
+                    logger.warning("%s cannot be written: %s", self._ledger, error.strerror)
+                count = len(self._entries) + (name not in self._entries)
+            return count
 
     def forget(self, path: Path) -> None:
         """Remove a file that a client has erased. The list is deleted with its last file."""
-        self._read_if_any()
-        if self._ledger is None or self._quoted(path) not in self._entries:
+        if self._ledger is None or self._quoted(path) not in self._noted():
             return
         try:
-            with _open_locked(self._ledger) as ledger:
+            with self._lock, _open_locked(self._ledger) as ledger:
                 self._read()
-                self._entries.pop(self._quoted(path), None)
+                gone = self._quoted(path)
+                self._entries = {name: content for name, content in self._entries.items() if name != gone}
                 if self._entries:
-                    self._add(ledger, _ERASED, self._quoted(path))
+                    self._add(ledger, _ERASED, gone)
                 else:
                     self._write_anew()
         except OSError as error:  # the extra line is removed the next time
@@ -146,18 +150,18 @@ class ClientFiles:
             return False
         if workspace.is_lent(path) and path.resolve().parent == self._folder:
             return True
-        self._read_if_any()
-        if not self._entries:
+        entries = self._noted()
+        if not entries:
             return False
         try:
             content = _hash(path.read_bytes() if data is None else data)
         except OSError:
             return False
         resolved = path.resolve()
-        if self._entries.get(self._quoted(resolved)) == content:
+        if entries.get(self._quoted(resolved)) == content:
             return True
         place = _place(resolved)
-        same = [name for name, noted in self._entries.items() if noted == content]
+        same = [name for name, noted in entries.items() if noted == content]
         return place is not None and any(each == place for each in self._places(same))
 
     def made(self, file: Path) -> bool:
@@ -173,10 +177,10 @@ class ClientFiles:
             return False
         if workspace.is_lent(file):
             return True
-        self._read_if_any()
-        if not self._entries:
+        entries = self._noted()
+        if not entries:
             return False
-        noted = set(self._places(self._entries))
+        noted = set(self._places(entries))
         return any(
             (workspace.is_lent(part) or _place(part) in noted) and self.holds(part)
             for part in files_named(file, sources)
@@ -201,9 +205,12 @@ class ClientFiles:
         assert self._folder is not None
         return self._folder / os.fsdecode(unquote_to_bytes(name))
 
-    def _read_if_any(self) -> None:
-        if self._ledger is not None:
-            self._read()
+    def _noted(self) -> dict[str, str]:
+        """Return the newest entries, which do not change any more: each change makes a new dictionary."""
+        with self._lock:
+            if self._ledger is not None:
+                self._read()
+            return self._entries
 
     def _read(self) -> None:
         """Read the list, unless it has not changed."""
@@ -219,12 +226,13 @@ class ClientFiles:
             # The list counts as lost: the entries read before stay valid.
             logger.warning("%s cannot be read: %s", self._ledger, error.strerror)
             return
-        self._entries = {}
+        entries: dict[str, str] = {}
         for content, sign, name in (line.partition("  ") for line in lines):
             if content == _ERASED:
-                self._entries.pop(name, None)
+                entries.pop(name, None)
             elif sign:
-                self._entries[name] = content
+                entries[name] = content
+        self._entries = entries
         self._lines, self._read_at = len(lines), found
 
     def _add(self, ledger: IO[bytes], content: str, name: str) -> None:

@@ -65,8 +65,8 @@ class SceneFiles:
             self.more_folders = [*self.more_folders, folder]
 
     def _watched(self, sources: Sources) -> Sources:
-        def is_of_client(path: Path) -> bool:
-            return self.client_files.holds(path)
+        def is_of_client(path: Path, data: bytes) -> bool:
+            return self.client_files.holds(path, data)
 
         return replace(sources, is_of_client=is_of_client)
 

@@ -76,8 +76,8 @@ class Sources:
     xacro_arguments: Mapping[str, str] = field(default_factory=dict[str, str])
     """Values of the arguments of xacro files, from ``--xacro``."""
 
-    is_of_client: Callable[[Path], bool] | None = field(default=None, compare=False, repr=False)
-    """Whether a file has bytes that a client sent; None: no file."""
+    is_of_client: Callable[[Path, bytes], bool] | None = field(default=None, compare=False, repr=False)
+    """Whether a client sent these bytes of a file. Any thread. None: none are a client's."""
 
     _seen: _Seen | None = field(default=None, compare=False, repr=False)
 
@@ -136,9 +136,9 @@ class Sources:
         """Return the bytes of a file. Raises OSError."""
         return file.read_bytes() if self.contents is None else self.contents.read(file)
 
-    def trusts(self, path: Path) -> bool:
-        """Return whether the operator has stored a file, not a client."""
-        return self.is_of_client is None or not self.is_of_client(path)
+    def trusts(self, path: Path, data: bytes) -> bool:
+        """Return whether the operator has stored a file, not a client; `data`: its bytes as they were read."""
+        return self.is_of_client is None or not self.is_of_client(path, data)
 
     def allows(self, path: Path) -> bool:
         """Return whether a file may be read; links are resolved."""

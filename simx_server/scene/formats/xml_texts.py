@@ -12,7 +12,7 @@ class _Declared(Exception):
 
 
 class _Begun(Exception):
-    """The first element begins, behind which nothing is declared."""
+    """The start of the first element, behind which nothing is declared."""
 
 
 def refuse_entities(data: bytes, name: str) -> bool:

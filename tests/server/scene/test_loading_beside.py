@@ -16,6 +16,9 @@ from scenes_for_tests import ARM
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
+from simx_server.scene.finding import client_files
+from simx_server.scene.finding.client_files import ClientFiles
+from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
@@ -177,3 +180,21 @@ def test_three_files_are_tried_at_a_time(world, loader, file, go_on) -> None:
     go_on.set()
     assert wait_until(lambda: all(has_brick(each) for each in clients), 20)
     assert handle_of(clients[0], "brick#2") >= 0
+
+
+def test_a_file_can_be_stored_while_another_thread_looks_through_the_list_of_clients_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files, place = ClientFiles(tmp_path), client_files._place
+    names = [tmp_path / name for name in ("one.obj", "two.obj", "three.obj")]
+    for file in names[:2]:
+        files.note(file, b"v 0 0 0")
+        file.write_bytes(b"v 0 0 0")
+
+    def store_meanwhile(path: Path | bytes) -> tuple[int, int] | None:
+        files.note(names[2], b"v 1 1 1")
+        return place(path)
+
+    monkeypatch.setattr(client_files, "_place", store_meanwhile)
+    assert files.are_named_by(names[0], Sources.of((), {}))
+    assert files.holds(names[2], b"v 1 1 1")

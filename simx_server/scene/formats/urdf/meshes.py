@@ -199,11 +199,12 @@ class _Painter:
     def _pixels(self, image: Path) -> Pixels | None:
         if self._sources.contents is not None and self._sources.is_of_client is None:
             return None  # a trial, which need not be drawn
-        if not self._sources.trusts(image):
-            logger.warning("'%s' does not become a texture: a client has sent it", image.name)
-            return None
         try:
-            pixels = decoded(self._sources.read(image), is_trusted=self._sources.within is None)
+            data = self._sources.read(image)
+            if not self._sources.trusts(image, data):
+                logger.warning("'%s' does not become a texture: a client has sent it", image.name)
+                return None
+            pixels = decoded(data, is_trusted=self._sources.within is None)
             # The first row lies at v = 0.
             return fitted(np.ascontiguousarray(pixels[::-1, :, :3]), _LARGEST_SIDE)
         except (CommandError, OSError) as problem:

@@ -150,9 +150,9 @@ class _Reading:
         found = self._sources.first([path])
         if found is None:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
-        if not self._sources.trusts(found):
-            self._refuse(refusal(found.name))
         data = self._sources.read(found)
+        if not self._sources.trusts(found, data):  # after reading: a client may store another one at any time
+            self._refuse(refusal(found.name))
         try:
             refuse_entities(data, found.name)
         except SceneError as problem:

@@ -9,13 +9,16 @@ import pytest
 from handler_calls import World
 
 from simx_client.protocol.cli.installing import extra_line
+from simx_server.app.scene_sources import sources_of
 from simx_server.errors import CommandError
 from simx_server.recording.scene_files import files_of
+from simx_server.scene.finding.client_files import ClientFiles
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf import xacro_files
 from simx_server.scene.trial.gathering import gather
+from simx_server.settings.settings import Settings
 
 pytest.importorskip("xacro", reason=extra_line("urdf"))
 
@@ -178,6 +181,15 @@ def test_clients_get_the_operators_xacro_files_and_not_their_own(file: Path, tmp
     file.write_bytes(TOP.encode() + b" ")
     with pytest.raises(CommandError, match="whose expressions are programs"):
         world.call("simxLoadModel", "bot_description/urdf/bot.urdf.xacro", 0)
+
+
+def test_convert_and_other_commands_refuse_xacro_that_clients_stored(file: Path, tmp_path: Path) -> None:
+    of_command = sources_of(Settings(workspace=tmp_path))
+    load_scene(file, of_command)
+    ClientFiles(tmp_path).note(file, TOP.encode() + b" ")
+    file.write_bytes(TOP.encode() + b" ")
+    with pytest.raises(SceneError, match="whose expressions are programs"):
+        load_scene(file, of_command)
 
 
 def test_a_trial_refuses_xacro_before_it_is_expanded(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
