@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from simx_server.files.library import DEFAULT_SCENE
 from simx_server.files.robot_collections import xacro_arguments
-from simx_server.scene.finding.client_files import ClientFiles
+from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.formats.sources import Sources
 from simx_server.settings.settings import Settings
 
@@ -23,4 +21,4 @@ def sources_of(settings: Settings) -> Sources:
     sources = Sources.of(
         settings.package, xacro_arguments={**xacro_arguments(settings.scene or DEFAULT_SCENE), **given}
     )
-    return replace(sources, is_of_client=ClientFiles(settings.workspace.resolve()).holds)
+    return SceneFiles(settings.workspace, sources).sources
