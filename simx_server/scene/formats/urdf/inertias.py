@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from .names import some
 from .numbers import number
 
 logger = logging.getLogger(__name__)
@@ -22,9 +23,6 @@ _NOTHING = 1e-12
 
 _TINY = 1e-6
 """Smallest principal moment, as a share of the largest one, of an inertia that a body can have."""
-
-_MOST_NAMED = 5
-"""Most links that one log line names."""
 
 
 def repair_inertias(root: ElementTree.Element) -> None:
@@ -59,10 +57,10 @@ def repair_inertias(root: ElementTree.Element) -> None:
             for key in _PRODUCTS:
                 inertia.set(key, inertia.get(key, "0"))
     if zeros:
-        logger.warning("the inertia of %s is zero; it is %s kg m^2 now", _some(zeros), _LEAST_INERTIA)
+        logger.warning("the inertia of %s is zero; it is %s kg m^2 now", some(zeros), _LEAST_INERTIA)
     if impossible:
         logger.warning(
-            "no body has the inertia of %s; its products are left out, and moments of zero", _some(impossible)
+            "no body has the inertia of %s; its products are left out, and moments of zero", some(impossible)
         )
 
 
@@ -84,9 +82,3 @@ def _written(text: str | None) -> float:
         return float(text or 0)
     except ValueError:
         return 1.0
-
-
-def _some(names: list[str]) -> str:
-    shown = [repr(name) for name in names[:_MOST_NAMED]]
-    more = len(names) - len(shown)
-    return ", ".join(shown) + (f" and {more} more" if more else "")

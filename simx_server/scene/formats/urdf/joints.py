@@ -19,6 +19,7 @@ from simx_server.scene.formats.annotations import PREFIX, SceneError
 from simx_server.scene.poses.poses import add, rotate
 
 from .actuation import Actuation
+from .names import some
 from .numbers import number
 
 logger = logging.getLogger(__name__)
@@ -106,7 +107,7 @@ def give_small_masses(spec: mujoco.MjSpec) -> None:
     if light:
         logger.warning(
             "%s %s no mass and nothing that collides; taken for %g kg",
-            ", ".join(f"'{name}'" for name in light[:5]) + (" ..." if len(light) > 5 else ""),
+            some(light),
             "has" if len(light) == 1 else "have",
             _SMALL_MASS,
         )

@@ -8,9 +8,14 @@ with a damping that stops the links within a physics step.
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import mujoco
+
+from .names import some
+
+logger = logging.getLogger(__name__)
 
 _MOST_RATIO = 1e2
 """Largest ratio of the inertia that a joint moves to that which it moves if all other joints are free."""
@@ -28,6 +33,8 @@ def steady_light_links(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
         spec: the robot.
         model: the compiled spec.
     """
+    damped: list[str] = []
+    heavier: list[str] = []
     joints: dict[str, Any] = {joint.name: joint for joint in spec.joints if joint.type in _SINGLE}
     for index in range(model.njnt):
         joint = joints.get(model.joint(index).name)
@@ -35,6 +42,15 @@ def steady_light_links(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
         moved = float(model.dof_M0[dof])
         if joint is None or moved <= 0:
             continue
-        joint.damping[0] = min(joint.damping[0], moved / _SHORTEST)
+        if joint.damping[0] > moved / _SHORTEST:
+            joint.damping[0] = moved / _SHORTEST
+            damped.append(joint.name)
         if moved * float(model.dof_invweight0[dof]) > _MOST_RATIO:
             joint.armature = moved / _MOST_RATIO
+            heavier.append(joint.name)
+    if damped:
+        logger.info(
+            "the damping of %s is smaller than in the file: it would stop these joints at once", some(damped)
+        )
+    if heavier:
+        logger.info("%s get inertia, since their links are very light", some(heavier))

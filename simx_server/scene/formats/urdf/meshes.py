@@ -25,6 +25,8 @@ from simx_server.scene.formats.meshes.parts import Part, as_one
 from simx_server.scene.formats.meshes.reading import is_mujocos, lacks_library, read_parts
 from simx_server.scene.formats.sources import Sources
 
+from .names import MOST_NAMED, some
+
 logger = logging.getLogger(__name__)
 
 _BY_LIBRARY = (".dae", ".ply")
@@ -34,9 +36,6 @@ _TWINS = (".stl", ".STL", ".obj", ".OBJ")
 
 _LARGEST_SIDE = 1024
 """Pixels of a texture; larger ones become smaller."""
-
-_MOST_NAMED = 5
-"""Most files that one log line names."""
 
 
 @dataclass
@@ -83,7 +82,7 @@ def resolve_meshes(root: ElementTree.Element, name: str, file: Path | None, sour
     if missing:
         tried = list(_candidates(next(iter(missing)), root, file, sources))
         raise SceneError(_not_found(name, list(missing), tried, file, sources))
-    for uri, problem in list(left_out.items())[:_MOST_NAMED]:
+    for uri, problem in list(left_out.items())[:MOST_NAMED]:
         logger.warning("'%s' is drawn without '%s': %s", name, uri, problem)
     return found
 
@@ -246,7 +245,7 @@ def _not_found(name: str, missing: list[str], tried: list[Path], file: Path | No
         for each in packages
         if any(f.is_dir() for f in sources.package_folders(each, file) if sources.allows(f))
     ]
-    text = f"'{name}' names {_some(missing)}, which {'is' if len(missing) == 1 else 'are'} not there"
+    text = f"'{name}' names {some(missing)}, which {'is' if len(missing) == 1 else 'are'} not there"
     if uri.startswith("file:") or "://" not in uri:
         places = [str(path) for path in dict.fromkeys(tried) if sources.allows(path)]
         return (
@@ -258,10 +257,4 @@ def _not_found(name: str, missing: list[str], tried: list[Path], file: Path | No
             f"ROS_PACKAGE_PATH: start the server with --package {unknown[0]}=DIR"
         )
     places = [str(path) for path in dict.fromkeys(tried) if sources.allows(path) and path.parent.is_dir()]
-    return f"{text}; looked for {' and '.join(places[:_MOST_NAMED]) or 'it in package ' + packages[0]}"
-
-
-def _some(names: list[str]) -> str:
-    shown = [repr(name) for name in names[:_MOST_NAMED]]
-    more = len(names) - len(shown)
-    return ", ".join(shown) + (f" and {more} more" if more else "")
+    return f"{text}; looked for {' and '.join(places[:MOST_NAMED]) or 'it in package ' + packages[0]}"

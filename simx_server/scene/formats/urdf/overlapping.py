@@ -10,12 +10,12 @@ import logging
 
 import mujoco
 
+from .names import MOST_NAMED
+
 logger = logging.getLogger(__name__)
 
 _DEPTH = 1e-3
 """Metres: touching links go on colliding."""
-
-_MOST_NAMED = 5
 
 
 def part_overlapping(spec: mujoco.MjSpec, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -37,7 +37,7 @@ def part_overlapping(spec: mujoco.MjSpec, model: mujoco.MjModel, data: mujoco.Mj
         deepest = sorted(pairs, key=lambda pair: pairs[pair])
         named = ", ".join(
             f"'{model.body(first).name}' and '{model.body(second).name}'"
-            for first, second in deepest[:_MOST_NAMED]
+            for first, second in deepest[:MOST_NAMED]
         )
-        more = f" and {len(pairs) - _MOST_NAMED} more pairs" if len(pairs) > _MOST_NAMED else ""
+        more = f" and {len(pairs) - MOST_NAMED} more pairs" if len(pairs) > MOST_NAMED else ""
         logger.info("links that overlap in the pose of the file do not collide: %s%s", named, more)

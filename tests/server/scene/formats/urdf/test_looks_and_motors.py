@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from itertools import pairwise
 from pathlib import Path
 
@@ -222,7 +223,9 @@ def test_caster_without_a_motor_turns_freely(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damping", [0.0, 3.0])
-def test_joints_of_light_links_reach_their_targets(tmp_path: Path, damping: float) -> None:
+def test_joints_of_light_links_reach_their_targets(
+    tmp_path: Path, damping: float, caplog: pytest.LogCaptureFixture
+) -> None:
     """Three links of a gram carry a heavier tip, as in hands; their damping would stop them in a microsecond."""
     limit = f'<limit lower="-1" upper="1" effort="2" velocity="2"/><dynamics damping="{damping}"/>'
     names = ["world", "j1", "j2", "tip"]
@@ -231,7 +234,10 @@ def test_joints_of_light_links_reach_their_targets(tmp_path: Path, damping: floa
     for parent, child in pairwise(names):
         text += joint(parent, child, "revolute", at="0 0 0.02", more=limit)
     (tmp_path / "r.urdf").write_text(f'<robot name="r">{text}</robot>')
-    world = World(file=tmp_path / "r.urdf")
+    with caplog.at_level(logging.INFO):
+        world = World(file=tmp_path / "r.urdf")
+    assert ("the damping of 'to_j1', 'to_j2', 'to_tip' is smaller" in caplog.text) is (damping > 0)
+    assert "'to_j1', 'to_j2', 'to_tip' get inertia" in caplog.text
     world.call("simxSetJointTargetPosition", world.handle("to_j2"), 0.2)
     world.run(30)
     assert world.call("simxGetJointPosition", world.handle("to_j2")) == pytest.approx(0.2, abs=0.01)
