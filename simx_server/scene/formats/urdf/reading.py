@@ -45,11 +45,12 @@ def is_urdf(data: bytes) -> bool:
 
 def count_links(data: bytes) -> int:
     """Return the number of links of a URDF; 0 for another text, also for one that cannot be read."""
+    if not is_urdf(data):
+        return 0  # without reading all of it, as of a large mesh in XML
     try:
-        root = ElementTree.fromstring(data)
-    except (ElementTree.ParseError, OSError, ValueError, LookupError):
+        return len(ElementTree.fromstring(data).findall("link"))
+    except (ElementTree.ParseError, ValueError, LookupError):
         return 0
-    return len(root.findall("link")) if root.tag == "robot" else 0
 
 
 def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mujoco.MjSpec:
