@@ -18,13 +18,15 @@ from .includes import shipped_includes
 from .sources import Sources
 from .surroundings import surround
 from .urdf.reading import is_urdf, read_urdf
+from .urdf.xacro_files import ENDING as XACRO
 from .vrep.recognising import is_vrep, refuse_xml
 
 if TYPE_CHECKING:
     from .vrep.report import Report
     from .vrep.source import VrepSource
 
-_TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
+_TEXTS = (".xml", ".mjcf", ".urdf", XACRO)
+_OPENED = (*OPENED_SUFFIXES, XACRO)
 
 
 @dataclass(frozen=True)
@@ -124,8 +126,8 @@ def _refuse_others(data: bytes, file: Path, name: str) -> None:
         problem = "it is a program in C or C++, for V-REP's own library: simx-server --legacy-port 19997"
     elif suffix in _SDF:
         problem = "it is SDF, Gazebo's format, which is not read; open the robot's URDF or xacro file"
-    elif suffix not in OPENED_SUFFIXES and suffix not in MESH_SUFFIXES:
-        problem = f"it is no scene; files that the server opens end with {', '.join(OPENED_SUFFIXES)}"
+    elif suffix not in (*_OPENED, *MESH_SUFFIXES):
+        problem = f"it is no scene; files that the server opens end with {', '.join(_OPENED)}"
     elif suffix in _TEXTS and not start.startswith(_MARKS):
         shown = start[:_START].decode("utf-8", "replace").split("\n")[0].strip()
         how = f"starts with {shown!r}" if shown else "is empty"

@@ -134,6 +134,12 @@ def test_error_in_xacro_is_told(file: Path, before: str, after: str, told: str) 
         load_scene(file, sources())
 
 
+def test_xacro_file_without_a_robot_is_told_as_other_texts(file: Path) -> None:
+    file.write_text("")
+    with pytest.raises(SceneError, match="it is empty; a scene in XML is MJCF or URDF"):
+        load_scene(file, sources())
+
+
 def test_entities_are_refused_in_included_files_too(file: Path) -> None:
     bomb = '<!DOCTYPE r [<!ENTITY a "aaaa">]>'
     arm = file.parents[2] / "bot_parts" / "urdf" / "arm.xacro"
