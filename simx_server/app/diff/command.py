@@ -107,7 +107,9 @@ def _lines(
     else:
         yield f"clients did something else for the first time before step {difference.call_step}"
     for path, calls in zip((one.path, other.path), difference.calls, strict=True):
-        yield f"  {path}: " + ("; ".join(calls[-_SHOWN:]) or "nothing")
+        # What comes behind the first act that differs follows from it, perhaps.
+        shown = calls[-_SHOWN:] if difference.call_step is None else calls[:_SHOWN]
+        yield f"  {path}: " + ("; ".join(shown) or "nothing")
 
 
 def _where(difference: Difference, states: tuple[Named, Named] | None) -> Iterator[str]:

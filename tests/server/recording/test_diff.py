@@ -13,6 +13,9 @@ from recordings import recorded, rewrite
 import simx_client as v
 from simx_client import __main__ as simx
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE
+from simx_server.gateways.zmq.peer import with_number
+from simx_server.gateways.zmq2.messages import call_of
+from simx_server.gateways.zmq2.tags import packer
 from simx_server.recording.records import Kind, Record
 
 
@@ -131,3 +134,61 @@ def test_a_recorded_scene_is_found_again_without_the_file(
     code, shown, _ = run(capsys, one, other)
     assert code == DIVERGED
     assert "hinge" in shown
+
+
+def test_calls_that_differ_only_in_bytes_or_far_behind_are_told_apart(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def signalled(to: Path, signal: bytes, number: int) -> Path:
+        with recorded(scene, to) as place:
+            client = place.client()
+            hinge = handle_of(client, "hinge")
+            start_stepped(client)
+            for _ in range(12):
+                v.simxSetIntegerSignal(client, "many", 1, BLOCKING)
+            v.simxSetStringSignal(client, "text", 300 * b"a" + signal, BLOCKING)
+            v.simxSetFloatSignal(client, "behind", float(number), BLOCKING)
+            for _ in range(12):
+                v.simxSetIntegerSignal(client, "many", 1, BLOCKING)
+            v.simxSetJointPosition(client, hinge, 0.1 * number, BLOCKING)
+            v.simxSynchronousTrigger(client)
+            v.simxGetPingTime(client)
+        return to
+
+    one = signalled(tmp_path / "one.simxlog", b"x", 1)
+    other = signalled(tmp_path / "other.simxlog", b"y", 2)
+    code, shown, _ = run(capsys, one, other, "--no-replay")
+    assert code == DIVERGED
+    told = [line for line in shown.splitlines() if line.startswith(("  " + str(one), "  " + str(other)))]
+    assert [line.partition(": ")[2].count("simxSetStringSignal") for line in told] == [1, 1]
+    assert [line.partition(": ")[2].split("; ")[0].partition(" called ")[2][:19] for line in told] == [
+        "simxSetStringSignal",
+        "simxSetStringSignal",
+    ]
+
+
+def test_the_calls_of_api_2_are_named_and_the_names_of_its_clients_do_not_count(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def with_calls(to: Path, name: str, place: float) -> Path:
+        def insert(records: list[Record]) -> list[Record]:
+            first = next(at for at, each in enumerate(records) if each[0] == Kind.PASS)
+            records[first][1] = bytes(8) if place else records[first][1]
+            joined = [int(Kind.JOINED_ZMQ), -1, 9, f"zmq2/{name}", f"api2-{name}", 23001]
+            calls = [("getObject", ["/hinge"]), ("setFloatProperty", [3, "jointPosition", place])]
+            messages = [with_number(1, packer()(call_of(None, *call))) for call in calls]
+            records[first:first] = [joined, *([int(Kind.BATCH), -1, 9, each] for each in messages)]
+            return records
+
+        rewrite(record(scene, to, kicks={}), insert)
+        return to
+
+    one = with_calls(tmp_path / "one.simxlog", "1a2b", 0.0)
+    other = with_calls(tmp_path / "other.simxlog", "3c4d", 0.5)
+    code, shown, _ = run(capsys, one, other, "--no-replay")
+    assert code == DIVERGED
+    assert shown.splitlines()[1:] == [
+        "clients did something else before this step",
+        f"  {one}: 'api2-1a2b' called setFloatProperty(3, 'jointPosition', 0.0)",
+        f"  {other}: 'api2-3c4d' called setFloatProperty(3, 'jointPosition', 0.5)",
+    ]
