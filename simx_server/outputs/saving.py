@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import secrets
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,12 +46,26 @@ def write_saved(world: World, path: Path, duration: float | None) -> None:
         for name, data in saved.files.items():
             refuse_links(path.parent, name)
             (path.parent / name).parent.mkdir(exist_ok=True, parents=True)
-            (path.parent / name).write_bytes(data)
+            _replace(path.parent / name, data)
     except OSError as error:
         raise OutputError(
             f"'{path}' cannot be written: {error.strerror}; give --save a file in a folder that may be written"
         ) from None
     logger.info("saved as %s: %s", path, saved.form)
+
+
+def _replace(path: Path, data: bytes) -> None:
+    """Write a file, the old one of which stays until the new one is complete. Raises OSError."""
+    new = path.with_name(f".simx-save-{secrets.token_hex(8)}")
+    try:
+        with new.open("xb") as file:
+            file.write(data)
+        if path.exists():
+            shutil.copymode(path, new)
+        new.replace(path)
+    except BaseException:
+        new.unlink(missing_ok=True)
+        raise
 
 
 def _only_model(world: World) -> int:
