@@ -78,7 +78,9 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
         ),
     )
     world.origins.add(
-        model.scene, {elements[element]: handle for element, handle in handles.items() if element in elements}
+        model.scene,
+        {elements[element]: handle for element, handle in handles.items() if element in elements},
+        is_of_client=is_of_client,
     )
     found = handles[base.element, base.element_name]
     for handle in model.scene.children(-1):

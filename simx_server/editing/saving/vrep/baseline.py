@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,9 +17,11 @@ from simx_server.scene.formats.vrep.converting import convert
 from simx_server.scene.formats.vrep.objects import VrepFile
 from simx_server.scene.formats.vrep.reading import OBJECTS, read_file
 from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
+from simx_server.scene.formats.vrep.writing.record_lists import RecordList
 from simx_server.scene.formats.vrep.writing.top_level import TopRecord, top_records
 
 from .facts import Facts
+from .scripts import parse_script, place_of
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.source import VrepSource
@@ -73,6 +76,21 @@ class Baseline:
             if tag in OBJECTS:
                 found[ObjectRecords.parse(tag, payload, self.header.serialization).handles[0]] = tag, payload
         return found
+
+    @cached_property
+    def names(self) -> Mapping[int, str]:
+        """Return the names of the objects in that world by their numbers in the file."""
+        return {number: name for name, number in self.source.handles.items()}
+
+    @cached_property
+    def scripts(self) -> Mapping[int, list[RecordList]]:
+        """Return the scripts beside the objects by the object that each one names, -1 for none."""
+        found = defaultdict[int, list[RecordList]](list)
+        for tag, payload in self.records:
+            if tag == "LST":
+                script = parse_script(payload, self.header.serialization)
+                found[place_of(script)].append(script)
+        return dict(found)
 
     @cached_property
     def numbers(self) -> Mapping[int, int]:

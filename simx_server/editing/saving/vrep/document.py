@@ -7,7 +7,7 @@ that programs have made get new records.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -104,9 +104,8 @@ class _Document:
         self._others: dict[int, tuple[Mapping[str, int], Mapping[int, int]]] = {}
         self._brought_textures = list[TopRecord]()
         self._top = records
-        self._next_script = 1 + max(
-            (int((each.numbers("Si2") or [0])[0]) for each in self._scripts_of(self._first)), default=0
-        )
+        known = (script for each in self._first.scripts.values() for script in each)
+        self._next_script = 1 + max((int((each.numbers("Si2") or [0])[0]) for each in known), default=0)
 
     def data(self) -> VrepData:
         """Return the file. Raises NotInVrepFiles."""
@@ -131,7 +130,12 @@ class _Document:
                 self._place(handle, origin, script, objects)
         found = self._arranged(objects, scripts_of)
         data = file_bytes(found, self._first.source.data, is_model=self._is_model)
-        return VrepData(data, self._facts.saved.has_code_of_client)
+        return VrepData(data, self._facts.saved.has_code_of_client or self._has_scripts_of_client())
+
+    def _has_scripts_of_client(self) -> bool:
+        """Return whether a file with scripts came from a client: records of scripts that do not run come along too."""
+        is_of_client = self._world.origins.is_of_client
+        return any(each.file.scripts and is_of_client(each.source) for each in self._baselines.values())
 
     # Where objects come from.
 
@@ -232,11 +236,6 @@ class _Document:
         parent = self._numbers.get(self._world.simulation.scene.objects[handle].parent, -1)
         return self._first.file.objects[self._numbers[handle]].parent != parent
 
-    def _scripts_of(self, baseline: Baseline) -> Iterable[RecordList]:
-        for tag, payload in baseline.records:
-            if tag == "LST":
-                yield scripts.parse_script(payload, baseline.header.serialization)
-
     def _scripts(self, handle: int) -> list[tuple[RecordList | None, RecordList]]:
         """Return the scripts of an object as they are now, each with the record of its file; None: it is new.
 
@@ -249,7 +248,7 @@ class _Document:
         known: dict[int, Annotation] = {}
         if origin is not None:
             baseline = self._baseline(origin[0])
-            name = next(name for name, number in origin[0].handles.items() if number == origin[1])
+            name = baseline.names[origin[1]]
             known = scripts.noted_kinds(baseline.annotations.objects.get(name, {}))
             known = {kind: note for kind, note in known.items() if note.get("text")}
             if known and options_of_version(baseline.file.program) != options_of_version(
@@ -284,7 +283,7 @@ class _Document:
         if tag == "SCT":
             own = ObjectRecords.parse(tag, payload, version).own
             return [scripts.parse_script(each, version) for each in own.each("Soo")]
-        return [each for each in self._scripts_of(baseline) if scripts.place_of(each) == number]
+        return baseline.scripts.get(number, [])
 
     def _place(
         self, handle: int, old: RecordList | None, new: RecordList, objects: Mapping[int, ObjectRecords]
@@ -307,7 +306,7 @@ class _Document:
     ) -> list[TopRecord]:
         """Return all records of the file in their order."""
         version = self._writing.serialization
-        left = dict(objects)
+        left, handles = dict(objects), {number: handle for handle, number in self._numbers.items()}
         # By the bytes of its record in the file, what has become of a script.
         now = {
             scripts.script_bytes(old): new
@@ -327,7 +326,7 @@ class _Document:
         for tag, payload in self._top:
             if tag in OBJECTS:
                 number = ObjectRecords.parse(tag, payload, version).handles[0]
-                if number in left and self._is_first(self._handle_of(number)):
+                if number in left and self._is_first(handles.get(number)):
                     found.append((tag, bytes(left.pop(number))))
             elif tag == "LST":
                 script = scripts.parse_script(payload, version)
@@ -371,9 +370,6 @@ class _Document:
         return (
             origin is not None and origin[0] is self._first.source and origin[1] == self._numbers.get(handle)
         )
-
-    def _handle_of(self, number: int) -> int | None:
-        return next((handle for handle, each in self._numbers.items() if each == number), None)
 
 
 def _number_of(texture: TopRecord) -> int:
