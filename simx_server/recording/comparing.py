@@ -25,7 +25,7 @@ _LONGEST_ARGUMENTS = 120
 
 
 class Act(NamedTuple):
-    """What a client did."""
+    """One thing that a client did."""
 
     content: bytes
     """A digest of all of it, with the client's number in place of its name, which may be another in each run."""

@@ -107,7 +107,7 @@ def _lines(
     else:
         yield f"clients did something else for the first time before step {difference.call_step}"
     for path, calls in zip((one.path, other.path), difference.calls, strict=True):
-        # What comes behind the first act that differs follows from it, perhaps.
+        # Later acts may follow from the first one that differs.
         shown = calls[-_SHOWN:] if difference.call_step is None else calls[:_SHOWN]
         yield f"  {path}: " + ("; ".join(shown) or "nothing")
 

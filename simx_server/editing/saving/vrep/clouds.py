@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.parts.clouds.clouds import Settings
+from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.vrep.writing.clouds import octree_cells, point_cells
 from simx_server.scene.objects import ObjectKind
 
-from .field import Field, Fields, Writing, unwritable
+from .field import Field, Fields, NotInVrepFiles, Writing, unwritable
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
@@ -40,10 +41,13 @@ def _put_content(records: ObjectRecords, value: tuple[Any, ...], _writing: Writi
     records.own.put_numbers("Siz", size, None)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
     records.own.put_numbers("Mm2" if is_octree else "Mmd", *low.tolist(), *high.tolist())
-    if is_octree:
-        cells = octree_cells(points, paint, np.frombuffer(tags, "<u4"), size)
-    else:
-        cells = point_cells(points, paint, size, most)
+    try:
+        if is_octree:
+            cells = octree_cells(points, paint, np.frombuffer(tags, "<u4"), size)
+        else:
+            cells = point_cells(points, paint, size, most)
+    except SceneError as problem:
+        raise NotInVrepFiles(f"the points, since {problem}") from None
     records.own.put("Co2", cells)
 
 

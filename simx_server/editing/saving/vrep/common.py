@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING
 
 from simx_server.handlers.objects import object_flags
 from simx_server.parts.custom_data import EXTENSION, HIDDEN, REFERENCES
-from simx_server.scene.formats.vrep.decoding.common import CUSTOM_DATA_BLOCKS, OBJECT_TYPE
+from simx_server.scene.formats.vrep.decoding.common import (
+    BASE_TAGS,
+    CUSTOM_DATA_BLOCKS,
+    MODEL_BASE,
+    OBJECT_TYPE,
+)
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list, text_bytes
 from simx_server.scene.names import alias_of
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
@@ -25,11 +30,8 @@ _ABILITIES = 0x3F3
 """Bits of Omp that the server knows: collidable, measurable, detectable by each kind of sensor, renderable."""
 
 _FIRST_WITH_ALIASES = 25
-_FIRST_WITH_TAGGED_DATA = 23
+FIRST_WITH_TAGGED_DATA = 23
 """Versions of the format in which all objects have an alias, and in which custom data have a text as tag."""
-
-_BASE_FLAGS = ("Va3", "Va2", "Var")
-"""Records whose lowest bit says that the object is the base of a model."""
 
 
 def local_pose(world: World, handle: int) -> Pose:
@@ -72,8 +74,8 @@ def _put_abilities(records: ObjectRecords, bits: int, _writing: Writing) -> None
 
 def _put_model(records: ObjectRecords, bits: int, _writing: Writing) -> None:
     is_base = not bits & NOT_A_MODEL
-    for tag in [tag for tag in _BASE_FLAGS if records.common.has(tag)] or ["Va2"]:
-        records.common.put_bits(tag, 1, int(is_base))
+    for tag in [tag for tag in BASE_TAGS if records.common.has(tag)] or ["Va2"]:
+        records.common.put_bits(tag, MODEL_BASE, MODEL_BASE * is_base)
     records.common.put_numbers("Mpo", bits)
 
 
@@ -110,27 +112,32 @@ def _put_data(records: ObjectRecords, blocks: Mapping[str, bytes], writing: Writ
 
 
 def put_blocks(records: RecordList, blocks: Mapping[str, bytes], serialization: int) -> None:
-    """Replace the custom data of scripts; data of plug-ins, which have a number in place of a tag, stay."""
+    """Replace the custom data of scripts."""
     tags = [tag for tag in ("Cda", "Cod") if records.has(tag)]
-    for tag in tags or ["Cda" if serialization >= _FIRST_WITH_TAGGED_DATA else "Cod"]:
+    for tag in tags or ["Cda" if serialization >= FIRST_WITH_TAGGED_DATA else "Cod"]:
         found = parse_list("custom data", records.raw(tag) or b"", serialization)
-        if tag == "Cda":
-            found.put("Cdt", *(tagged_block(name, data) for name, data in blocks.items()))
-        else:
-            others = [each for each in found.each("Dat") if not _is_of_scripts(each)]
-            found.put("Dat", *others, *([old_blocks(blocks)] if blocks else ()))
+        replace_blocks(found, blocks, is_tagged=tag == "Cda")
         if list(found):
             records.put(tag, bytes(found) + END)
         else:
             records.remove(tag)
 
 
-def tagged_block(name: str, data: bytes) -> bytes:
+def replace_blocks(found: RecordList, blocks: Mapping[str, bytes], *, is_tagged: bool) -> None:
+    """Replace the blocks of scripts in a list; data of plug-ins, which have a number in place of a tag, stay."""
+    if is_tagged:
+        found.put("Cdt", *(_tagged_block(name, data) for name, data in blocks.items()))
+    else:
+        others = [each for each in found.each("Dat") if not _is_of_scripts(each)]
+        found.put("Dat", *others, *([_old_blocks(blocks)] if blocks else ()))
+
+
+def _tagged_block(name: str, data: bytes) -> bytes:
     """Return the payload of `Cdt`."""
     return text_bytes(name) + struct.pack("<i", len(data)) + data
 
 
-def old_blocks(blocks: Mapping[str, bytes]) -> bytes:
+def _old_blocks(blocks: Mapping[str, bytes]) -> bytes:
     """Return the payload of `Dat` with all blocks of scripts."""
     entries = b""
     for name, data in blocks.items():
@@ -185,10 +192,13 @@ def put_parameters(records: RecordList, tag: str, values: Mapping[str, str]) -> 
 
 
 def _units(payload: bytes) -> dict[str, tuple[bytes, int]]:
-    """Return for each parameter its unit, as a text with its length, and its flags."""
+    """Return for each parameter its unit, as a text with its length, and its flags.
+
+    The file has been read before, so that all lengths fit, and a count below 0 is none.
+    """
     found: dict[str, tuple[bytes, int]] = {}
     place = 4
-    for _ in range(int.from_bytes(payload[:4], "little")):
+    for _ in range(int.from_bytes(payload[:4], "little", signed=True)):
         texts = list[bytes]()
         for _ in range(3):
             end = place + 4 + int.from_bytes(payload[place : place + 4], "little")

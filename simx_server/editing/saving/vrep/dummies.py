@@ -5,7 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from simx_server.handlers.quantities.objects import OBJECTS
-from simx_server.scene.formats.vrep.decoding.joints import FOLLOWS
+from simx_server.scene.formats.vrep.chunks import twin
+from simx_server.scene.formats.vrep.decoding.joints import (
+    BREAKS,
+    FOLLOWS,
+    IS_OVERLOADED,
+    LIMITS_FORCE,
+    LIMITS_TORQUE,
+    MEDIAN,
+)
 from simx_server.scene.formats.vrep.writing.colors import put_color
 
 from .field import Field, Fields, Handle, Writing
@@ -13,9 +21,6 @@ from .field import Field, Fields, Handle, Writing
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
     from simx_server.world.world import World
-
-_MEDIAN = 1
-"""Kind of filter of a force sensor."""
 
 
 def _link(world: World, handle: int) -> tuple[Handle, int]:
@@ -68,11 +73,14 @@ def _thresholds(world: World, handle: int) -> tuple[Any, ...]:
 
 def _put_thresholds(records: ObjectRecords, value: tuple[Any, ...], _writing: Writing) -> None:
     force, torque, violations, overload = value
-    tag = "Tre" if overload == "break" else "Tri"
+    tag = BREAKS if overload == "break" else IS_OVERLOADED
+    if tag == BREAKS:
+        records.own.remove(IS_OVERLOADED, twin(IS_OVERLOADED))  # it would count
     records.own.put_numbers(
         tag, 100.0 if force is None else force, 10.0 if torque is None else torque, violations
     )
-    records.own.put_bits("Vab", 3, (force is not None) + 2 * (torque is not None))
+    bits = LIMITS_FORCE * (force is not None) | LIMITS_TORQUE * (torque is not None)
+    records.own.put_bits("Vab", LIMITS_FORCE | LIMITS_TORQUE, bits)
 
 
 def _filter(world: World, handle: int) -> tuple[Any, ...]:
@@ -82,7 +90,7 @@ def _filter(world: World, handle: int) -> tuple[Any, ...]:
 
 def _put_filter(records: ObjectRecords, value: tuple[Any, ...], _writing: Writing) -> None:
     samples, kind = value
-    records.own.put_numbers("Fil", samples, _MEDIAN if kind == "median" else 0)
+    records.own.put_numbers("Fil", samples, MEDIAN if kind == "median" else 0)
 
 
 def size_of_site(world: World, handle: int) -> float:

@@ -22,6 +22,7 @@ from simx_server.scene.formats.vrep.decoding.joints import (
     SPRING_CONTROL,
     VELOCITY,
 )
+from simx_server.scene.formats.vrep.objects import JointType
 
 from .field import Field, Fields, Handle, Writing
 
@@ -36,10 +37,7 @@ _FIRST_WITH_LIMITS_OF_MOTION = 23
 def _state(world: World, handle: int) -> JointState | None:
     """Return the settings of a joint; None for a spherical one, which has none."""
     joints = world.simulation.joints
-    return None if joints.joint_type(handle) == _SPHERICAL else joints.state(handle)
-
-
-_SPHERICAL = 12
+    return None if joints.joint_type(handle) == JointType.SPHERICAL else joints.state(handle)
 
 
 def _position(world: World, handle: int) -> float | None:

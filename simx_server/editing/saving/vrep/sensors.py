@@ -8,7 +8,23 @@ from typing import TYPE_CHECKING, Any
 from simx_server.handlers.quantities.objects import entries_of
 from simx_server.scene.formats.annotations import DETECTABLE_KINDS
 from simx_server.scene.formats.vrep.conversion.sensing.lights import DIRECTIONAL, OMNI, SPOT
-from simx_server.scene.formats.vrep.decoding.sensors import ORTHOGRAPHIC, VOLUMES
+from simx_server.scene.formats.vrep.decoding.sensors import (
+    EXPLICIT,
+    EXPLICIT_DETECTION,
+    EXTERNAL,
+    FINDS_CLOSEST,
+    FIRST_METHOD,
+    IGNORES_BACK,
+    IGNORES_FRONT,
+    LIMITS_ANGLE,
+    NO_DEPTH,
+    NO_RGB,
+    NO_STATISTICS,
+    OF_ENVIRONMENT,
+    ORTHOGRAPHIC,
+    PERSPECTIVE,
+    VOLUMES,
+)
 from simx_server.scene.formats.vrep.writing.colors import put_color
 from simx_server.scene.geometry import lights
 from simx_server.scene.objects import ObjectKind
@@ -19,12 +35,6 @@ from .field import Field, Fields, Handle, Writing, unwritable
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
     from simx_server.world.world import World
-
-_FIRST_METHOD = 30
-"""Number of the first of `VOLUMES` as a method of detection."""
-
-_PERSPECTIVE, _EXPLICIT, _OF_ENVIRONMENT = 1, 2, 128
-"""Bits of `Va3` of a vision sensor."""
 
 _FRONT, _BACK = ("both", "front"), ("both", "back")
 """Words for faces with which a proximity sensor detects the front, and the back of surfaces."""
@@ -37,7 +47,7 @@ def _optics(world: World, handle: int) -> tuple[Any, ...]:
 
 def _put_optics(records: ObjectRecords, value: tuple[Any, ...], _writing: Writing) -> None:
     is_perspective, size, angle, near, far = value
-    records.own.put_bits("Va3", _PERSPECTIVE, int(is_perspective))
+    records.own.put_bits("Va3", PERSPECTIVE, int(is_perspective))
     records.own.put_numbers("Ccp", size, angle, near, far)
 
 
@@ -56,16 +66,16 @@ def _ways(world: World, handle: int) -> tuple[bool, ...]:
 
 def _put_ways(records: ObjectRecords, value: tuple[bool, ...], _writing: Writing) -> None:
     explicit, external, no_rgb, no_depth, no_statistics = value
-    records.own.put_bits("Va3", _EXPLICIT, _EXPLICIT * explicit)
-    bits = external + 2 * no_rgb + 4 * no_depth + 16 * no_statistics
-    records.own.put_bits("Va2", 1 + 2 + 4 + 16, bits)
+    records.own.put_bits("Va3", EXPLICIT, EXPLICIT * explicit)
+    bits = EXTERNAL * external | NO_RGB * no_rgb | NO_DEPTH * no_depth | NO_STATISTICS * no_statistics
+    records.own.put_bits("Va2", EXTERNAL | NO_RGB | NO_DEPTH | NO_STATISTICS, bits)
 
 
 def _put_background(
     records: ObjectRecords, value: tuple[tuple[float, ...] | None], _writing: Writing
 ) -> None:
     (color,) = value
-    records.own.put_bits("Va3", _OF_ENVIRONMENT, 0 if color else _OF_ENVIRONMENT)
+    records.own.put_bits("Va3", OF_ENVIRONMENT, 0 if color else OF_ENVIRONMENT)
     if color:
         records.own.put_numbers("Db2", *color)
 
@@ -138,7 +148,7 @@ def _put_volume(records: ObjectRecords, value: tuple[Any, ...], _writing: Writin
     kind, offset, length, *sizes, angle, gap, rays, needed, least = value
     is_random = kind == "random_rays"
     place = VOLUMES.index("cone" if is_random else kind)
-    records.own.put_numbers("Snt", _FIRST_METHOD + (VOLUMES.index("ray") if is_random else place))
+    records.own.put_numbers("Snt", FIRST_METHOD + (VOLUMES.index("ray") if is_random else place))
     with records.own.child("Vod") as volume:
         volume.put_numbers("Snt", place)
         volume.put_numbers("Ss3", offset, length, *sizes, angle)
@@ -159,10 +169,11 @@ def _detection(world: World, handle: int) -> tuple[Any, ...]:
 
 def _put_detection(records: ObjectRecords, value: tuple[Any, ...], _writing: Writing) -> None:
     explicit, faces, angle, kind = value
-    bits = 4 * (angle is not None) + 16 * (faces not in _FRONT) + 32 * (faces not in _BACK) + 128 * explicit
+    bits = LIMITS_ANGLE * (angle is not None) | EXPLICIT_DETECTION * explicit
+    bits |= IGNORES_FRONT * (faces not in _FRONT) | IGNORES_BACK * (faces not in _BACK)
     if not records.own.has("Pr4"):
-        records.own.put_numbers("Pr4", 2)  # the closest point is found
-    records.own.put_bits("Pr4", 4 + 16 + 32 + 128, bits)
+        records.own.put_numbers("Pr4", FINDS_CLOSEST)
+    records.own.put_bits("Pr4", LIMITS_ANGLE | IGNORES_FRONT | IGNORES_BACK | EXPLICIT_DETECTION, bits)
     if angle is not None:
         records.own.put_numbers("Al2", angle)
     if kind is not None:

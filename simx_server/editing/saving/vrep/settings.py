@@ -11,7 +11,7 @@ from simx_server.scene.formats.vrep.objects import Engine
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list
 from simx_server.scene.formats.vrep.writing.top_level import TopRecord
 
-from .common import old_blocks, tagged_block
+from .common import FIRST_WITH_TAGGED_DATA, replace_blocks
 from .facts import Facts, are_equal
 from .field import NotInVrepFiles
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 _WRITTEN = ("engine", "layers", "dynamics", "background")
 """Keys of the scene's annotation that are written."""
-
-_FIRST_WITH_TAGGED_DATA = 23
 
 
 def settings_of(world: World) -> dict[str, Any]:
@@ -127,15 +125,10 @@ _PUT = {"SIM": _put_simulation, "DYN": _put_dynamics, "ENV": _put_environment, "
 def _change_data(records: list[TopRecord], blocks: dict[str, bytes], serialization: int) -> None:
     """Replace the custom data of the scene that scripts have written."""
     present = [tag for tag, _ in records if tag in ("CDA", "CDS")]
-    for tag in present or ["CDA" if serialization >= _FIRST_WITH_TAGGED_DATA else "CDS"]:
+    for tag in present or ["CDA" if serialization >= FIRST_WITH_TAGGED_DATA else "CDS"]:
         old = next((payload for each, payload in records if each == tag), END)
         found = parse_list(tag, old, serialization)
-        if tag == "CDA":
-            found.put("Cdt", *(tagged_block(name, data) for name, data in blocks.items()))
-        else:
-            start = old_blocks({})[:4]
-            others = [each for each in found.each("Dat") if each[:4] != start]
-            found.put("Dat", *others, *([old_blocks(blocks)] if blocks else ()))
+        replace_blocks(found, blocks, is_tagged=tag == "CDA")
         new = tag, bytes(found) + END
         place = next((at for at, (each, _) in enumerate(records) if each == tag), None)
         if place is None:

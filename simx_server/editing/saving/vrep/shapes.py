@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simx_server.editing import shape_looks
 from simx_server.handlers.objects import shape_properties
+from simx_server.scene.formats.vrep.decoding.shapes import DYNAMIC, RESPONDABLE, RESPONDABLE_TAGS, WIREFRAME
 from simx_server.scene.formats.vrep.objects import Primitive
 from simx_server.scene.formats.vrep.writing.colors import put_color
 from simx_server.scene.formats.vrep.writing.leaves import (
@@ -29,10 +30,6 @@ from .field import Field, Fields, NotInVrepFiles, Writing, unwritable
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
     from simx_server.world.world import World
-
-_DYNAMIC = 128
-_WIREFRAME = 4
-"""Bits of `Sss`, and of `Var` of a leaf."""
 
 _GEOM = mujoco.mjtGeom
 _PRIMITIVES = {
@@ -160,7 +157,7 @@ def _put_looks(records: ObjectRecords, looks: tuple[tuple[float, ...], ...], _wr
 
     def look_at(number: int, _wrapper: RecordList, leaf: RecordList) -> None:
         (flags,) = leaf.numbers("Var") or [0]
-        shown.extend([] if int(flags) & _WIREFRAME else [number])
+        shown.extend([] if int(flags) & WIREFRAME else [number])
 
     count = change_leaves(records.own, look_at)
     which = shown if len(shown) == len(looks) else list(range(count))
@@ -209,7 +206,8 @@ def _put_mass(records: ObjectRecords, value: tuple[float, ...], _writing: Writin
 
 
 def _put_respondable(records: ObjectRecords, value: bool, _writing: Writing) -> None:
-    records.own.put_bits("Ss2" if records.own.has("Ss2") else "Ss3", 1, int(value))
+    for tag in [tag for tag in RESPONDABLE_TAGS if records.own.has(tag)] or RESPONDABLE_TAGS[:1]:
+        records.own.put_bits(tag, RESPONDABLE, RESPONDABLE * value)
 
 
 def _contacts(world: World, handle: int) -> tuple[tuple[float, ...], ...]:
@@ -237,7 +235,7 @@ SHAPES: Fields = {
     "mass and inertia": Field(_mass, _put_mass),
     "dynamic": Field(
         lambda world, handle: not shape_properties.is_static(world.simulation, handle),
-        lambda records, value, _: records.own.put_bits("Sss", _DYNAMIC, _DYNAMIC * value),
+        lambda records, value, _: records.own.put_bits("Sss", DYNAMIC, DYNAMIC * value),
     ),
     "respondable": Field(
         lambda world, handle: shape_properties.is_respondable(world.simulation, handle), _put_respondable

@@ -11,6 +11,8 @@ from .numbers import quaternion_first
 
 CUSTOM_DATA_BLOCKS = 356248756
 """Header of older custom data that scripts wrote; other headers belong to plug-ins."""
+BASE_TAGS, MODEL_BASE = ("Va3", "Va2", "Var"), 1
+"""Records of which the first one that an object has tells whether it is the base of a model, and their bit."""
 MOST_BLOCKS = 10_000
 MOST_PARAMETERS = 10_000
 MOST_REFERENCES = 10_000
@@ -26,8 +28,8 @@ def fill_common(item: VrepObject, chunks: Chunks) -> None:
     (item.layers,) = chunks.ints("Lar", item.layers)
     (item.properties,) = chunks.ints("Omp", item.properties)
     (item.model_properties,) = chunks.ints("Mpo", item.model_properties)
-    flags = next((chunks.ints(tag)[0] for tag in ("Va3", "Va2", "Var") if chunks.has(tag)), 0)
-    item.is_model_base = bool(flags & 1)
+    flags = next((chunks.ints(tag)[0] for tag in BASE_TAGS if chunks.has(tag)), 0)
+    item.is_model_base = bool(flags & MODEL_BASE)
     (item.flags,) = chunks.ints("Op2", item.flags)
     (order,) = chunks.ints("Cor", -1)
     item.order = order if order >= 0 else None

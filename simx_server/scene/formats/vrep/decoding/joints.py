@@ -100,6 +100,13 @@ def choose_pid(joint: Joint, engine: Engine) -> None:
 FOLLOWS = 2
 """Bit of Var."""
 
+BREAKS, IS_OVERLOADED = "Tre", "Tri"
+"""Records with the thresholds of force sensors that break, and of those that only tell an overload."""
+LIMITS_FORCE, LIMITS_TORQUE = 1, 2
+"""Bits of Vab."""
+MEDIAN = 1
+"""Kind of filter in Fil; all others take the average."""
+
 
 def fill_dummy(dummy: Dummy, own: Chunks, reading: Reading) -> None:
     """Fill a dummy."""
@@ -114,13 +121,13 @@ def fill_dummy(dummy: Dummy, own: Chunks, reading: Reading) -> None:
 
 def fill_force_sensor(sensor: ForceSensor, own: Chunks, reading: Reading) -> None:
     """Fill a force sensor."""
-    tag = "Tri" if own.has("Tri") else "Tre"
+    tag = IS_OVERLOADED if own.has(IS_OVERLOADED) else BREAKS
     force, torque = own.reals(tag, 100.0, 10.0)
     (sensor.violations,) = own.ints(tag, 1)
-    sensor.breaks = tag == "Tre"
+    sensor.breaks = tag == BREAKS
     (flags,) = own.ints("Vab", 0)
-    sensor.max_force = force if flags & 1 else None
-    sensor.max_torque = torque if flags & 2 else None
+    sensor.max_force = force if flags & LIMITS_FORCE else None
+    sensor.max_torque = torque if flags & LIMITS_TORQUE else None
     sensor.samples, kind = own.ints("Fil", 1, 0)
-    sensor.filter = "median" if kind == 1 else "average"
+    sensor.filter = "median" if kind == MEDIAN else "average"
     (sensor.size,) = own.reals("Siz", sensor.size)

@@ -16,8 +16,16 @@ from .colors import material_of
 from .context import Reading
 from .numbers import color, vector
 
-METHODS = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 VOLUMES = ("pyramid", "cylinder", "disc", "cone", "ray")
+FIRST_METHOD = 30
+METHODS = dict(enumerate(VOLUMES, FIRST_METHOD))
+"""Methods of detection by their numbers."""
+FINDS_CLOSEST, LIMITS_ANGLE, IGNORES_FRONT, IGNORES_BACK, EXPLICIT_DETECTION = 2, 4, 16, 32, 128
+"""Bits of Pr4 of a proximity sensor."""
+PERSPECTIVE, EXPLICIT, OF_ENVIRONMENT = 1, 2, 128
+"""Bits of Va3 of a vision sensor; the last one: the background has the scene's colour."""
+EXTERNAL, NO_RGB, NO_DEPTH, NO_STATISTICS = 1, 2, 4, 16
+"""Bits of Va2 of a vision sensor."""
 MOST_PIXELS = 16_384
 """Along a side of an image."""
 ORTHOGRAPHIC = 3
@@ -41,11 +49,11 @@ def fill_vision_sensor(sensor: VisionSensor, own: Chunks, reading: Reading) -> N
     (sensor.render_mode,) = own.ints("Rmd", 0)
     (sensor.entity,) = own.ints("Dox", -1)
     (flags,) = own.ints("Va3", 1)
-    sensor.is_perspective, sensor.is_explicit = bool(flags & 1), bool(flags & 2)
-    sensor.uses_environment_background = bool(flags & 128)
+    sensor.is_perspective, sensor.is_explicit = bool(flags & PERSPECTIVE), bool(flags & EXPLICIT)
+    sensor.uses_environment_background = bool(flags & OF_ENVIRONMENT)
     (flags,) = own.ints("Va2", 0)
-    sensor.is_external, sensor.ignores_rgb = bool(flags & 1), bool(flags & 2)
-    sensor.ignores_depth, sensor.has_no_statistics = bool(flags & 4), bool(flags & 16)
+    sensor.is_external, sensor.ignores_rgb = bool(flags & EXTERNAL), bool(flags & NO_RGB)
+    sensor.ignores_depth, sensor.has_no_statistics = bool(flags & NO_DEPTH), bool(flags & NO_STATISTICS)
     chain = own.child("Cfr")
     sensor.filters = None if chain is None else [_filter_of(each) for each in chain.each("Sfr")]
 
@@ -75,11 +83,11 @@ def fill_proximity_sensor(sensor: ProximitySensor, own: Chunks, reading: Reading
     (flags,) = volume.ints("Par", 0)
     (minimum,) = volume.reals("Wtf", 0.0)
     sensor.minimum_distance = minimum if flags & 1 else None
-    (flags,) = own.ints("Pr4", 2)
-    sensor.finds_closest, sensor.is_explicit = bool(flags & 2), bool(flags & 128)
-    sensor.front_faces, sensor.back_faces = not flags & 16, not flags & 32
+    (flags,) = own.ints("Pr4", FINDS_CLOSEST)
+    sensor.finds_closest, sensor.is_explicit = bool(flags & FINDS_CLOSEST), bool(flags & EXPLICIT_DETECTION)
+    sensor.front_faces, sensor.back_faces = not flags & IGNORES_FRONT, not flags & IGNORES_BACK
     (angle,) = own.reals("Al2", 0.0)
-    sensor.max_normal_angle = angle if flags & 4 else None
+    sensor.max_normal_angle = angle if flags & LIMITS_ANGLE else None
     (sensor.entity,) = own.ints("Sox", -1)
     (sensor.detectable_kind,) = own.ints("Sst", 0)
     rays, needed = own.ints("Rad", 1, 1)

@@ -17,6 +17,15 @@ from .numbers import position_first, quaternion_first, vector
 
 Item = TypeVar("Item")
 
+DYNAMIC, ASLEEP = 128, 64
+"""Bits of Sss."""
+
+RESPONDABLE_TAGS, RESPONDABLE = ("Ss3", "Ss2"), 1
+"""Records of which the first one that a shape has tells whether it is respondable, and their bit."""
+
+BACKFACES_CULLED, WIREFRAME = 2, 4
+"""Bits of Var of a leaf."""
+
 MOST_LEAVES = 50_000
 """Of one file; a leaf takes some kilobytes, and may be written in some tens of bytes."""
 
@@ -38,9 +47,9 @@ def fill_shape(shape: Shape, own: Chunks, reading: Reading) -> None:
     (shape.mask,) = own.ints("Dc2", shape.mask)
     shape.first_velocity = own.reals("Idv", *shape.first_velocity)
     (flags,) = own.ints("Sss", 0)
-    shape.is_dynamic, shape.is_asleep = bool(flags & 128), bool(flags & 64)
-    (flags,) = own.ints("Ss3" if own.has("Ss3") else "Ss2", 0)
-    shape.is_respondable = bool(flags & 1)
+    shape.is_dynamic, shape.is_asleep = bool(flags & DYNAMIC), bool(flags & ASLEEP)
+    flags = next((own.ints(tag)[0] for tag in RESPONDABLE_TAGS if own.has(tag)), 0)
+    shape.is_respondable = bool(flags & RESPONDABLE)
     if (material := own.child("Mat")) is not None:
         shape.surface = surface_of(material)
     else:
@@ -86,7 +95,7 @@ def _add_leaf(shape: Shape, inside: Chunks, start: int, end: int, reading: Readi
     leaf.size = vector(own.reals("Ppr", 0.0, 0.0, 0.0))
     _fill_mesh(leaf, own, reading.pools)
     (flags,) = own.ints("Var", 0)
-    leaf.culls_backfaces, leaf.is_wireframe = bool(flags & 2), bool(flags & 4)
+    leaf.culls_backfaces, leaf.is_wireframe = bool(flags & BACKFACES_CULLED), bool(flags & WIREFRAME)
     (convex,), (wrapper_flags,) = own.ints("Va2", 0), wrapper.ints("Var", 0)
     leaf.is_convex = bool(convex & 1 or wrapper_flags & 4)
     (leaf.shading_angle,) = own.reals("Gsa", 0.0)

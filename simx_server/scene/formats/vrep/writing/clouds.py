@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.vrep.decoding.clouds import DEEPEST, VERSION
+
+_LEAST, _FARTHEST = 1e-30, 1e30
+"""Edges of cells that are written, and coordinates; float32 holds them."""
 
 _WITHIN = 1.01
 """Factor of the edge of a cell up to which a cube is such a cell."""
@@ -66,8 +70,16 @@ def point_cells(points: NDArray[np.float64], colors: NDArray[np.uint8], edge: fl
 
 
 def _cube(points: NDArray[np.float64], edge: float) -> float:
-    """Return the edge of a cube around the origin with all points: that of the cells, doubled some times."""
+    """Return the edge of a cube around the origin with all points: that of the cells, doubled some times.
+
+    Raises:
+        SceneError: numbers that are too large, or cells that are too small; scaling leads to both.
+    """
     cube, farthest = 2 * edge, float(np.abs(points).max(initial=0.0))
+    if not (_LEAST <= edge <= _FARTHEST and farthest <= _FARTHEST):
+        raise SceneError(
+            f"cells of {edge:g} m with points up to {farthest:g} m away do not fit into V-REP's files"
+        )
     while farthest >= cube / 2:
         cube *= 2
     return cube
