@@ -10,7 +10,7 @@ import mujoco
 
 from simx_server.errors import CommandError
 from simx_server.joints.state import MODE_WORDS, JointMode
-from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.annotations import DETECTABLE_KINDS, Annotation
 from simx_server.scene.tree import INTERNAL
 
 from .creating import add
@@ -33,8 +33,8 @@ _SLIDE_RANGE = (-0.5, 0.5)
 _VOLUMES = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 """`sim_proximitysensor_*_subtype`."""
 
-_DETECTED = {0x20: "infrared", 0x40: "laser", 0x80: "inductive", 0x100: "capacitive"}
-"""Kinds of detection by V-REP's bits."""
+_DETECTED = {0x10 << place: kind for place, kind in enumerate(DETECTABLE_KINDS) if place}
+"""Kinds of detection by V-REP's bits, without the first one, which stands for all."""
 
 _MOST_RAYS = 10_000
 

@@ -110,8 +110,9 @@ def _renumber_meshes(own: RecordList, origin: Origin) -> None:
     def renumber(_number: int, _wrapper: RecordList, leaf: RecordList) -> None:
         for tag, start in origin.starts.items():
             payload = leaf.raw(tag)
-            if payload is not None:
-                leaf.put(tag, (int.from_bytes(payload, "little") + start).to_bytes(4, "little"))
+            place = -1 if payload is None else int.from_bytes(payload[:4], "little", signed=True)
+            if place >= 0:  # the reader has checked all of them but the edges, which it does not use
+                leaf.put(tag, (place + start).to_bytes(4, "little"))
         if leaf.has("Toj"):
             with leaf.child("Toj") as use:
                 texture = use.numbers("Tob")

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.parts.custom_data import HIDDEN, SCENE
 from simx_server.scene.formats.annotations.grammar import ENGINES
-from simx_server.scene.formats.vrep.decoding.settings import CUSTOM_STEP, STEPS
+from simx_server.scene.formats.vrep.chunks import twin
+from simx_server.scene.formats.vrep.decoding.settings import CUSTOM_STEP, ENGINE_TAGS, STEPS
 from simx_server.scene.formats.vrep.objects import Engine
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list
 from simx_server.scene.formats.vrep.writing.top_level import TopRecord
@@ -56,6 +57,10 @@ def change_settings(records: list[TopRecord], facts: Facts, before: Facts, seria
         keys = sorted(key for key in rest.keys() | old_rest.keys() if rest.get(key) != old_rest.get(key))
         raise NotInVrepFiles(f"the setting '{keys[0]}' of the scene")
     changed = {name: value for name, value in new.items() if not are_equal(value, old[name])}
+    present = {tag for tag, _ in records}
+    for name in changed:
+        if present.isdisjoint(_RECORDS[name]):
+            raise NotInVrepFiles(f"the {name} of the scene, for which the file has no record")
     for place, (tag, payload) in enumerate(records):
         if tag in _PUT and changed:
             found = parse_list(tag, payload, serialization)
@@ -69,7 +74,7 @@ def _put_simulation(found: RecordList, changed: dict[str, Any]) -> None:
     if "time step" not in changed:
         return
     step = changed["time step"]
-    if found.has("St3") or found.has("_t3"):
+    if found.has("St3") or found.has(twin("St3")):
         found.put_numbers("St3", step)
     if found.has("St2"):
         found.put_numbers("St2", round(step * 1e6))
@@ -79,8 +84,7 @@ def _put_simulation(found: RecordList, changed: dict[str, Any]) -> None:
 
 
 def _put_dynamics(found: RecordList, changed: dict[str, Any]) -> None:
-    tags = [tag for tag in ("En3", "En2", "Eng") if found.has(tag) or found.has(f"_{tag[1:]}")]
-    for tag in tags:
+    for tag in _engine_tags(found):
         engine = ENGINES.index(changed["engine"]) if "engine" in changed else None
         gravity = changed.get("gravity", (None, None, None))
         found.put_numbers(tag, engine, *gravity, None)
@@ -90,12 +94,16 @@ def _put_dynamics(found: RecordList, changed: dict[str, Any]) -> None:
         _put_physics_step(found, changed["physics step"])
 
 
+def _engine_tags(found: RecordList) -> list[str]:
+    """Return the tags under which a scene has its engine and gravity."""
+    return [tag for tag in ENGINE_TAGS if found.has(tag) or found.has(twin(tag))] or list(ENGINE_TAGS[:1])
+
+
 def _put_physics_step(found: RecordList, step: float) -> None:
-    if found.has("Stp") or found.has("_tp"):
+    if found.has("Stp") or found.has(twin("Stp")):
         found.put_numbers("Stp", step)
         return
-    tag = next(tag for tag in ("En3", "En2", "Eng") if found.has(tag) or found.has(f"_{tag[1:]}"))
-    engine = int((found.numbers(tag) or [0])[0])
+    engine = int((found.numbers(_engine_tags(found)[0]) or [0])[0])
     known = Engine(engine) if engine in Engine.__members__.values() else Engine.BULLET
     newer, older = STEPS.get(known, STEPS[Engine.BULLET])
     if (values := found.array(newer)) is not None and values[0]:
@@ -117,6 +125,14 @@ def _put_layers(found: RecordList, changed: dict[str, Any]) -> None:
     if "layers" in changed:
         found.put_numbers("Al2", changed["layers"])
 
+
+_RECORDS = {
+    "time step": ("SIM",),
+    **dict.fromkeys(("physics step", "gravity", "dynamics", "engine"), ("DYN",)),
+    **dict.fromkeys(("fog", "ambient light"), ("ENV",)),
+    "layers": ("SET", "ENV"),
+}
+"""Tags of the records that may have a setting."""
 
 _PUT = {"SIM": _put_simulation, "DYN": _put_dynamics, "ENV": _put_environment, "SET": _put_layers}
 """Writers by the tag of the record."""

@@ -23,6 +23,9 @@ STEPS = {
 """Records whose first real number is an engine's dynamics step, up to CoppeliaSim 4.4: newer and older one."""
 
 
+ENGINE_TAGS = ("En3", "En2", "Eng")
+"""Records of which the first one that a scene has tells its engine and gravity."""
+
 USUAL_STEPS = (0.2, 0.1, 0.05, 0.025, 0.01)
 """Simulation steps in seconds that V-REP's list offered, by number; the next number is that of a custom one."""
 CUSTOM_STEP = len(USUAL_STEPS)
@@ -50,7 +53,7 @@ def fill_simulation(settings: Settings, chunks: Chunks) -> None:
 
 def fill_dynamics(settings: Settings, chunks: Chunks) -> None:
     """Take over the engine, its step, and gravity."""
-    tag = next((each for each in ("En3", "En2", "Eng") if chunks.has(each)), "En3")
+    tag = next((each for each in ENGINE_TAGS if chunks.has(each)), ENGINE_TAGS[0])
     engine, _ = chunks.ints(tag, 0, 0)
     if engine in Engine.__members__.values():
         settings.engine = Engine(engine)

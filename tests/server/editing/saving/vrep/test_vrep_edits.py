@@ -272,3 +272,13 @@ def test_a_form_that_is_not_written_makes_an_archive_and_the_log_says_why(
 def test_other_endings_are_other_forms(world: VrepWorld) -> None:
     assert scene_files(world.parts, "scene.mjz").form.startswith("an archive")
     assert scene_files(world.parts, "scene.ttt").form == "a file of V-REP"
+
+
+def test_a_setting_for_which_the_file_has_no_record_is_told(tmp_path: Path) -> None:
+    writer = VrepWriter(25)
+    writer.shape("base", cuboid=(0.2, 0.2, 0.1), mass=2.0)
+    (tmp_path / "bare.ttt").write_bytes(writer.bytes())
+    world = VrepWorld(tmp_path / "bare.ttt")
+    world.do("setArrayParam", 0, [0, 0, -3.7])
+    with pytest.raises(NotInVrepFiles, match="the gravity of the scene"):
+        world.saved()
