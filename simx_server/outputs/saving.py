@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.files import VREP_MODEL_SUFFIX
-from simx_server.editing.saving.forms import model_files, scene_files
+from simx_server.editing.saving.forms import check_ending, model_files, scene_files
 from simx_server.scene.formats.exporting.folder import refuse_links
 
 from .packages import OutputError
@@ -33,6 +33,7 @@ def write_saved(world: World, path: Path, duration: float | None) -> None:
         OutputError: the run ended before, the scene has several models or none, or a file cannot be written.
         CommandError: the scene cannot be saved.
     """
+    check_ending(path.name)
     try:
         if duration is not None:
             run_for(world, duration, "saved scene")

@@ -45,10 +45,14 @@ class SavedFiles:
 
 
 def check_ending(name: str) -> None:
-    """Raise CommandError for a name with the ending of a form that is not written."""
+    """Raise CommandError for a name with the ending of a form that is not written, or with nothing before it."""
     if name.lower().endswith(_OTHER_TEXTS):
         raise CommandError(
             f"'{name[:80]}' has the ending of a text that the server does not write; choose {', '.join(SAVED_SUFFIXES)}"
+        )
+    if name.lower().endswith(TEXTS) and not PurePosixPath(name).name.rpartition(".")[0].strip("."):
+        raise CommandError(
+            f"'{name[:80]}' has no name before its ending, which its folder of files would have"
         )
 
 

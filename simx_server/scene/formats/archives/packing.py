@@ -1,4 +1,4 @@
-"""A spec with all that it needs as files, and as the bytes of one file."""
+"""A spec with all that it needs as files."""
 
 from __future__ import annotations
 
@@ -15,12 +15,7 @@ from simx_server.scene.formats.exporting.folder import text_of
 from simx_server.scene.formats.exporting.scripts import take_out_noted_scripts
 from simx_server.scene.formats.specs import one_line
 
-from .archive import XML, pack
-
-
-def pack_spec(spec: mujoco.MjSpec, annotations: Annotations, *, is_model: bool) -> bytes:
-    """Return the files of `files_of` as an archive. Raises SceneError."""
-    return pack(files_of(spec, annotations), is_model=is_model)
+from .archive import XML
 
 
 def files_of(spec: mujoco.MjSpec, annotations: Annotations, folder: str = "") -> dict[str, bytes]:

@@ -89,6 +89,11 @@ def test_a_link_that_leads_out_of_the_workspace_is_not_followed(world: ScriptWor
     assert not any(outside.iterdir())
 
 
+@pytest.mark.parametrize("name", [".xml", "...xml", "a/.mjcf"])
+def test_a_text_needs_a_name_for_its_folder(world: ScriptWorld, name: str) -> None:
+    world.fails(f"sim.saveScene('{name}')", "has no name before its ending")
+
+
 @pytest.mark.parametrize("name", ["x.simmodel.xml", "x.simscene.xml", "x.urdf"])
 def test_names_of_texts_are_refused(world: ScriptWorld, name: str) -> None:
     world.fails(

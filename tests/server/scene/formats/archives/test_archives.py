@@ -11,7 +11,7 @@ import pytest
 
 from simx_server.scene.formats.annotations import SceneError, read_annotations
 from simx_server.scene.formats.archives.archive import NOTE, XML, is_archive, is_archive_file, pack, unpack
-from simx_server.scene.formats.archives.packing import pack_spec
+from simx_server.scene.formats.archives.packing import files_of
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.saving import save_mjcf
@@ -29,7 +29,7 @@ _TEXT = """<mujoco model="two"><option timestep="0.00123456789"/>
 
 def saved(*, is_model: bool = False) -> bytes:
     spec = mujoco.MjSpec.from_string(_TEXT)
-    return pack_spec(spec, read_annotations(spec), is_model=is_model)
+    return pack(files_of(spec, read_annotations(spec)), is_model=is_model)
 
 
 def stored(folder: Path, data: bytes) -> Path:
