@@ -24,7 +24,7 @@ from . import scripts
 from .baseline import Baseline, collection_numbers
 from .facts import Facts
 from .field import NotInVrepFiles, Writing
-from .objects import Origin, records_of
+from .objects import Brought, Origin, records_of
 from .registered import ENTRIES, kept_entries, new_entries, number_collections
 from .settings import change_settings
 
@@ -101,8 +101,7 @@ class _Document:
             self._facts, collection_numbers(self._first.file, world) if self._same_kind else {}
         )
         self._writing.free_texture = 1 + max([0, *(_number_of(each) for each in records if each[0] == "TEX")])
-        self._others: dict[int, tuple[Mapping[str, int], Mapping[int, int]]] = {}
-        self._brought_textures = list[TopRecord]()
+        self._others: dict[int, Brought] = {}
         self._top = records
         known = (script for each in self._first.scripts.values() for script in each)
         self._next_script = 1 + max((int((each.numbers("Si2") or [0])[0]) for each in known), default=0)
@@ -174,33 +173,17 @@ class _Document:
             return None
         source, number = known
         if source is self._first.source and self._same_kind:
-            return Origin(self._first, number, self._numbers[handle] == number, {}, {})
+            return Origin(self._first, number, self._numbers[handle] == number, None)
         baseline = self._baseline(source)
-        starts, textures = self._brought(baseline)
-        return Origin(baseline, number, False, starts, textures)
+        return Origin(baseline, number, False, self._brought(baseline))
 
-    def _brought(self, baseline: Baseline) -> tuple[Mapping[str, int], Mapping[int, int]]:
-        """Add meshes and textures of another file; return where they are."""
+    def _brought(self, baseline: Baseline) -> Brought:
         if id(baseline) not in self._others:
             version = baseline.header.serialization
             if version < _FIRST_WITH_SURFACES and baseline is not self._first:
                 raise NotInVrepFiles(f"what comes from '{baseline.source.name}', of V-REP 3.3 or older")
-            pools = next((payload for tag, payload in baseline.records if tag == "VIN"), END)
-            starts = self._pools.append(MeshPools(parse_list("VIN", pools, version)))
-            self._others[id(baseline)] = starts, self._bring_textures(baseline)
+            self._others[id(baseline)] = Brought(baseline, self._writing)
         return self._others[id(baseline)]
-
-    def _bring_textures(self, baseline: Baseline) -> dict[int, int]:
-        found: dict[int, int] = {}
-        for tag, payload in baseline.records:
-            if tag == "TEX":
-                texture = parse_list("TEX", payload, baseline.header.serialization)
-                number, width, height = texture.numbers("Ipa") or (0, 0, 0)
-                found[int(number)] = self._writing.free_texture
-                texture.put_numbers("Ipa", self._writing.free_texture, width, height)
-                self._brought_textures.append(("TEX", bytes(texture) + END))
-                self._writing.free_texture += 1
-        return found
 
     # Parts of the file.
 
@@ -342,7 +325,7 @@ class _Document:
             found.insert(0, ("VIN", bytes(self._pools.records) + END))
         textures = [("TEX", _texture(number, pixels, version)) for number, pixels in self._writing.textures]
         place = next((place for place, (tag, _) in enumerate(found) if tag in OBJECTS), len(found))
-        found[place:place] = self._brought_textures + textures
+        found[place:place] = [("TEX", each) for each in self._writing.brought_textures] + textures
         found += [(records.tag, bytes(records)) for records in left.values()] + added
         order = [
             ObjectRecords.parse(tag, payload, version).handles[0] for tag, payload in found if tag in OBJECTS

@@ -52,16 +52,23 @@ class Writing:
     """Names of new collision and distance objects."""
     new_uis: list[str] = field(default_factory=list[str])
     """Names of new old UIs."""
+    brought_textures: list[bytes] = field(default_factory=list[bytes])
+    """Payloads of textures of other files, with their new numbers."""
     free_texture: int = 1
-    """First number of a new texture."""
+    """Number of the next texture."""
 
     def add_texture(self, pixels: NDArray[np.uint8]) -> int:
         """Add a texture, unless it is there; return its number."""
         for number, known in self.textures:
             if known.shape == pixels.shape and bool((known == pixels).all()):
                 return number
-        self.textures.append((self.free_texture + len(self.textures), pixels))
+        self.textures.append((self.take_texture_number(), pixels))
         return self.textures[-1][0]
+
+    def take_texture_number(self) -> int:
+        """Return a number that no texture of the file has."""
+        self.free_texture += 1
+        return self.free_texture - 1
 
     @property
     def all_numbers(self) -> Mapping[int, int]:

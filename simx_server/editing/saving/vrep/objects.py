@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from simx_server.scene.formats.vrep.writing.leaves import change_leaves
+from simx_server.scene.formats.vrep.writing.meshes import POOLS, MeshPools
 from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
-from simx_server.scene.formats.vrep.writing.record_lists import RecordList
+from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list
 from simx_server.scene.objects import ObjectKind
 
 from .baseline import Baseline
@@ -37,6 +37,42 @@ TAGS = {
 PARAMETERS = "user parameters"
 
 
+class Brought:
+    """Meshes and textures of another file, which come into the new one as leaves need them."""
+
+    def __init__(self, baseline: Baseline, writing: Writing) -> None:
+        """Bring nothing yet. Raises SceneError: the file is damaged."""
+        assert writing.pools is not None  # formats without pools are not written
+        version = baseline.header.serialization
+        pools = next((payload for tag, payload in baseline.records if tag == "VIN"), END)
+        self._writing, self._pools = writing, writing.pools
+        self._other = MeshPools(parse_list("VIN", pools, version))
+        textures = [parse_list("TEX", payload, version) for tag, payload in baseline.records if tag == "TEX"]
+        self._textures = {int((each.numbers("Ipa") or [0])[0]): each for each in textures}
+        self._meshes: dict[tuple[str, int], int] = {}
+        self._numbers: dict[int, int] = {}
+
+    def mesh(self, tag: str, place: int) -> int:
+        """Return the place of a part of a mesh in the new file.
+
+        Args:
+            tag: with which leaves refer to it.
+            place: its place in the other file.
+        """
+        if (tag, place) not in self._meshes:
+            self._meshes[tag, place] = self._pools.bring(self._other, tag, place)
+        return self._meshes[tag, place]
+
+    def texture(self, number: int) -> int:
+        """Return the number of a texture in the new file, -1 if the other one has none with this number."""
+        if number in self._textures and number not in self._numbers:
+            texture = self._textures[number]
+            self._numbers[number] = self._writing.take_texture_number()
+            texture.put_numbers("Ipa", self._numbers[number], None, None)
+            self._writing.brought_textures.append(bytes(texture) + END)
+        return self._numbers.get(number, -1)
+
+
 @dataclass(frozen=True)
 class Origin:
     """Where an object comes from."""
@@ -46,10 +82,8 @@ class Origin:
     """Its handle in that file."""
     is_first: bool
     """The file is the one that is written again, and the object has its number still."""
-    starts: Mapping[str, int]
-    """Where the meshes of the file start in the pools of the new one, by the tag with which leaves refer to them."""
-    textures: Mapping[int, int]
-    """Numbers of textures in that file, and in the new one."""
+    brought: Brought | None
+    """Its meshes and textures; None: the new file has all of them where they were."""
 
     @property
     def payload(self) -> tuple[str, bytes]:
@@ -75,8 +109,8 @@ def _changed(facts: Facts, item: SceneObject, origin: Origin, writing: Writing) 
     ids = (writing.numbers[item.handle], writing.numbers.get(item.parent, -1))
     if ids != records.handles:
         records.common.put_numbers("Ids", *ids)
-    if not origin.is_first and tag == "SHP":
-        _renumber_meshes(records.own, origin)
+    if origin.brought is not None and tag == "SHP":
+        _renumber_meshes(records.own, origin.brought)
     if facts.notes(item.handle) != before.notes(handle):
         kinds = facts.notes(item.handle).keys() | before.notes(handle).keys()
         raise NotInVrepFiles(f"what has changed in '{', '.join(sorted(kinds))}'")
@@ -104,20 +138,20 @@ def _put_script_parameters(writing: Writing, handle: int, values: Any) -> bool:
     return False
 
 
-def _renumber_meshes(own: RecordList, origin: Origin) -> None:
+def _renumber_meshes(own: RecordList, brought: Brought) -> None:
     """Let the leaves of a shape of another file refer to their meshes and textures in the new one."""
 
     def renumber(_number: int, _wrapper: RecordList, leaf: RecordList) -> None:
-        for tag, start in origin.starts.items():
+        for tag in POOLS:
             payload = leaf.raw(tag)
-            place = -1 if payload is None else int.from_bytes(payload[:4], "little", signed=True)
-            if place >= 0:  # the reader has checked all of them but the edges, which it does not use
-                leaf.put(tag, (place + start).to_bytes(4, "little"))
+            if payload is not None:
+                place = int.from_bytes(payload[:4], "little", signed=True)
+                leaf.put(tag, brought.mesh(tag, place).to_bytes(4, "little", signed=True))
         if leaf.has("Toj"):
             with leaf.child("Toj") as use:
                 texture = use.numbers("Tob")
                 if texture is not None:
-                    use.put_numbers("Tob", origin.textures.get(int(texture[0]), -1), None, None, None)
+                    use.put_numbers("Tob", brought.texture(int(texture[0])), None, None, None)
 
     change_leaves(own, renumber)
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import struct
+from collections import defaultdict
+from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.formats.vrep.chunks import Body, sections
-from simx_server.scene.formats.vrep.decoding.meshes import EXTRA_OFFSETS, read_pools
+from simx_server.scene.formats.vrep.decoding.meshes import EXTRA_OFFSETS, Pools, read_pools
 
 from .record_lists import RecordList
 
@@ -18,6 +21,10 @@ FIRST_UNPACKED = 24
 
 _POOL_OF = {"Ver": "Vev", "In2": "Inv", "Ind": "Inv", "No2": "Nov", "Nor": "Nov", "Ved": "Vvd"}
 """The pool in which a record is: the tag with which leaves refer to it."""
+
+
+POOLS = ("Vev", "Inv", "Nov", "Vvd")
+"""Tags with which leaves refer to the pools."""
 
 
 class MeshPools:
@@ -48,30 +55,41 @@ class MeshPools:
             "Vvd": self._add("Ved", edges),
         }
 
-    def append(self, other: MeshPools) -> dict[str, int]:
-        """Add all meshes of other pools; return where they start in each pool.
+    def bring(self, other: MeshPools, pool: str, place: int) -> int:
+        """Add one record of other pools; return its place, -1 if they have none there.
+
+        Args:
+            other: the pools of another file.
+            pool: the tag with which leaves refer to records of this kind.
+            place: where it is in the other pool.
 
         Raises:
             SceneError: they are damaged.
         """
-        starts = dict(self._counts)
-        if _is_packed(self.records) == _is_packed(other.records):
-            for tag, payload in other.records:
-                self._add(tag, payload)
-            return starts
-        (chunks,) = sections(
-            Body(memoryview(bytes(other.records)), ""), ["VIN"], 0, len(bytes(other.records))
-        )
-        found = read_pools(chunks)
-        for vertices in other.records.each("Ver"):
-            self._add("Ver", vertices)
-        for triangles in found.triangles:
-            self._add(*self._indices(triangles))
-        for normals in found.normals:
-            self._add(*self._normals(normals.reshape(-1, 3)))
-        for edges in other.records.each("Ved"):
-            self._add("Ved", edges)
-        return starts
+        records = other.by_pool.get(pool, [])
+        if not 0 <= place < len(records):
+            return -1
+        if pool in ("Inv", "Nov") and _is_packed(self.records) != _is_packed(other.records):
+            if pool == "Inv":
+                return self._add(*self._indices(other.decoded.triangles[place]))
+            return self._add(*self._normals(other.decoded.normals[place].reshape(-1, 3)))
+        return self._add(*records[place])
+
+    @cached_property
+    def by_pool(self) -> Mapping[str, list[tuple[str, bytes]]]:
+        """Return the records as they were read, by the tags with which leaves refer to them."""
+        found = defaultdict[str, list[tuple[str, bytes]]](list)
+        for tag, payload in self.records:
+            if tag in _POOL_OF:
+                found[_POOL_OF[tag]].append((tag, payload))
+        return dict(found)
+
+    @cached_property
+    def decoded(self) -> Pools:
+        """Return the meshes as they were read. Raises SceneError."""
+        data = bytes(self.records)
+        (chunks,) = sections(Body(memoryview(data), ""), ["VIN"], 0, len(data))
+        return read_pools(chunks)
 
     def _indices(self, triangles: NDArray[Any]) -> tuple[str, bytes]:
         """Return tag and payload of indices, in the form of the file's version."""
@@ -87,8 +105,6 @@ class MeshPools:
     def _add(self, tag: str, payload: bytes) -> int:
         """Add one record; return its place in its pool."""
         self.records.add(tag, payload)
-        if tag not in _POOL_OF:
-            return -1
         self._counts[_POOL_OF[tag]] += 1
         return self._counts[_POOL_OF[tag]] - 1
 
