@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
+from simx_server.scripting.signature import to_text
 from simx_server.sim_api.namespaces import Namespaces
 
 from .functions import Function
@@ -68,8 +69,8 @@ def check(world: World, function: Function, arguments: list[Any]) -> None:
         require_code(world)
     if function.name == "callScriptFunction":
         for each in arguments[:2]:  # CoppeliaSim takes function and script in either order
-            if isinstance(each, bytes):
-                _check_function(each.decode("utf-8", "replace"))
+            if isinstance(each, (bytes, str)):
+                _check_function(to_text(each))  # the name as the function reads it
 
 
 def _check_function(called: str) -> None:

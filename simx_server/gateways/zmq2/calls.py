@@ -44,10 +44,8 @@ def invoke(client: Client, target: int, name: str, arguments: list[Any]) -> tupl
         raise CommandError(_IN_SCRIPTS)
     if effect == "runs code":
         permissions.require_code(world)
-    if name == "callFunction" and arguments:
-        permissions.check(
-            world, described("sim.callScriptFunction"), [str(arguments[0]).encode(errors="replace")]
-        )
+    if name == "callFunction":
+        permissions.check(world, described("sim.callScriptFunction"), arguments[:1])
     found = call_method(client.namespaces.space("sim"), world, script, target, name, arguments)
     if found is None:
         return ()

@@ -100,6 +100,7 @@ def test_code_is_refused_unless_the_operator_allows_it(server: ZmqWorld) -> None
     for refused in (
         lambda: sim.executeScriptString("x = 1", script),
         lambda: sim.callScriptFunction("load", script, "x = 1"),
+        lambda: sim.callScriptFunction("load\0", script, "x = 1"),
         lambda: sim.callScriptFunction("sim.executeScriptString", script, "x = 1", script),
         lambda: sim.callScriptFunction("simExecuteScriptString@arm", 1, "x = 1", script),
         lambda: sim.launchExecutable("/bin/true"),
