@@ -6,14 +6,22 @@ those of RFC 8746 for matrices and arrays of numbers.
 
 from __future__ import annotations
 
-import math
 from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from sys import byteorder
 from typing import Any, cast
 
-from simx_server.sim_api.object_model.values import MOST_NUMBERS, Color, Matrix, Pose, Quaternion, Ref
+from simx_server.sim_api.object_model.values import (
+    MOST_NUMBERS,
+    Color,
+    Matrix,
+    Pose,
+    Quaternion,
+    Ref,
+    finite_numbers,
+    to_color,
+)
 
 from ..zmq.wire import MAX_DEPTH, MAX_ITEMS, Reader, WireError
 
@@ -84,26 +92,13 @@ class TaggedReader(Reader):
             rows, columns = sizes
             if not (_is_size(rows) and _is_size(columns)):
                 raise ValueError
-            return Matrix(rows, columns, _floats(numbers))
+            return Matrix(rows, columns, finite_numbers(numbers))
         except (TypeError, ValueError):
             raise WireError("a matrix of R x C has R * C numbers") from None
 
 
 def _is_size(value: Any) -> bool:
     return type(value) is int and 0 <= value <= MOST_NUMBERS
-
-
-def _floats(value: Any, count: int | None = None) -> list[float]:
-    """Return finite numbers. Raises TypeError or ValueError."""
-    if not isinstance(value, list) or (count is not None and len(cast(list[Any], value)) != count):
-        raise TypeError
-    items = cast(list[Any], value)
-    if not {type(each) for each in items} <= {int, float}:
-        raise TypeError
-    found = [float(each) for each in items]
-    if not all(map(math.isfinite, found)):
-        raise ValueError
-    return found
 
 
 def _handle(value: Any) -> Ref:
@@ -115,21 +110,8 @@ def _handle(value: Any) -> Ref:
 
 
 def _color(value: Any) -> Color:
-    """Return a colour of bytes, of text that was bytes, or of parts from 0 to 255."""
-    if isinstance(value, str):
-        value = value.encode("utf-8", "surrogateescape")
-    if isinstance(value, list):
-        parts = _floats(value)
-        scale = (
-            255.0
-            if max(parts, default=0.0) <= 1
-            and not all(isinstance(each, int) for each in cast(list[Any], value))
-            else 1.0
-        )
-        value = bytes(round(each * scale) for each in parts)
-    if not isinstance(value, bytes) or len(value) not in (3, 4):
-        raise TypeError
-    return Color(bytes([*value, 255][:4]))
+    """Return a colour; the original's encoder may write its bytes as text."""
+    return to_color(value.encode("utf-8", "surrogateescape") if isinstance(value, str) else value)
 
 
 def _function(value: Any) -> FunctionName:
@@ -141,8 +123,8 @@ def _function(value: Any) -> FunctionName:
 _READ: dict[int, Callable[[Any], Any]] = {
     MATRIX: lambda value: value,
     COLOR: _color,
-    QUATERNION: lambda value: Quaternion(_floats(value, 4)),
-    POSE: lambda value: Pose(_floats(value, 7)),
+    QUATERNION: lambda value: Quaternion(finite_numbers(value, 4)),
+    POSE: lambda value: Pose(finite_numbers(value, 7)),
     OBJECT: _handle,
     OBJECTS: lambda value: [_handle(each) for each in value],
     FUNCTION: _function,
@@ -182,7 +164,8 @@ def travelling(value: Any) -> Any:
         items = cast(Sequence[Any], value)
         return [each if type(each) in _PLAIN else travelling(each) for each in items]
     if isinstance(value, dict):
-        return {key: travelling(each) for key, each in cast(dict[Any, Any], value).items()}
+        items_of = cast(dict[Any, Any], value).items()
+        return {travelling(key): travelling(each) for key, each in items_of}
     return value
 
 

@@ -101,13 +101,11 @@ class Color:
 
 _MARKS: Mapping[str, Callable[[Any], Any]] = {
     "object": lambda value: Ref(int(value)),
-    "pose": lambda value: Pose(_numbers(value, 7)),
-    "quaternion": lambda value: Quaternion(_numbers(value, 4)),
-    "color": lambda value: Color(bytes(_byte(each) for each in _list(value))),
-    "matrix": lambda value: Matrix(int(value[0]), int(value[1]), _numbers(value[2])),
-    "buffer": lambda value: (
-        value.encode("utf-8", "surrogateescape") if isinstance(value, str) else bytes(value)
-    ),
+    "pose": lambda value: Pose(finite_numbers(value, 7)),
+    "quaternion": lambda value: Quaternion(finite_numbers(value, 4)),
+    "color": lambda value: _of_bytes(_list(value)),
+    "matrix": lambda value: Matrix(int(value[0]), int(value[1]), finite_numbers(value[2])),
+    "buffer": lambda value: _buffer(value),
 }
 
 
@@ -136,14 +134,32 @@ def _byte(value: Any) -> int:
     return min(255, max(0, int(value)))
 
 
-def _numbers(value: Any, count: int | None = None) -> list[float]:
+def _of_bytes(parts: Sequence[Any]) -> Color:
+    """Return a colour of 3 or 4 parts from 0 to 255. Raises TypeError or ValueError."""
+    if len(parts) not in (3, 4):
+        raise WrongValue("a colour of 3 or 4 parts")
+    return Color(bytes([*map(_byte, parts), 255][:4]))
+
+
+def _buffer(value: Any) -> bytes:
+    if isinstance(value, str):
+        return value.encode("utf-8", "surrogateescape")
+    if isinstance(value, bytes):
+        return value
+    raise WrongValue("a buffer")
+
+
+def finite_numbers(value: Any, count: int | None = None) -> list[float]:
     """Return finite numbers. Raises TypeError."""
     items = _list(value)
     if len(items) > MOST_NUMBERS or (count is not None and len(items) != count):
         raise WrongValue(f"a table of {MOST_NUMBERS if count is None else count} numbers")
     if not set(map(type, items)) <= _FLAT:
         raise WrongValue("a table of numbers")
-    found = [float(each) for each in items]
+    try:
+        found = [float(each) for each in items]
+    except OverflowError:  # Python's integers have no limit
+        raise WrongValue("a table of finite numbers") from None
     if not all(map(math.isfinite, found)):
         raise WrongValue("a table of finite numbers")
     return found
@@ -235,7 +251,7 @@ def _is_flat(items: list[Any]) -> bool:
 
 
 def to_color(value: Any) -> Color:
-    """Return a colour of what programs give: 4 bytes, 3 or 4 parts from 0 to 1, or as many from 0 to 255.
+    """Return a colour of what programs give: 3 or 4 bytes, 3 or 4 parts from 0 to 1, or as many from 0 to 255.
 
     Raises TypeError.
     """
@@ -243,15 +259,13 @@ def to_color(value: Any) -> Color:
         return value
     if isinstance(value, Matrix):
         value = value.numbers
-    if isinstance(value, str):
-        value = value.encode("utf-8", "surrogateescape")
-    if isinstance(value, bytes) and len(value) == 4:  # the original's encoder may write them as text
-        return Color(value)
+    if isinstance(value, bytes) and len(value) in (3, 4):
+        return _of_bytes(value)
     if isinstance(value, list) and len(cast(list[Any], value)) in (3, 4):
-        parts = _numbers(value)
+        parts = finite_numbers(value)
         all_whole = all(isinstance(each, int) for each in cast(list[Any], value))
         if max(parts) > 1 or (all_whole and len(parts) == 4):
-            return Color(bytes(_byte(each) for each in [*parts, 255][:4]))
+            return _of_bytes(parts)
         return Color.of(parts)
     raise WrongValue("a colour: red, green, blue, and perhaps alpha, each 0 to 1 or 0 to 255")
 
@@ -270,5 +284,5 @@ def to_matrix(value: Any) -> Matrix:
         width = len(rows[0])
         if any(len(row) != width for row in rows):
             raise WrongValue("a matrix whose rows are equally long")
-        return Matrix(len(rows), width, [each for row in rows for each in _numbers(row, width)])
-    return Matrix.vector(_numbers(rows))
+        return Matrix(len(rows), width, [each for row in rows for each in finite_numbers(row, width)])
+    return Matrix.vector(finite_numbers(rows))

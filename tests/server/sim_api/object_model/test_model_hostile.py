@@ -54,3 +54,20 @@ def test_no_arguments_fail_inside_the_server(tmp_path: Path, seed: int) -> None:
                 continue
             except Exception as problem:
                 pytest.fail(f"{kind}.{name}{arguments}: {type(problem).__name__}: {problem}")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        '{"@":"buffer","value":99999999999}',
+        '{"@":"color","value":[]}',
+        '{"@":"color","value":[1,2,3,4,5]}',
+        '{"@":"matrix","value":[1,1,[1e999]]}',
+        '{"@":"pose","value":[' + ",".join(["9" * 400] * 7) + "]}",
+        '{"@":"object","value":1e999}',
+    ],
+)
+def test_texts_that_stand_for_no_value_are_refused(tmp_path: Path, value: str) -> None:
+    model = Model(SCENE, workspace=tmp_path)
+    with pytest.raises(CommandError, match="must be a value of the module sim-2"):
+        model.do("app", "deserialize", value.encode())
