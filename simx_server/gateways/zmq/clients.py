@@ -231,6 +231,10 @@ class ZmqClients(Watcher):
         """Return a new connection of a client."""
         return Connection(self, client, peer)
 
+    def pass_on(self, connection: Connection, payload: bytes) -> None:
+        """Queue a message that came within a function of the client, and is not for it."""
+        self.service.queue.submit(connection.client.key, self.work(connection.peer.number, payload))
+
     def note(self, connection: Connection, payload: bytes) -> None:
         """Record a message that is going to be executed."""
         for react in self.service.watchers.batch_comes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
@@ -258,14 +259,7 @@ class Connection:
         Raises:
             ScriptError: it takes too long, or the client has left.
         """
-        if self._depth >= MOST_NESTED:
-            raise ScriptError(f"more than {MOST_NESTED} functions of a client wait for each other")
-        queue: deque[bytes | None] = deque()
-        outer = self.peer.nest(queue)
-        if self.peer.is_gone:
-            queue.append(None)
-        self._depth += 1
-        try:
+        with self._nested() as queue:
             self._send({"func": name, "args": to_client("", _without_last_nones(arguments))})
             while True:
                 request = self._next_request(queue, name)
@@ -274,9 +268,27 @@ class Connection:
                 if request.function == EXECUTED:
                     return request.arguments
                 self._serve_within(request, name)
+
+    @contextmanager
+    def _nested(self) -> Generator[deque[bytes | None]]:
+        """Give the messages that come within a function of the client, None at its end. Raises ScriptError."""
+        if self._depth >= MOST_NESTED:
+            raise ScriptError(f"more than {MOST_NESTED} functions of a client wait for each other")
+        queue: deque[bytes | None] = deque()
+        outer = self.peer.nest(queue)
+        if self.peer.is_gone:
+            queue.append(None)
+        self._depth += 1
+        try:
+            yield queue
         finally:
             self._depth -= 1
             self.peer.nest(outer)
+            for left in queue:  # it came behind the answer
+                if outer is not None:
+                    outer.append(left)
+                elif left is not None:
+                    self._clients.pass_on(self, left)
 
     def _next_request(self, queue: deque[bytes | None], name: str) -> Request | None:
         """Return the next message of the client; None if it was unreadable and is answered already."""

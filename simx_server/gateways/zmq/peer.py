@@ -44,6 +44,9 @@ class Peer:
         self.nested: deque[bytes | None] | None = None
         """Takes its messages while it runs a function for the server; None is put in when it is gone."""
 
+    def count_answered(self) -> None:
+        """Count one of its messages as answered, or as one that has no answer."""
+
     def nest(self, queue: deque[bytes | None] | None) -> deque[bytes | None] | None:
         """Give it the queue for the messages from within a function; return the one before."""
         outer, self.nested = self.nested, queue
@@ -95,7 +98,6 @@ class SocketPeer(Peer):
         self.flush()
 
     def count_answered(self) -> None:
-        """Count one of its messages as answered."""
         self.unanswered = max(0, self.unanswered - 1)
 
     @property

@@ -47,6 +47,9 @@ class Replaying(ZmqClients):
             client.connections[number].end()
         super().serve(key, number, payload)
 
+    def pass_on(self, connection: Connection, payload: bytes) -> None:
+        """Do nothing: the recording has the message again."""
+
     def go_on(self, key: str, number: int) -> None:
         """Continue a call that waits, as it was continued when it was recorded."""
         client = self._clients.get(key)

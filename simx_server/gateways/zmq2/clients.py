@@ -41,16 +41,10 @@ class ModelClients(ZmqClients):
         return ModelWork(number, payload, self.serve)
 
     def _connect(self, client: Client, peer: Peer) -> Connection:
-        return ModelConnection(
-            self, client, peer, lambda payload: self._pass_on(client.key, peer.number, payload)
-        )
+        return ModelConnection(self, client, peer)
 
     def _forget(self, client: Client) -> None:
         for connection in client.connections.values():
             assert isinstance(connection, ModelConnection)
             connection.leave()
         super()._forget(client)
-
-    def _pass_on(self, key: str, number: int, payload: bytes) -> None:
-        """Queue a message that came within a function of the client, behind its answer."""
-        self.service.queue.submit(key, self.work(number, payload))

@@ -7,8 +7,8 @@ argument of which a function came, or in a phase of the simulation, such as ``sy
 from __future__ import annotations
 
 import logging
-from collections import deque
 from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -21,7 +21,7 @@ from simx_server.service.monitoring.metrics import UNKNOWN
 from simx_server.sim_api.object_model.dispatch import is_known
 
 from ..zmq.calls import NoSuchFunction
-from ..zmq.connection import MOST_NESTED, Connection
+from ..zmq.connection import Connection
 from ..zmq.wire import WireError
 from .calls import invoke
 from .messages import (
@@ -78,12 +78,8 @@ class RegisteredFunction:
 class ModelConnection(Connection):
     """One connection of a client of API 2, which has no other. Physics thread."""
 
-    def __init__(
-        self, clients: ZmqClients, client: Client, peer: Peer, pass_on: Callable[[bytes], object]
-    ) -> None:
-        """Make a connection. `pass_on`: queues a message that came within a function, behind its answer."""
+    def __init__(self, clients: ZmqClients, client: Client, peer: Peer) -> None:
         super().__init__(clients, client, peer)
-        self._pass_on = pass_on
         self._has_numbers = True
         """Whether the client numbers its requests; the first clients of API 2 did not."""
 
@@ -110,26 +106,39 @@ class ModelConnection(Connection):
             self._refuse_unreadable(payload, problem)
             return
         if message.kind == RESULT:
+            self.peer.count_answered()  # nothing answers it
             self._clients.note(self, payload)
             self._come_back(message)
-        elif message.kind != NOOP and self._may_answer(message):
-            self._number = message.number
+        elif self._may_answer(message):
             self._has_numbers = message.number is not None
-            if self.is_waiting and message.kind == CALL:
-                assert self._call is not None
-                self._refuse(message.function, CommandError(f"{self._call.name} is not answered yet"))
-                return
-            self._clients.note(self, payload)
             if message.kind == REGISTER:
+                self._clients.note(self, payload)
                 self._answer_now(message, partial(self._register, message))
+            elif self._call is not None and self._call.is_waiting:
+                waiting = CommandError(f"{self._call.name} is not answered yet")
+                with self._answering(message.number):
+                    self._refuse(message.function, waiting)
             else:
+                self._number = message.number
+                self._clients.note(self, payload)
                 self._execute_call(message)
 
+    @contextmanager
+    def _answering(self, number: int | None) -> Generator[None]:
+        """Answer another request than the present call."""
+        present, self._number = self._number, number
+        try:
+            yield
+        finally:
+            self._number = present
+
     def _may_answer(self, message: Message) -> bool:
-        """Return whether a message has an answer; log one that has none."""
+        """Return whether a message has an answer; log one of unknown kind."""
         if message.kind in (CALL, REGISTER):
             return True
-        logger.info("%s sends a message of unknown kind: %s", self.client.name, message.kind[:_LETTERS])
+        if message.kind != NOOP:
+            logger.info("%s sends a message of unknown kind: %s", self.client.name, message.kind[:_LETTERS])
+        self.peer.count_answered()
         return False
 
     def _refuse_unreadable(self, payload: bytes, problem: WireError) -> None:
@@ -201,7 +210,8 @@ class ModelConnection(Connection):
         try:
             value = act()
         except CommandError as problem:
-            self._refuse(message.function, problem)
+            with self._answering(message.number):
+                self._refuse(message.function, problem)
             return
         self._clients.answer(self.peer, result_of(message.number, value))
 
@@ -254,20 +264,12 @@ class ModelConnection(Connection):
             self._number, self._is_in_phase = outer, False
             deferred, self._deferred = self._deferred, []
             for payload in deferred:
-                self._pass_on(payload)
+                self._clients.pass_on(self, payload)
 
     def call_back(self, name: str, arguments: tuple[Any, ...]) -> list[Any]:
-        if self._depth >= MOST_NESTED:
-            raise ScriptError(f"more than {MOST_NESTED} functions of a client wait for each other")
-        queue: deque[bytes | None] = deque()
-        outer = self.peer.nest(queue)
-        if self.peer.is_gone:
-            queue.append(None)
         number, self._next_number = self._next_number, self._next_number + 1
-        owner = self._number
-        self._depth += 1
-        self._late.add(number)
-        try:
+        with self._nested() as queue, self._answering(self._number):
+            self._late.add(number)
             sent = number if self._has_numbers else None
             self._clients.answer(self.peer, call_of(sent, name, travelling(arguments)))
             while True:
@@ -276,21 +278,13 @@ class ModelConnection(Connection):
                 if message is None:
                     continue
                 if message.kind == RESULT:
+                    self.peer.count_answered()
                     if message.number not in (number, None):
                         self._late.discard(message.number)
                         continue
                     self._late.discard(number)
                     return self._results_of(name, message)
                 self._serve_message(message, payload, name)
-        finally:
-            self._number = owner
-            self._depth -= 1
-            self.peer.nest(outer)
-            for left in queue:  # it came behind the answer
-                if outer is not None:
-                    outer.append(left)
-                elif left is not None:
-                    self._pass_on(left)
 
     @staticmethod
     def _results_of(name: str, message: Message) -> list[Any]:
@@ -309,7 +303,7 @@ class ModelConnection(Connection):
 
     def _serve_message(self, message: Message, payload: bytes, name: str) -> None:
         """Answer a request that the client makes in its function."""
-        if message.kind == NOOP or not self._may_answer(message):
+        if not self._may_answer(message):
             return
         self._number = message.number
         if message.kind == REGISTER:

@@ -50,8 +50,6 @@ class Zmq2Gateway(ZmqGateway):
         if kind != RESULT:
             self._asked[peer.number] = number_of(payload)
         super()._sort(peer, payload)
-        if kind == RESULT:
-            peer.count_answered()  # nothing answers it
 
     def _forget(self, peer: SocketPeer) -> None:
         super()._forget(peer)

@@ -10,6 +10,3 @@ class ReplayedModelClients(Replaying, ModelClients):
     """All clients of API 2 of one recording. Physics thread."""
 
     first_handle = FIRST_HANDLE
-
-    def _pass_on(self, key: str, number: int, payload: bytes) -> None:
-        """Do nothing: the recording has the message again."""

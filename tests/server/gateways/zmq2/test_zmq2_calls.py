@@ -160,3 +160,20 @@ def test_noop_is_not_answered(client: WireClient) -> None:
     for _ in range(10):
         client.send(bytes.fromhex("a1636d7367646e6f6f70"))
     assert client.call(None, "noop") == []
+
+
+def test_names_that_are_no_text_travel_as_bytes(client: WireClient) -> None:
+    box, name = client.at("/box"), b"\xffname"
+    client.call(box, "setProperty", "customData.odd", {name: 1}, {})
+    assert client.get(box, "customData.odd") == {name: 1}
+
+
+def test_a_request_behind_one_that_waits_is_refused_by_its_own_number(client: WireClient) -> None:
+    client.call(SCENE_HANDLE, "simulation.start")
+    client.send({"msg": "call", "id": 70, "target": SELF, "func": "wait", "args": [0.2]})
+    client.send({"msg": "call", "id": 71, "target": SCENE_HANDLE, "func": "getObjects", "args": []})
+    client.send({"msg": "registerCallback", "id": 72, "func": "sysCall_vision", "global": True})
+    answers = {answer["id"]: answer for answer in (client.receive() for _ in range(3))}
+    assert "wait is not answered yet" in answers[71]["result"]
+    assert "not called for clients" in answers[72]["result"]
+    assert answers[70] == {"msg": "result", "id": 70, "error": False, "result": []}

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from zmq2_world import OBJECT, SCENE_HANDLE, WireClient, Zmq2World, cbor2
 
+from simx_server.gateways.zmq import connection
 from simx_server.gateways.zmq.wire import WireError
 from simx_server.gateways.zmq2.messages import Message, read_message
 from simx_server.sim_api.object_model.values import Color, Matrix, Pose, Quaternion, Ref
@@ -33,6 +34,8 @@ def call_of(argument: Any) -> bytes:
         (TAG(OBJECT, 1 << 40), "another value"),
         (TAG(4294980500, [1.0] * 6), "another value"),
         (TAG(4294980000, [float("inf")] * 4), "another value"),
+        (TAG(4294980000, [(1 << 1024) - 1] * 4), "another value"),
+        (TAG(40, [[1, 1], [(1 << 1024) - 1]]), "R . C numbers"),
         (TAG(4294970000, b"12345"), "another value"),
         (TAG(4294999997, "x" * 300), "another value"),
         (TAG(86, b"1234567"), "no array of numbers"),
@@ -59,6 +62,7 @@ def test_values_that_break_the_rules_are_refused_with_the_reason(value: Any, rea
         (TAG(4294980500, [1, 2, 3, 0, 0, 0, 1]), Pose([1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0])),
         (TAG(4294980000, [0, 0, 0, 1]), Quaternion([0.0, 0.0, 0.0, 1.0])),
         (TAG(4294970000, "\x01\x02\x03\x04"), Color(b"\1\2\3\4")),
+        (TAG(4294970000, b"\1\2\3"), Color(b"\1\2\3\xff")),
         (TAG(4294970000, [1.0, 0.0, 0.0]), Color(b"\xff\0\0\xff")),
         ("text", "text"),
         (b"bytes", b"bytes"),
@@ -129,3 +133,22 @@ def test_a_client_that_sends_on_without_reading_is_disconnected(server: Zmq2Worl
         lambda: len(server.gateway._peers) < before or not server.gateway._clients._clients
     )
     assert other.call(SCENE_HANDLE, "getStringProperty", "type") == ["scene"]
+
+
+def test_results_that_nobody_has_asked_for_are_counted_until_they_are_read(
+    server: Zmq2World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A function of another client holds the server, which reads on meanwhile: they must not pile up."""
+    monkeypatch.setattr(connection, "SILENCE", 5.0)
+    before = server.on_server(lambda: set(server.gateway._peers))
+    flood = server.wire()
+    flood.call(SCENE_HANDLE, "getStringProperty", "type")
+    (peer,) = server.on_server(lambda: set(server.gateway._peers) - before)
+    holding = server.wire()
+    holding.register("sysCall_sensing", lambda: None, is_global=True)
+    holding.call(SCENE_HANDLE, "simulation.start")
+    owed = holding.receive()
+    for _ in range(100):
+        flood.send({"msg": "result", "id": 77, "error": False, "result": []})
+    assert server.wait_until(lambda: peer.is_gone)
+    holding.serve(owed)
