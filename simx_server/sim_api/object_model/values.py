@@ -236,11 +236,19 @@ def plain(value: Any) -> Any:
             return value.numbers if value.columns == 1 else value
         case list():
             items = cast(list[Any], value)
-            return items if _is_flat(items) else [plain(each) for each in items]
+            return items if _is_flat(items) else [_plain_within(each) for each in items]
         case dict():
-            return {key: plain(each) for key, each in cast(dict[Any, Any], value).items()}
+            return {key: _plain_within(each) for key, each in cast(dict[Any, Any], value).items()}
         case _:
             return value
+
+
+def _plain_within(value: Any) -> Any:
+    """Return a value of a list or map as API 1 has it in tables: a matrix as its rows, a colour as its parts."""
+    if isinstance(value, Color):
+        return value.parts
+    found = plain(value)
+    return found.in_rows() if isinstance(found, Matrix) else found
 
 
 _FLAT = {int, float, bool}

@@ -94,7 +94,7 @@ def _add(pieces: list[bytes], value: Plain, single: bool) -> None:
         case int() if -(1 << 64) <= value < 0:
             pieces.append(_head(_NEGATIVE, -1 - value))
         case int() | float():
-            pieces.append(_float(float(value), single))
+            pieces.append(_float(as_float(value), single))
         case list() | dict():
             _add_table(pieces, value, single)
         case _:
@@ -109,6 +109,14 @@ def _add_table(pieces: list[bytes], table: list[Any] | dict[Any, Any], single: b
     for item in table if isinstance(table, list) else in_order(table):
         _add(pieces, item, single)
     check_room(pieces)
+
+
+def as_float(number: float) -> float:
+    """Return a number as a float. Raises CommandError: an integer, which Python does not limit, is too large."""
+    try:
+        return float(number)
+    except OverflowError:
+        raise CommandError("a whole number of a table is too large even for a float") from None
 
 
 def as_floats(items: list[Any]) -> NDArray[np.float64] | None:

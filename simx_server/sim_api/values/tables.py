@@ -114,7 +114,7 @@ def _add(pieces: list[bytes], value: Plain) -> None:
         case bool():
             pieces.append(bytes([_BOOLEAN, value]))
         case float() | int():  # an integer that int64 does not hold
-            pieces.append(struct.pack("<Bd", _FLOAT, value))
+            pieces.append(struct.pack("<Bd", _FLOAT, cbor.as_float(value)))
         case list() | dict():
             pieces.append(bytes([_TABLE]))
             _add_table(pieces, value)

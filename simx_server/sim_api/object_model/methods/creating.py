@@ -15,7 +15,7 @@ from simx_server.sim_api.object_model.enumerations import number_of
 from simx_server.sim_api.object_model.targets import ModelTarget
 from simx_server.sim_api.object_model.values import Matrix, Ref, plain, to_color, to_matrix
 
-from .method import Call, finite, method, numbers, pair, points_of, text_option
+from .method import Call, finite, method, numbers, pair, points_of, text_option, whole
 
 _Fields = dict[str, Any]
 
@@ -75,7 +75,10 @@ def _number(fields: _Fields, name: str, default: float) -> float:
 
 
 def _numbers(fields: _Fields, name: str, default: list[float]) -> list[float]:
-    return numbers(_taken(fields, name, default), name)
+    found = numbers(_taken(fields, name, default), name)
+    if default and not found:
+        raise CommandError(f"'{name}' must be a table of numbers that is not empty")
+    return found
 
 
 def _word(fields: _Fields, name: str, default: str) -> str:
@@ -102,9 +105,10 @@ def _shape(call: Call, fields: _Fields) -> int:
         )
     form = given[0]
     values = _map(fields.pop(form), form)
-    angle = _number(fields, "shadingAngle", 0.0)
-    for name in ("culling", "showEdges"):
-        fields.pop(name, None)
+    angle = finite(fields.get("shadingAngle", 0.0), "shadingAngle")
+    for part in ("diffuse", "specular", "emission"):
+        if (color := fields.pop(f"color.{part}", None)) is not None:
+            fields[f"applyColor.{part}"] = to_color(color)
     if form == "heightField":
         handle = _height_field(call, values)
     elif form == "mesh":
@@ -114,9 +118,6 @@ def _shape(call: Call, fields: _Fields) -> int:
         handle = call.sim.generateTextShape(_word(values, "text", "Hello"), None, height, centred)
     else:
         handle = call.sim.createPrimitiveShape(_KINDS[form], _sizes(form, values))
-    for part in ("diffuse", "specular", "emission"):
-        if (color := fields.pop(f"color.{part}", None)) is not None:
-            fields[f"applyColor.{part}"] = to_color(color)
     return handle
 
 
@@ -235,7 +236,7 @@ def _marker(call: Call, fields: _Fields) -> int:
     sizes = _numbers(fields, "itemSize", [0.005] * 3)
     color = to_color(fields.pop("itemColor", [1.0, 1.0, 0.0])).parts
     tolerance, most = _number(fields, "duplicateTolerance", 0.0), int(_number(fields, "itemCnt", 0))
-    parent = _taken(fields, "parent", -1)
+    parent = whole({"parent": _taken(fields, "parent", -1)}, "parent", -1)
     bits = kind | ITEM_COLORS
     bits |= CYCLIC if _taken(fields, "cyclic", False) else 0
     bits |= LOCAL if _taken(fields, "local", False) else 0
@@ -251,13 +252,12 @@ def _path(call: Call, fields: _Fields) -> int:
     if points is None:
         raise CommandError("a path has the field ctrlPts, poses as columns of a matrix of 7 rows")
     poses = points_of(points, 7) if isinstance(points, Matrix) else points_of(to_matrix(points), 7)
-    closed = 2 if _taken(fields, "closed", False) else 0
-    _taken(fields, "hiddenDuringSim", False)
+    bits = (2 if _taken(fields, "closed", False) else 0) | bool(_taken(fields, "hiddenDuringSim", False))
     smooth = _number(fields, "bezierSmoothing", 1.0)
     if _word(fields, "path.type", "quadraticBezier") == "linear":
         smooth = 0.0
     _number(fields, "samplingDistance", 0.05)
-    return call.sim.createPath(poses, closed, 100, smooth)
+    return call.sim.createPath(poses, bits, 100, smooth)
 
 
 def _absent(what: str) -> Callable[[Call, _Fields], int]:

@@ -68,9 +68,14 @@ def _colors(options: Options, count: int) -> tuple[int, list[float] | None]:
     return 0, None if color is None else _bytes_of(color)
 
 
+def _tolerance(options: Options, name: str) -> float | None:
+    """Return a distance; None, which is API 1's own, without it. Raises CommandError."""
+    return None if option(options, name) is None else number(options, name, 0.0)
+
+
 def _add_points(call: Call, points: list[float], options: Options) -> None:
     bits, colors = _colors(options, len(points) // 3)
-    tolerance = option(options, "tolerance")
+    tolerance = _tolerance(options, "tolerance")
     call.sim.insertPointsIntoPointCloud(call.handle, bits | _frame(options), points, colors, tolerance)
 
 
@@ -133,7 +138,7 @@ def add_objects_to_cloud(call: Call, objects: list[Any], options: Options = None
     _, color = _colors(options, 0)
     grid = number(options, "gridSize", 0.02)
     for handle in handles(objects):
-        tolerance = option(options, "duplicateTolerance")
+        tolerance = _tolerance(options, "duplicateTolerance")
         call.sim.insertObjectIntoPointCloud(call.handle, handle, 0, grid, color, tolerance)
 
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import MOST_ITEMS, Signature, to_float, to_list
+from simx_server.scripting.signature import MOST_ITEMS, Signature, to_float, to_list, to_short_text
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.classes import classes_of, to_api_1
 from simx_server.sim_api.object_model.values import Matrix, WrongValue, plain, to_matrix
@@ -154,6 +154,14 @@ def pair(options: Options, name: str) -> list[int] | None:
     return found
 
 
+def words(options: Options, name: str) -> list[str]:
+    """Return an option that is a list of texts; none without it. Raises CommandError."""
+    try:
+        return _TO_WORDS(option(options, name, []))
+    except TypeError as problem:
+        raise CommandError(f"'{name}' must be {problem}") from None
+
+
 def unpacked(data: bytes) -> list[float]:
     """Return the numbers of packed doubles. Raises CommandError: too many, or they are not finite."""
     if len(data) % 8 or len(data) // 8 > MOST_ITEMS:
@@ -161,7 +169,7 @@ def unpacked(data: bytes) -> list[float]:
     return numbers(list(memoryview(data).cast("d")), "the packed numbers")
 
 
-_TO_NUMBERS = to_list(to_float)
+_TO_NUMBERS, _TO_WORDS = to_list(to_float), to_list(to_short_text)
 
 
 def text_option(options: Options, name: str, default: str = "") -> str:

@@ -25,10 +25,10 @@ def _target(call: Call) -> ModelTarget:
 
 def _asked(options: Options) -> PropertyType | None:
     """Return the type that the options name; None: that of the property."""
-    number = option(options, "type")
-    if number is None:
+    if option(options, "type") is None:
         return None
-    found = BY_NUMBER.get(int(number)) if isinstance(number, (int, float)) else None
+    number = whole(options, "type", 0)
+    found = BY_NUMBER.get(number)
     if found is None and number not in MORE_NAMES:
         raise CommandError(f"{number} is no type of properties; see sim.propertytype_*")
     return found

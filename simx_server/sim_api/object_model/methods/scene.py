@@ -13,7 +13,7 @@ from simx_server.sim_api.object_model.values import Matrix, Ref
 from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.tables.objects import kind_word
 
-from .method import Call, Options, handles, method, option, silently, whole
+from .method import Call, Options, handles, method, option, silently, whole, words
 
 
 def refs(found: Iterable[int]) -> list[Ref]:
@@ -24,8 +24,8 @@ def refs(found: Iterable[int]) -> list[Ref]:
 def found_object(call: Call, path: str, origin: int | None, options: Options) -> Any:
     """Return the object at a path, from an object on where it starts with a dot; nil with `noError`."""
     api_1: dict[str, Any] = {"noError": bool(option(options, "noError", False))}
-    if (index := option(options, "index")) is not None:
-        api_1["index"] = int(index)
+    if option(options, "index") is not None:
+        api_1["index"] = whole(options, "index", 0)
     if origin is not None:
         api_1["proxy"] = origin
         path = path if path.startswith((".", "/", ":")) else f"./{path}"
@@ -47,17 +47,17 @@ def get_object_below(call: Call, path: str, options: Options = None) -> Any:
     return found_object(call, path, call.handle, options)
 
 
-def kinds(words: list[str]) -> set[ObjectKind]:
+def kinds(names: list[str]) -> set[ObjectKind]:
     """Return the kinds of classes of scene objects; all for none, or for sceneObject. Raises CommandError."""
     known = {kind_word(kind): kind for kind in ObjectKind}
-    if not words or "sceneObject" in words:
+    if not names or "sceneObject" in names:
         return set(ObjectKind)
-    for word in words:
+    for word in names:
         if word not in known:
             raise CommandError(
                 f"'{word[:40]}' is no class of scene objects; those are {', '.join(SCENE_OBJECTS)}"
             )
-    return {known[word] for word in words}
+    return {known[word] for word in names}
 
 
 @method("scene", "getObjects", "reads")
@@ -70,8 +70,7 @@ def get_objects(call: Call, types: list[str] | None = None) -> list[Ref]:
 @method("app", "getObjects", "reads")
 def get_objects_of_app(call: Call, options: Options = None) -> list[Ref]:
     """Return the objects of the scene; option `types`: of some classes."""
-    words = [str(each) for each in option(options, "types", [])]
-    return get_objects(call, words)
+    return get_objects(call, words(options, "types"))
 
 
 @method("scene", "getDescendants", "reads")
@@ -223,7 +222,7 @@ def handle_simulation_scripts(call: Call, call_type: int) -> int:
 
 @method("scene", "handleCustomizationScripts", "changes")
 def handle_customization_scripts(call: Call, call_type: int) -> int:
-    """Return 0: the server calls customization scripts, after the simulation scripts."""
+    """Call a phase of all customization scripts, from a main script; return how many have it."""
     return call.sim.handleCustomizationScripts(call_type)
 
 

@@ -12,7 +12,7 @@ from simx_server.sim_api.object_model.classes import to_api_1
 from simx_server.sim_api.object_model.enumerations import number_of
 from simx_server.sim_api.object_model.values import Matrix, Pose, Quaternion, Ref, to_color
 
-from .method import Call, Options, method, number, option, silently, text_option, whole
+from .method import Call, Options, method, number, option, silently, text_option, whole, words
 from .scene import descendants, refs
 
 _WORLD = -1
@@ -89,8 +89,7 @@ def get_name(call: Call, form: str = "name") -> str:
 @method("sceneObject", "getDescendants", "reads")
 def get_descendants(call: Call, options: Options = None) -> list[Ref]:
     """Return the objects below this one; options `types` and `depth`."""
-    words = [each.decode() if isinstance(each, bytes) else str(each) for each in option(options, "types", [])]
-    return descendants(call, call.handle, words, whole(options, "depth", 9999))
+    return descendants(call, call.handle, words(options, "types"), whole(options, "depth", 9999))
 
 
 @method("sceneObject", "getAncestors", "reads")

@@ -138,9 +138,16 @@ def test_a_wrong_property_of_a_new_object_leaves_nothing_behind(model: Model) ->
         ({}, "unsupported object type"),
         ({"type": "test"}, "unknown type"),
         ({"type": "camera"}, "cannot be made"),
+        ({"type": "shape", "cuboid": {}, "color.diffuse": "blue"}, "colour"),
     ):
         with pytest.raises(CommandError, match=text):
             model.do("app", "createObject", fields)
+    assert model.get("scene", "objects") == before
+
+
+def test_settings_of_a_new_shape_are_kept(model: Model) -> None:
+    shape = made(model, type="shape", cuboid={}, culling=True, showEdges=True, shadingAngle=0.5)
+    assert [model.get(shape, name) for name in ("culling", "showEdges", "shadingAngle")] == [True, True, 0.5]
 
 
 def test_markers_keep_points_and_remove_items(model: Model) -> None:
@@ -270,6 +277,16 @@ def test_code_and_compiled_methods_are_refused(model: Model) -> None:
         ("scene", "getContacts", [{"dynPass": 1 << 40}], "32 bits"),
         ("scene", "createObject", [{"type": "dummy", "size": float("inf")}], "size"),
         ("scene", "createObject", [{"type": "visionSensor", "resolution": [1]}], "two whole numbers"),
+        ("scene", "createObject", [{"type": "marker", "itemSize": []}], "not empty"),
+        ("scene", "createObject", [{"type": "marker", "parent": [1]}], "parent"),
+        ("scene", "getObject", ["/cube", {"index": [1]}], "index"),
+        ("app", "getObjects", [{"types": 5}], "types"),
+        ("/robot", "getDescendants", [{"types": 5}], "types"),
+        ("/cube", "getProperty", ["position", {"type": [5]}], "type"),
+        ("/cube", "getProperty", ["position", {"type": float("inf")}], "type"),
+        ("/cube", "setProperty", ["color.diffuse", "blue"], "red, green, blue"),
+        ("/cube", "setProperty", ["customData.map", {"a": 1 << 2000}], "too large"),
+        ("app", "pack", [{"a": 1 << 2000}], "too large"),
         ("app", "unpackArray", [bytes(2_000_000), {"type": "int8"}], "at most"),
         ("app", "transformImage", [b"12345", [2, 2], [2, 2]], "no image"),
     ],

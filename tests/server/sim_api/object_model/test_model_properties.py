@@ -147,6 +147,13 @@ def test_properties_of_a_program_have_the_type_of_their_value(
     assert model.do(target, "getPropertyInfo", name, {"noError": True}) == (None, None, None)
 
 
+def test_values_within_a_map_are_those_of_api_1(model: Model) -> None:
+    model.set(
+        "/cube", "customData.map", {"m": Matrix(2, 2, [1.0, 2.0, 3.0, 4.0]), "c": [Color(b"\xff\0\0\xff")]}
+    )
+    assert model.get("/cube", "customData.map") == {"m": [[1.0, 2.0], [3.0, 4.0]], "c": [[1.0, 0.0, 0.0]]}
+
+
 def test_references_follow_objects(model: Model) -> None:
     model.set("/cube", "refs.friends", [model.at("/wall")])
     assert model.get("/cube", "refs.friends") == [model.at("/wall")]
