@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 from simx_client.protocol.api2.objects import Object
+from simx_client.protocol.api2.tags import ARRAYS, COLOR, FUNCTION, MATRIX, OBJECT, POSE, QUATERNION
 from simx_client.protocol.cli.installing import line
 
 try:
@@ -25,21 +26,6 @@ except ImportError:
     ) from None
 
 PORT = 24020
-
-_OBJECT, _FUNCTION = 4294999999, 4294999997
-_COLOR, _QUATERNION, _POSE, _MATRIX = 4294970000, 4294980000, 4294980500, 40
-_ARRAYS = {
-    64: "u1",
-    69: "<u2",
-    70: "<u4",
-    71: "<u8",
-    72: "i1",
-    77: "<i2",
-    78: "<i4",
-    79: "<i8",
-    85: "<f4",
-    86: "<f8",
-}
 
 KEEP_ALIVE = 5.0
 """Seconds without a message to the server after which a client that spins sends a sign of life."""
@@ -201,17 +187,17 @@ class ZMQRemoteAPI:
             return [self._out(each) for each in cast(Sequence[Any], value)]
         name = f"@tmpcallback_{next(self._names)}"
         self.callables[name] = value
-        return cbor2.CBORTag(_FUNCTION, name)
+        return cbor2.CBORTag(FUNCTION, name)
 
 
 def _encode(encoder: Any, value: Any) -> None:
     if isinstance(value, Object):
-        encoder.encode(cbor2.CBORTag(_OBJECT, value.handle))
+        encoder.encode(cbor2.CBORTag(OBJECT, value.handle))
     elif isinstance(value, (np.ndarray, np.generic)):
         numbers = cast(Any, value)
         if numbers.ndim == 2:
             rows, columns = numbers.shape
-            encoder.encode(cbor2.CBORTag(_MATRIX, [[rows, columns], numbers.astype(float).ravel().tolist()]))
+            encoder.encode(cbor2.CBORTag(MATRIX, [[rows, columns], numbers.astype(float).ravel().tolist()]))
         else:
             encoder.encode(numbers.tolist())
     else:
@@ -222,16 +208,18 @@ def _decode(first: Any, second: Any) -> Any:
     """Return the value of a tag, which is the first argument since cbor2 6, and was the second."""
     tag: Any = first if isinstance(first, cbor2.CBORTag) else second
     value: Any = tag.value
-    if tag.tag == _OBJECT:
+    if tag.tag == OBJECT:
         return None if value in (None, -1) else Object(value)
-    if tag.tag == _MATRIX:
+    if tag.tag == MATRIX:
         numbers: Any = np.array(value[1], dtype=np.float64)
         return numbers.reshape([int(each) for each in value[0]])
-    if tag.tag in (_QUATERNION, _POSE):
+    if tag.tag in (QUATERNION, POSE):
         return np.array(value, dtype=np.float64)
-    if tag.tag == _COLOR:
+    if tag.tag == COLOR:
         return tuple(value.encode("utf-8", "surrogateescape") if isinstance(value, str) else value)
-    return cast(Any, np).frombuffer(value, dtype=_ARRAYS[tag.tag]) if tag.tag in _ARRAYS else tag
+    if tag.tag in ARRAYS:
+        return cast(Any, np).frombuffer(value, dtype=f"<{ARRAYS[tag.tag]}")
+    return tag
 
 
 def _port(given: int | None) -> int:

@@ -93,10 +93,7 @@ def read_request(payload: bytes) -> Request:
     Raises:
         WireError: it cannot be read; the text is for the client.
     """
-    try:
-        message = Reader(payload).whole()
-    except (struct.error, IndexError):
-        raise WireError("the message ends within a value") from None
+    message = Reader(payload).whole()
     if not isinstance(message, dict):
         raise WireError("the message must be a map with func and args")
     fields = cast(dict[Any, Any], message)
@@ -158,8 +155,11 @@ class Reader:
         self._left = MAX_ITEMS
 
     def whole(self) -> Any:
-        """Return the value that is the whole message. Raises WireError, struct.error or IndexError."""
-        value = self.item(0)
+        """Return the value that is the whole message. Raises WireError."""
+        try:
+            value = self.item(0)
+        except (struct.error, IndexError):
+            raise WireError("the message ends within a value") from None
         if self.place != len(self._data):
             raise WireError("the message goes on behind its map")
         return value

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _STOP = "sim.stopSimulation"
 
-_MOST_READ = 1 << 16
+MOST_READ = 1 << 16
 """Bytes of a message above which it waits unread: reading it twice would take the time of the script."""
 
 _LONG = frozenset(("visitTree", "wait", "waitForSignal", "checkVisionSensor"))
@@ -59,7 +59,7 @@ class MessageWork:
 
     def _function(self) -> Function | None:
         """Return what is called; None if it is unreadable or too long to be read twice."""
-        if len(self.payload) > _MOST_READ:
+        if len(self.payload) > MOST_READ:
             return None
         try:
             return described(read_request(self.payload).function)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -43,10 +42,7 @@ def read_message(payload: bytes) -> Message:
     Raises:
         WireError: it cannot be read; the text is for the client.
     """
-    try:
-        found = TaggedReader(payload).whole()
-    except (struct.error, IndexError):
-        raise WireError("the message ends within a value") from None
+    found = TaggedReader(payload).whole()
     if not isinstance(found, dict):
         raise WireError("a message must be a map with msg")
     fields = cast(dict[Any, Any], found)

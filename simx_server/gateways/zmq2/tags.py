@@ -1,8 +1,4 @@
-"""Values of API 2 in CBOR: a closed list of tags, read with bounds, and written.
-
-The tags are those of the original's messages: its own for objects, poses, quaternions, colours and functions, and
-those of RFC 8746 for matrices and arrays of numbers.
-"""
+"""Values of API 2 in CBOR: a closed list of tags, read with bounds, and written."""
 
 from __future__ import annotations
 
@@ -12,6 +8,16 @@ from dataclasses import dataclass
 from sys import byteorder
 from typing import Any, cast
 
+from simx_client.protocol.api2.tags import (
+    ARRAYS,
+    COLOR,
+    FUNCTION,
+    MATRIX,
+    OBJECT,
+    OBJECTS,
+    POSE,
+    QUATERNION,
+)
 from simx_server.sim_api.object_model.values import (
     MOST_NUMBERS,
     Color,
@@ -24,13 +30,6 @@ from simx_server.sim_api.object_model.values import (
 )
 
 from ..zmq.wire import MAX_DEPTH, MAX_ITEMS, Reader, WireError
-
-COLOR, QUATERNION, POSE = 4294970000, 4294980000, 4294980500
-FUNCTION, OBJECTS, OBJECT = 4294999997, 4294999998, 4294999999
-MATRIX = 40
-
-_ARRAYS = {64: "B", 69: "H", 70: "I", 71: "Q", 72: "b", 77: "h", 78: "i", 79: "q", 85: "f", 86: "d"}
-"""Tags of arrays of numbers, little-endian, and their letters in Python's module array."""
 
 _TAG = 6
 _LONGEST_FUNCTION = 200
@@ -54,7 +53,7 @@ class TaggedReader(Reader):
         return value.decode("utf-8", "surrogateescape") if is_text else value
 
     def _tagged(self, tag: int, depth: int) -> Any:
-        if tag in _ARRAYS:
+        if tag in ARRAYS:
             return self._array(tag)
         read = _READ.get(tag)
         if read is None:
@@ -72,7 +71,7 @@ class TaggedReader(Reader):
         """Return an array of numbers, little-endian."""
         if self._data[self.place] >> 5 != 2:
             raise WireError(f"tag {tag} holds bytes")
-        numbers: array[Any] = array(_ARRAYS[tag])
+        numbers: array[Any] = array(ARRAYS[tag])
         data: bytes = self.item(MAX_DEPTH)
         if len(data) % numbers.itemsize or len(data) // numbers.itemsize > MAX_ITEMS:
             raise WireError(f"{len(data)} bytes are no array of numbers of {numbers.itemsize} bytes")

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.dispatch import methods
 
-from ..zmq.work import MessageWork
-from .messages import CALL, function_of, kind_of
+from ..zmq.wire import WireError
+from ..zmq.work import MOST_READ, MessageWork
+from .messages import CALL, Message, read_message
 
 STOP = "simulation.stop"
+_STOP_MARK = STOP.encode()
 
 _LONG = frozenset(("visitTree", "checkSensor", "getImage", "getDepth", "saveToBuffer", "saveModelToBuffer"))
 """Methods that only read, but wait, run functions or take long."""
@@ -29,10 +31,22 @@ class ModelWork(MessageWork):
     """One message of a connection."""
 
     def waits_for_scripts(self) -> bool:
-        if kind_of(self.payload) != CALL:
+        message = self._message()
+        if message is not None and message.kind != CALL:
             return False
-        name = function_of(self.payload)
-        return name in _LONG or _effect_of(name) != "reads"
+        return message is None or message.function in _LONG or _effect_of(message.function) != "reads"
 
     def stops(self) -> bool:
-        return STOP.encode() in self.payload and function_of(self.payload) == STOP
+        if _STOP_MARK not in self.payload:
+            return False
+        message = self._message()
+        return message is not None and message.kind == CALL and message.function == STOP
+
+    def _message(self) -> Message | None:
+        """Return the message; None if it is unreadable or too long to be read twice."""
+        if len(self.payload) > MOST_READ:
+            return None
+        try:
+            return read_message(self.payload)
+        except WireError:
+            return None

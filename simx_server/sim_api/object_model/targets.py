@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol.api2.objects import GROUP, METHOD
 from simx_server.errors import CommandError
 from simx_server.sim_api.properties import access
 from simx_server.sim_api.properties import property_types as t
@@ -18,7 +19,7 @@ from .classes import class_of, script_at
 from .enumerations import word_of
 from .tables.detached_scripts import detached_script
 from .tables.table import groups_of, of_class, with_object
-from .types import COLOR, GROUP, MATRIX, METHOD, EnumType, presented, type_of
+from .types import COLOR, MATRIX, EnumType, presented, type_of
 from .values import plain, to_matrix
 
 if TYPE_CHECKING:

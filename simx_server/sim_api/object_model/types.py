@@ -17,9 +17,6 @@ from simx_server.sim_api.properties.property_types import PropertyType
 from .enumerations import number_of
 from .values import Color, Matrix, Pose, Quaternion, Ref, to_color, to_matrix
 
-GROUP, METHOD = 24, 240
-"""sim.propertytype_group, sim.propertytype_method."""
-
 
 class _ColorType(PropertyType):
     """API 1's type of the name is 10: three numbers."""

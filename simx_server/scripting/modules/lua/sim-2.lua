@@ -124,15 +124,7 @@ end
 local extra = { app = {}, detachedScript = {} }
 
 function extra.app.throttle(_, action, interval, options)
-    local last = rawget(sim, "__throttled")
-    if not last then
-        last = setmetatable({}, { __mode = "k" })
-        rawset(sim, "__throttled", last)
-    end
-    local now = sim.app.systemTime
-    if last[action] and now - last[action] < interval then return end
-    last[action] = now
-    action(table.unpack(options and options.args or {}))
+    api_1.throttle(interval, action, table.unpack(options and options.args or {}))
 end
 
 function extra.detachedScript.getFunctions(self)

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import Any
 
+from simx_client.protocol.api2.objects import METHOD
 from simx_server.errors import CommandError
 from simx_server.sim_api.object_model import targets
 from simx_server.sim_api.object_model.classes import super_classes
 from simx_server.sim_api.object_model.tables.table import of_class
 from simx_server.sim_api.object_model.targets import ModelTarget
-from simx_server.sim_api.object_model.types import BY_NUMBER, METHOD, MORE_NAMES, TYPES
+from simx_server.sim_api.object_model.types import BY_NUMBER, MORE_NAMES, TYPES
 from simx_server.sim_api.properties import access
 from simx_server.sim_api.properties.property_types import PropertyType
 

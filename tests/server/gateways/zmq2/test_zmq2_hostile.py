@@ -10,6 +10,7 @@ from zmq2_world import OBJECT, SCENE_HANDLE, WireClient, Zmq2World, cbor2
 from simx_server.gateways.zmq import connection
 from simx_server.gateways.zmq.wire import WireError
 from simx_server.gateways.zmq2.messages import Message, read_message
+from simx_server.gateways.zmq2.work import ModelWork
 from simx_server.sim_api.object_model.values import Color, Matrix, Pose, Quaternion, Ref
 
 TAG = cbor2.CBORTag
@@ -79,6 +80,19 @@ def test_tags_within_tags_do_not_exhaust_the_stack() -> None:
         with pytest.raises(WireError):
             read_message(b"\xa4" + cbor2.dumps("msg") + cbor2.dumps("call") + cbor2.dumps("id") + b"\x01"
                          + cbor2.dumps("func") + cbor2.dumps("f") + body)  # fmt: skip
+
+
+def test_a_name_among_the_arguments_is_not_taken_for_the_function() -> None:
+    message = {
+        "msg": "call",
+        "args": ["dfuncgisValid"],
+        "func": "simulation.stop",
+        "id": 1,
+        "target": SCENE_HANDLE,
+    }
+    work = ModelWork(1, cbor2.dumps(message), lambda *_: None)
+    assert work.waits_for_scripts()
+    assert work.stops()
 
 
 def test_results_need_not_be_lists() -> None:
