@@ -27,10 +27,13 @@ class OutsideCalls:
 
     def remove(self, client: object) -> None:
         """Call a client no more."""
-        for calls in self._by_phase.values():
-            calls.pop(client, None)
-        self._by_phase = {phase: calls for phase, calls in self._by_phase.items() if calls}
-        self._changed()
+        mine = [phase for phase, calls in self._by_phase.items() if client in calls]
+        for phase in mine:
+            del self._by_phase[phase][client]
+            if not self._by_phase[phase]:
+                del self._by_phase[phase]
+        if mine:
+            self._changed()
 
     def call(self, phase: str, *values: Any) -> None:
         """Call the clients of a phase, in the order in which they came."""
