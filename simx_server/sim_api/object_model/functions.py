@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from types import GeneratorType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import needs_script
 
-from .dispatch import call_method, values_of
-from .methods.api_1 import Api1
 from .values import to_script
+
+if TYPE_CHECKING:
+    from .methods.api_1 import Api1
 
 
 class ObjectModelFunctions(ApiPart, effect="changes"):
@@ -22,8 +23,10 @@ class ObjectModelFunctions(ApiPart, effect="changes"):
         """Call a method of an object of API 2, as the module ``sim-2`` does; its objects, matrices, poses and colours
         are tables with the key ``@``.
         """
+        from .dispatch import call_method, values_of  # 300 methods, which most scenes never call
+
         found = call_method(
-            cast(Api1, self),
+            cast("Api1", self),
             self._world,
             self._script,
             target,
