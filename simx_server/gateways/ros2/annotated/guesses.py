@@ -3,13 +3,15 @@
 Wheels are turning joints whose motors keep velocities and whose axes are level. Two or more on both sides make a
 differential drive, four with rollers below 45 degrees a mecanum drive, and upright joints that move to positions above
 driven wheels an Ackermann steering. The log has each guess in the form of an annotation.
+
+A robot keeps its guess during a run, in which it may turn or tip over.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,11 +20,13 @@ from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import SceneObject
 from simx_server.scene.poses.placing import object_pose
 from simx_server.scene.poses.poses import matrix
+from simx_server.simulation.simulation import SimulationState
 
 from .notes import note_of, sensors_below
 from .wheels import (
     LEVEL,
     NoDrive,
+    are_rollers_usual,
     axis_of,
     free_axle,
     has_rollers,
@@ -50,7 +54,22 @@ _ALONG = 0.95
 _MIDDLE = 0.01
 """Distance from the middle, metres, within which a wheel is on no side."""
 
+_SAME = 0.02
+"""Share of the greatest radius by which the radii of wheels may differ."""
+
 _AXES = "xyz"
+
+
+class _Known(NamedTuple):
+    """The guess for a robot."""
+
+    parts: tuple[tuple[int, str], ...]
+    """Handles and names of its joints and sensors."""
+
+    drive: Annotation
+    """Empty for none."""
+
+    has_scan: bool
 
 
 class Guesses:
@@ -64,38 +83,39 @@ class Guesses:
         """
         self._world, self._wanted = world, wanted
         self._logged: set[str] = set()
+        self._known: dict[int, _Known] = {}
+        """By handle."""
 
     def make(self) -> dict[int, Annotation]:
         """Return annotations for robots that have none, by handle."""
         simulation = self._world.simulation
         scene = simulation.scene
+        before, self._known = self._known, {}
         if self._wanted == OFF:
             return {}
+        if simulation.state is SimulationState.STOPPED:
+            before = {}
         if self._wanted is not None:
             handle = scene.by_name(self._wanted)
             if handle is None:
                 self._say(logging.WARNING, f"--ros2-drive names '{self._wanted}', which is not in the scene")
                 return {}
-            return dict(self._of(scene.objects[handle]))
+            return dict(self._of(scene.objects[handle], before))
         bases = [item for item in scene.objects.values() if scene.is_model_base(item.handle)]
         found: dict[int, Annotation] = {}
         for item in bases:
             within = (item.handle, *scene.descendants(item.handle))
             if not any("drive" in note_of(scene.objects[each]) for each in within):
-                found.update(self._of(item))
+                found.update(self._of(item, before))
         return found
 
-    def _of(self, base: SceneObject) -> Iterator[tuple[int, Annotation]]:
+    def _of(self, base: SceneObject, before: dict[int, _Known]) -> Iterator[tuple[int, Annotation]]:
         if note_of(base):
-            return
-        note: Annotation = {}
-        try:
-            note = drive_of(self._world, base)
-        except NoDrive as problem:
             if self._wanted is not None:
-                self._say(logging.WARNING, f"'{base.name}' has no drive: {problem}")
-        if has_ring(self._world, base):
-            note = {**note, "scan": "/scan"}
+                self._say(logging.WARNING, f"'{base.name}' has an annotation, so its drive is not guessed")
+            return
+        known = self._known[base.handle] = self._guess(base, before.get(base.handle))
+        note: Annotation = {**known.drive, **({"scan": "/scan"} if known.has_scan else {})}
         if note:
             text = " ".join(f"{key}={value}" for key, value in note.items())
             self._say(
@@ -104,6 +124,19 @@ class Guesses:
                 "correct it",
             )
             yield base.handle, note
+
+    def _guess(self, base: SceneObject, before: _Known | None) -> _Known:
+        """Return a guess, with what was guessed before for the same joints and sensors."""
+        parts = (*turning_joints(self._world, base), *sensors_below(self._world.simulation.scene, base))
+        names = tuple((each.handle, each.name) for each in parts)
+        drive, has_scan = (before.drive, before.has_scan) if before and before.parts == names else ({}, False)
+        if not drive:
+            try:
+                drive = drive_of(self._world, base)
+            except NoDrive as problem:
+                if self._wanted is not None:
+                    self._say(logging.WARNING, f"'{base.name}' has no drive: {problem}")
+        return _Known(names, drive, has_scan or has_ring(self._world, base))
 
     def _say(self, level: int, text: str) -> None:
         if text not in self._logged:
@@ -128,7 +161,8 @@ def drive_of(world: World, base: SceneObject) -> Annotation:
     way = sum((np.cross(axis, vertical) for axis in axes), np.zeros(3))
     if np.linalg.norm(way) < 0.5:  # the axes of both sides are mirrored
         way = np.cross(axes[0], vertical)
-        way = way if way[int(np.argmax(np.abs(way)))] > 0 else -way
+        own = frame.T @ way  # in its own frame, so that a turned robot has the same front
+        way = way if own[int(np.argmax(np.abs(own)))] > 0 else -way
     steering = [joint for each in wheels if (joint := steering_of(world, each)) is not None]
     if steering:
         rear = free_axle(world, base, wheels)
@@ -151,10 +185,15 @@ def drive_of(world: World, base: SceneObject) -> Annotation:
     kind = "ackermann" if steering else "mecanum" if has_rollers(world, wheels) else "diff"
     if kind == "mecanum" and len(wheels) != 4:
         raise NoDrive("its wheels have rollers, and are not four")
+    if kind == "mecanum" and not are_rollers_usual(world, wheels, way, left):
+        raise NoDrive("its rollers stand the other way round than those of mecanum drives")
+    radii = [radius_of(world, each) for each in wheels]
+    if max(radii) - min(radii) > _SAME * max(radii):
+        raise NoDrive(f"its wheels have radii from {min(radii):g} to {max(radii):g} m")
     note: Annotation = {
         "drive": kind,
         **{side: ",".join(each.name for each in joints) for side, joints in sides.items()},
-        "radius": radius_of(world, wheels[0]),
+        "radius": radii[0],
         "forward": f"{'-' if shares[forward] < 0 else ''}{_AXES[forward]}",
         "up": f"{'-' if frame[2, up] < 0 else ''}{_AXES[up]}",
     }

@@ -20,6 +20,9 @@ LEVEL, SKEW = 0.3, (0.4, 0.92)
 degrees.
 """
 
+ROUND = 0.8
+"""Least share of the greater half side of a wheel that the other one has; meshes of wheels have few corners."""
+
 Vector = NDArray[np.float64]
 
 
@@ -92,17 +95,41 @@ def has_rollers(world: World, wheels: Sequence[SceneObject]) -> bool:
     return True
 
 
+def are_rollers_usual(world: World, wheels: Sequence[SceneObject], way: Vector, left: Vector) -> bool:
+    """Return whether rollers stand as mecanum drives have them (see `drives.py`), seen in the direction of `way`.
+
+    A wheel pushes along the axis of the roller that it stands on: in front on the left to the right, or backward to the
+    left.
+    """
+    places = [place_of(world, each) for each in wheels]
+    middle = np.mean(places, axis=0)
+    for each, place in zip(wheels, places, strict=True):
+        above = joint_above(world, each)
+        assert above is not None  # `has_rollers` was asked before
+        axis = axis_of(world, above)
+        is_front, is_left = (place - middle) @ way > 0, (place - middle) @ left > 0
+        if ((axis @ way) * (axis @ left) < 0) != (is_front == is_left):
+            return False
+    return True
+
+
 def radius_of(world: World, wheel: SceneObject) -> float:
-    """Return the radius of a wheel: the greatest half side of its geoms across its axis. Raises NoDrive."""
+    """Return the radius of a wheel: the greatest half side of its geoms across its axis.
+
+    Raises:
+        NoDrive: it has no geom, or is not round.
+    """
     model, data = world.simulation.model, world.simulation.data
     first = int(model.jnt_bodyid[wheel.id])
-    geoms = [geom for geom in range(model.ngeom) if model.body_weldid[model.geom_bodyid[geom]] == first]
+    geoms: list[int] = np.flatnonzero(model.body_weldid[model.geom_bodyid] == first).tolist()
     geoms = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]] or geoms
-    found = 0.0
+    across = np.zeros(2)
     for geom in geoms:
         axis = data.geom_xmat[geom].reshape(3, 3).T @ axis_of(world, wheel)
-        across = np.delete(model.geom_aabb[geom, 3:], int(np.argmax(np.abs(axis))))
-        found = max(found, float(across.max()))
-    if not found:
+        sides = np.delete(model.geom_aabb[geom, 3:], int(np.argmax(np.abs(axis))))
+        across = sides if sides.max() > across.max() else across
+    if not across.any():
         raise NoDrive(f"its wheel {wheel.name} has no shape")
-    return round(found, 6)
+    if across.min() < ROUND * across.max():
+        raise NoDrive(f"its wheel {wheel.name} is not round")
+    return round(float(across.max()), 6)

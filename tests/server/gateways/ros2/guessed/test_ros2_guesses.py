@@ -11,8 +11,10 @@ from typing import Any
 
 import pytest
 from processes import ROOT
+from real_world import BLOCKING
 from ros2_contents import Contents
 
+import simx_client as v
 from simx_server.gateways.ros2.annotated.steering import STEEPEST, Steer, angle, limited, speed
 
 MODELS = ROOT / "scenes" / "models"
@@ -127,6 +129,87 @@ def test_a_robot_without_wheels_has_no_drive_and_the_reason_is_logged(
     contents = opened("abb_irb_140", "IRB140")
     assert "/cmd_vel" not in contents.topics()
     assert "less than two wheels" in caplog.text
+
+
+CART = """<mujoco><compiler angle="radian"/><worldbody>
+<geom type="plane" size="9 9 .1"/>
+<body name="cart" pos="0 0 .2" euler="0 0 {heading}"><freejoint/><geom type="box" size=".2 .1 .05" mass="5"/>
+<body name="a" pos="0 .2 -.1"><joint name="port" axis="0 1 0"/>
+<geom type="{shape}" size="{left}" euler="1.5708 0 0"/></body>
+<body name="b" pos="0 -.2 -.1"><joint name="starboard" axis="0 {mirrored} 0"/>
+<geom type="cylinder" size=".1 .02" euler="1.5708 0 0"/></body></body></worldbody><custom>
+<text name="simx:model:cart" data="base=yes"/>
+<text name="simx:joint:port" data="motor=on control=velocity max_force=9"/>
+<text name="simx:joint:starboard" data="motor=on control=velocity max_force=9"/>
+</custom></mujoco>"""
+
+
+def cart(
+    folder: Path, *, heading: float = 0.0, mirrored: int = 1, shape: str = "cylinder", left: str = ".1 .02"
+) -> Contents:
+    path = folder / "cart.xml"
+    path.write_text(CART.format(heading=heading, mirrored=mirrored, shape=shape, left=left))
+    return Contents(path, "cart")
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.5708, 3.1416, 4.7124])
+def test_a_robot_with_mirrored_motors_has_the_same_front_wherever_it_looks(
+    tmp_path: Path, heading: float
+) -> None:
+    contents = cart(tmp_path, heading=heading, mirrored=-1)
+    note = guess(contents)
+    assert (note["forward"], note["left"], note["right"]) == ("x", "port", "starboard")
+    contents.close()
+
+
+def test_a_robot_that_turns_over_keeps_its_drive_until_the_run_ends(tmp_path: Path) -> None:
+    contents = cart(tmp_path)
+    note = guess(contents)
+    contents.start()
+    handle = contents.handle("cart")
+    over = [math.pi / 2, 0.0, 0.0]
+    assert v.simxSetObjectOrientation(contents.cid, handle, -1, over, BLOCKING) == v.simx_return_ok
+    contents.offers()
+    assert guess(contents) == note
+    v.simxStopSimulation(contents.cid, BLOCKING)
+    assert v.simxSetObjectOrientation(contents.cid, handle, -1, over, BLOCKING) == v.simx_return_ok
+    contents.offers()
+    assert not contents.robots.guessed
+    contents.close()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "why"),
+    [
+        ({"left": ".05 .02"}, "radii from 0.05 to 0.1 m"),
+        ({"shape": "box", "left": ".1 .02 .02"}, "port is not round"),
+    ],
+)
+def test_what_one_radius_does_not_describe_is_no_drive(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, wrong: Any, why: str
+) -> None:
+    contents = cart(tmp_path, **wrong)
+    assert "/cmd_vel" not in contents.topics()
+    assert why in caplog.text
+    contents.close()
+
+
+def test_rollers_that_stand_the_other_way_round_are_no_mecanum_drive(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = bare(tmp_path, "kuka_youbot")
+    text = path.read_text()
+    turned = re.sub(
+        r'(slippingJoint_\w+" .*axis="0.70710678 )(-?)0',
+        lambda found: f"{found[1]}{'' if found[2] else '-'}0",
+        text,
+    )
+    assert turned != text
+    path.write_text(turned)
+    contents = Contents(path, "youBot")
+    assert "the other way round" in caplog.text
+    assert "/cmd_vel" not in contents.topics()
+    contents.close()
 
 
 # --- the geometry of the steering ----------------------------------------------------------------
