@@ -11,6 +11,7 @@ from ..annotated.joint_groups import Group, group_of
 from ..annotated.notes import Names, annotated
 from ..content.naming import part_of_topic
 from ..endpoints import Content, Context, Followed, Moment, Offer
+from ..wire.names import Distribution
 from .finding import Arm, find_arms
 from .gripper import GripperHandler
 from .trajectory import TrajectoryHandler
@@ -30,7 +31,7 @@ class Controllers(Content):
 
     def run_stopped(self) -> None:
         for _, handler in (*self._trajectories.values(), *self._grippers.values()):
-            handler.run_stopped()
+            handler.abort("the simulation was stopped")
 
     def offers(self) -> Iterable[Offer]:
         scene, joints = self._simulation.scene, self._simulation.joints
@@ -57,13 +58,18 @@ class Controllers(Content):
             moving.handles, moving.has_targets = arm.gripper, arm.has_targets
             yield from gripper.offers()
             yield Followed(topic, moving.due)
+        for topic, (_, gone) in (*trajectories.items(), *grippers.items()):
+            if topic not in self._trajectories and topic not in self._grippers:
+                gone.abort("its joints have gone")
 
     def _now(self) -> Moment:
         return Moment.of(self._simulation.step_count, self._simulation.time_step)
 
     def _trajectory(self, topic: str) -> tuple[Action, TrajectoryHandler]:
         handler = TrajectoryHandler(self._context)
-        return Action(topic, TRAJECTORY, handler, lambda: self._now().stamp, older_lacks=("index",)), handler
+        # Humble has the older feedback only.
+        older_lacks = () if self._context.distribution is Distribution.HUMBLE else ("index",)
+        return Action(topic, TRAJECTORY, handler, lambda: self._now().stamp, older_lacks=older_lacks), handler
 
     def _gripper(self, topic: str) -> tuple[Action, GripperHandler]:
         handler = GripperHandler(self._context)

@@ -71,10 +71,9 @@ class GripperHandler:
         self._client.execute(self._holding_calls())
         return True
 
-    def run_stopped(self) -> None:
-        """Abort the command: the run has ended."""
-        if self._goal is not None:
-            self._end(ABORTED)
+    def abort(self, _: str) -> None:
+        """Abort the command that is under way; its result has no text."""
+        self._end(ABORTED)
 
     def due(self, moment: Moment) -> Sequence[Call]:
         """Return the calls that stop joints at their goal, and end the command when they are there, or stand."""

@@ -95,11 +95,10 @@ class TrajectoryHandler:
         self._client.execute(self._calls(motion.names, self._actual(motion.names)))
         return True
 
-    def run_stopped(self) -> None:
-        """Abort the goal: the run has ended."""
-        if (motion := self._motion) is not None:
-            self._motion = None
-            motion.goal.end(ABORTED, _result(INVALID_GOAL, "the simulation was stopped"))
+    def abort(self, why: str) -> None:
+        """Abort the goal that is under way."""
+        if self._motion is not None:
+            self._end(self._motion, ABORTED, INVALID_GOAL, why)
 
     def due(self, moment: Moment) -> Sequence[Call]:
         """Return the calls for the next simulation step, and end the goal when it is reached or missed."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,7 +13,8 @@ from processes import ROOT
 from ros2_world import Ros2World, ros2_world
 
 from simx_server.gateways.ros2.controllers.finding import find_arms
-from simx_server.ros2_messages import older
+from simx_server.gateways.ros2.wire.names import Distribution
+from simx_server.ros2_messages import BY_NAME, older
 from simx_server.simulation.simulation import Simulation
 
 pytestmark = pytest.mark.slow
@@ -167,6 +169,29 @@ def test_a_stop_aborts_what_moves_and_nothing_starts_then(
     assert arm.send(8, trajectory=trajectory(point(1, GOAL)))
     assert "start it first" in arm.result(8)["result"]["error_string"]
     assert not gripper.send(8, command={"position": 0.0})
+
+
+def test_an_arm_that_is_deleted_ends_its_goals(
+    server: Ros2World, arm: ActionClient, gripper: ActionClient
+) -> None:
+    arm.peer.trigger("start")
+    assert arm.send(9, trajectory=trajectory(point(1000, GOAL)))
+    assert gripper.send(9, command={"position": 5.0})
+    assert arm.peer.call_standard("DeleteEntity", "delete_entity", entity="UR5")["result"]["result"] == 1
+    arm.next_status(9, ABORTED)
+    gripper.next_status(9, ABORTED)
+
+
+def test_humble_gets_each_feedback_once(tmp_path: Path) -> None:
+    scene = ROOT / "scenes" / "ur5_rg2_kinect.xml"
+    with ros2_world(tmp_path, scene=scene, distribution=Distribution.HUMBLE) as server:
+        peer = server.peer()
+        peer.watch()
+        kind = BY_NAME["control_msgs/action/FollowJointTrajectory_FeedbackMessage"].dds_name
+        peer.wait_for_token(lambda token: kind in token)
+        key = f"0/UR5_controller/follow_joint_trajectory/_action/feedback/{kind}/TypeHashNotSupported"
+        outlets = server.on_server(lambda: [each.publisher.key for each in server.gateway._offered.outlets])  # pyright: ignore[reportPrivateUsage]
+        assert outlets.count(key) == 1
 
 
 def test_a_gripper_closes_to_a_position_and_tells_when_it_is_stopped(
