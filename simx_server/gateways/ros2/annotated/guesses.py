@@ -185,7 +185,7 @@ def drive_of(world: World, base: SceneObject) -> Annotation:
     kind = "ackermann" if steering else "mecanum" if has_rollers(world, wheels) else "diff"
     if kind == "mecanum" and len(wheels) != 4:
         raise NoDrive("its wheels have rollers, and are not four")
-    if kind == "mecanum" and not are_rollers_usual(world, wheels, way, left):
+    if kind == "mecanum" and not are_rollers_usual(world, wheels, np.real(way), left):
         raise NoDrive("its rollers stand the other way round than those of mecanum drives")
     radii = [radius_of(world, each) for each in wheels]
     if max(radii) - min(radii) > _SAME * max(radii):
