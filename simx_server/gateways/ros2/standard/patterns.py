@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 
 MOST_CHARACTERS = 1000
 """Characters of a pattern."""
@@ -115,6 +116,9 @@ class _Reader:
 
     def __init__(self, text: str) -> None:
         self._text, self._at, self._depth = text, 0, 0
+        self._brackets: dict[int, tuple[_Test, int]] = {}
+        """Tests of brackets by their first characters, with what follows: copies of a part share them."""
+
         self.states: list[_State] = []
 
     def whole(self) -> _Part:
@@ -255,10 +259,20 @@ class _Reader:
         return part
 
     def _bracket(self) -> _Test:
-        is_negated = self._next() == "^"
-        self._at += is_negated
-        tests = list(self._bracket_tests())
-        return lambda one: any(test(one) for test in tests) != is_negated
+        """Return a test that knows its answers: a bracket has up to a thousand parts, and counts as one state."""
+        first = self._at
+        if first not in self._brackets:
+            is_negated = self._next() == "^"
+            self._at += is_negated
+            tests = list(self._bracket_tests())
+
+            @cache
+            def passes(one: str) -> bool:
+                return any(test(one) for test in tests) != is_negated
+
+            self._brackets[first] = passes, self._at
+        test, self._at = self._brackets[first]
+        return test
 
     def _bracket_tests(self) -> Iterator[_Test]:
         is_first = True

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from ros2_world import SCENE, Peer, Ros2World, ros2_world
 
-from simx_server.gateways.ros2.standard import filters
+from simx_server.gateways.ros2.standard import filters, patterns
 from simx_server.ros2_messages import BY_NAME, SERVICES
 
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
@@ -114,6 +114,13 @@ def test_a_filter_that_would_take_too_long_is_refused(peer: Peer, monkeypatch: p
     assert names(peer, filter="(a*)*(a*)*b$") == []
     monkeypatch.setattr(filters, "MOST_COST", 100)
     ask(peer, "GetEntities", FAILED, filters={"filter": "(a*)*b"})
+
+
+def test_a_long_bracket_looks_at_each_character_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setitem(patterns._CLASSES, "alpha", lambda one: bool(asked.append(one)))  # pyright: ignore[reportPrivateUsage]
+    assert not patterns.Pattern("[[:alpha:]]{0,200}X").is_in("ab" * 20)
+    assert sorted(asked) == ["a", "b"]
 
 
 def test_categories_are_guessed_until_a_node_sets_them(peer: Peer) -> None:
