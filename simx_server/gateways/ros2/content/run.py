@@ -58,8 +58,8 @@ class SpawnedObjects(Protocol):
         """Return what was spawned."""
         ...
 
-    def respawn(self, orders: Sequence[Any], then: Callable[[], object]) -> None:
-        """Spawn again what has gone, and call a function after that."""
+    def respawn(self, orders: Sequence[Any], then: Callable[[Sequence[str]], object]) -> None:
+        """Spawn again what has gone, and call a function after that with sentences about what failed."""
         ...
 
 
@@ -141,7 +141,10 @@ class Run:
         self._go_on_as(before)
 
     def reset_but_spawned(self) -> Future[None]:
-        """Reset, but keep what was spawned: what the stop takes is spawned again. The future is done then."""
+        """Reset, but keep what was spawned: what the stop takes is spawned again.
+
+        The future is done then; it has a CommandError if something is missing.
+        """
         before, done = self.state, Future[None]()
         if before is SimulationState.STOPPED:
             done.set_result(None)
@@ -149,9 +152,15 @@ class Run:
         orders = self.spawned.orders()
         self._client.ask(STOP)
 
-        def go_on() -> None:
-            self._go_on_as(before)
-            done.set_result(None)
+        def go_on(failures: Sequence[str]) -> None:
+            try:
+                self._go_on_as(before)
+                if failures:
+                    raise CommandError("; ".join(failures[:10]))
+            except CommandError as problem:
+                done.set_exception(problem)
+            else:
+                done.set_result(None)
 
         self.spawned.respawn(orders, go_on)
         return done

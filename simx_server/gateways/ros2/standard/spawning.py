@@ -241,18 +241,30 @@ class Spawning:
         objects = self._simulation.scene.objects
         return [order for handle, order in self._spawned.items() if handle in objects]
 
-    def respawn(self, orders: Sequence[_Order], then: Callable[[], object]) -> None:
-        """Spawn again what the stop has taken, with the names that they had; call a function after that."""
+    def respawn(self, orders: Sequence[_Order], then: Callable[[Sequence[str]], object]) -> None:
+        """Spawn again what the stop has taken, with the names that they had; then call a function with what failed."""
         present = self.orders()
-        self._spawn_missing([each for each in orders if not any(each is one for one in present)], then)
+        self._spawn_missing([each for each in orders if not any(each is one for one in present)], [], then)
 
-    def _spawn_missing(self, orders: list[_Order], then: Callable[[], object]) -> None:
+    def _spawn_missing(
+        self, orders: list[_Order], failures: list[str], then: Callable[[Sequence[str]], object]
+    ) -> None:
         if not orders:
-            then()
+            then(failures)
             return
+        order, *others = orders
         answer: Future[Message] = Future()
-        answer.add_done_callback(lambda _: self._client.post(partial(self._spawn_missing, orders[1:], then)))
-        self._load(orders[0], answer)
+
+        def spawned(done: Future[Message]) -> None:
+            if (problem := done.exception()) is not None:
+                failures.append(f"'{order.name}' was not spawned again: {problem}")
+            elif done.result()["result"]["result"] != OK:
+                why = done.result()["result"]["error_message"]
+                failures.append(f"'{order.name}' was not spawned again: {why}")
+            self._client.post(partial(self._spawn_missing, others, failures, then))
+
+        answer.add_done_callback(spawned)
+        self._load(order, answer)
 
     def spawnables(self, request: Mapping[str, Any], *, is_older: bool) -> Message:
         """Return the ``GetSpawnables`` response: the shipped models, and the files of the workspace."""

@@ -377,3 +377,15 @@ def test_a_reset_of_time_and_state_keeps_what_was_spawned(server: Ros2World, pee
     assert names(peer, filter="before|within") == []
     peer.trigger("stop")
     assert names(peer, filter="before|within") == []
+
+
+def test_a_reset_names_what_it_could_not_spawn_again(server: Ros2World, peer: Peer) -> None:
+    file = server.simulation.files.workspace / "fleeting.xml"
+    file.write_text(BOX)
+    peer.trigger("start")
+    peer.trigger("pause")
+    spawn(peer, name="within", resource={"uri": "fleeting.xml", "resource_string": ""})
+    file.unlink()
+    answer = ask(peer, "ResetSimulation", FAILED, scope=3)
+    assert "'within' was not spawned again" in answer["result"]["error_message"]
+    assert peer.call_standard("GetSimulationState", "get_simulation_state")["state"]["state"] == 2
