@@ -65,7 +65,7 @@ class Control(Content):
         package = "simulation_interfaces/srv"
         yield Served("/get_simulation_state", f"{package}/GetSimulationState", self._get, _no_state)
         for name, kind, answer, stops in (
-            ("/set_simulation_state", "SetSimulationState", self._set, _is_to_stopped),
+            ("/set_simulation_state", "SetSimulationState", self._set, _is_to_end),
             ("/reset_simulation", "ResetSimulation", self._reset, _always),
             ("/step_simulation", "StepSimulation", self._step, _never),
         ):
@@ -145,8 +145,8 @@ def _never(_: Mapping[str, Any]) -> bool:
     return False
 
 
-def _is_to_stopped(request: Mapping[str, Any]) -> bool:
-    return request["state"]["state"] == STOPPED
+def _is_to_end(request: Mapping[str, Any]) -> bool:
+    return request["state"]["state"] in (STOPPED, QUITTING)
 
 
 def _trigger(action: Callable[[], str], _: Mapping[str, Any]) -> Message:

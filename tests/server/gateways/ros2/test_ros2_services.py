@@ -336,6 +336,17 @@ def test_a_stop_ends_a_search(server: Ros2World) -> None:
     )
 
 
+def test_a_request_to_quit_ends_a_search_too(server: Ros2World) -> None:
+    desks = server.gateway._offered.desks
+    (desk,) = [each for each in desks if each.offer.service == "/set_simulation_state"]
+    assert [desk.offer.stops({"state": {"state": wanted}}) for wanted in range(4)] == [
+        True,
+        False,
+        False,
+        True,
+    ]
+
+
 def desk_of_stop(server: Ros2World) -> Desk:
     return next(each for each in server.gateway._offered.desks if each.offer.service == "~/stop")
 
