@@ -1,18 +1,12 @@
-"""The file of a state log: MCAP, written by a separate thread.
-
-A chunk is closed twice per second, so a kill costs at most the last second. Such a file lacks the index at its end, and
-readers start at its first byte.
-"""
+"""The file of a state log: MCAP with Foxglove's schemas, written by a separate thread."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from simx_server.outputs.file_thread import FileThread
-from simx_server.outputs.packages import NewFile, package
+from simx_server.outputs.mcap_thread import McapThread
 
 from .messages import Messages, plain
 
@@ -22,24 +16,16 @@ MOST_TOPICS = 1000
 """Clients invent names of signals; viewers list them all."""
 
 
-class McapWriter(FileThread[tuple[str, str, int, Callable[[], bytes]]]):
+class McapWriter(McapThread[tuple[str, str, int, Callable[[], bytes]]]):
     """Writes messages in the order in which they are put."""
 
-    KIND, REMAINS = "state log", "read from its beginning"
+    KIND, FLAG = "state log", "--state-log"
+    MESSAGES = SCHEMAS = "protobuf"
 
     def __init__(self, path: Path) -> None:
         """Start a log. Raises OutputError."""
         self.messages = Messages()
-        mcap = package("mcap.writer", "--state-log", "log")
-        super().__init__(NewFile(path, "--state-log"))
-        self._writer: Any = mcap.Writer(self._file, compression=mcap.CompressionType.ZSTD)
-        self._schemas: dict[str, int] = {}
-        self._channels: dict[tuple[str, str], int] = {}
-        """By topic and schema: signals of two kinds may have one name."""
-
-        self.written = self._flushed = 0
-        """Messages: all, and those in closed chunks."""
-
+        super().__init__(path)
         self.left_out = 0
         """Messages of topics beyond MOST_TOPICS."""
 
@@ -51,16 +37,8 @@ class McapWriter(FileThread[tuple[str, str, int, Callable[[], bytes]]]):
 
     # From here on: the thread of the log.
 
-    def _begin(self) -> None:
-        self._writer.start(profile="", library="simx")
-
-    def _flush(self) -> None:
-        if self.written > self._flushed:
-            self._writer.flush()
-            self._flushed = self.written
-
-    def _finish(self) -> None:
-        self._writer.finish()
+    def _definition(self, schema: str) -> bytes:
+        return self.messages.schema(schema)
 
     def _write(self, item: tuple[str, str, int, Callable[[], bytes]]) -> None:
         topic, schema, time_ns, make = item
@@ -69,16 +47,8 @@ class McapWriter(FileThread[tuple[str, str, int, Callable[[], bytes]]]):
             if len(self._channels) >= MOST_TOPICS:
                 self._leave_out()
                 return
-            channel = self._channels[topic, schema] = self._writer.register_channel(
-                topic=plain(topic), message_encoding="protobuf", schema_id=self._schema(schema)
-            )
-        self._writer.add_message(channel, time_ns, make(), time_ns)
-        self.written += 1
-
-    def _schema(self, name: str) -> int:
-        if name not in self._schemas:
-            self._schemas[name] = self._writer.register_schema(name, "protobuf", self.messages.schema(name))
-        return self._schemas[name]
+            channel = self._channels[topic, schema] = self._register(plain(topic), schema)
+        self._add(channel, time_ns, make())
 
     def _leave_out(self) -> None:
         if not self.left_out:
