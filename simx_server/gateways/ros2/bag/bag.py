@@ -9,9 +9,12 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
+from simx_server.errors import CommandError
 from simx_server.ros2_messages import BY_NAME
 from simx_server.simulation.part import Part
 
@@ -35,6 +38,8 @@ if TYPE_CHECKING:
     from ..client import Ros2Client
 
 logger = logging.getLogger(__name__)
+
+_Made = TypeVar("_Made")
 
 _CONTENT = (Clock, JointStates, JointGroups, Transforms, Scans, Ranges, Imus)
 
@@ -64,9 +69,12 @@ class Bag(Part):
         nobody = cast("Ros2Client", None)  # published topics need none
         context = Context(world, nobody, Place(), Distribution.NEWER, Run(nobody, simulation), self._robots)
         self._contents: list[Content] = [content(context) for content in _CONTENT]
-        self._offers: list[Published] | None = None
-        self._last: dict[str, float] = {}
-        """Simulated nanoseconds of the last message, by topic."""
+        self._offers: Mapping[tuple[str, str], Published] | None = None
+        self._last: dict[tuple[str, str], float] = {}
+        """Simulated nanoseconds of the last message, by topic and type."""
+
+        self._faulty: set[str] = set()
+        """Topics and contents that have failed."""
 
         self._zero = time.time_ns() if began is None else began
         self._before = 0
@@ -106,32 +114,50 @@ class Bag(Part):
             self.left_out += 1
             return
         if self._offers is None:
-            self._robots.guessed = self._guesses.make()
-            self._offers = [
-                offer for each in self._contents for offer in each.offers() if isinstance(offer, Published)
-            ]
+            self._offers = self._list()
         moment = self._moment()
-        for offer in self._offers:
+        for offer in self._offers.values():
             if self._is_due(offer, moment):
-                made = offer.make(moment)
-                if made is not None:
-                    payload = BY_NAME[offer.type].encode(made)  # pyright: ignore[reportArgumentType]
-                    self._writer.put(
-                        offer.topic,
-                        offer.type,
-                        offer.qos,
-                        self._zero + self._before + moment.nanoseconds,
-                        payload,
-                    )
+                self._tried(offer.topic, partial(self._put, offer, moment))
+
+    def _put(self, offer: Published, moment: Moment) -> None:
+        made = offer.make(moment)
+        if made is not None:
+            payload = BY_NAME[offer.type].encode(made)  # pyright: ignore[reportArgumentType]
+            time_ns = self._zero + self._before + moment.nanoseconds
+            self._writer.put(offer.topic, offer.type, offer.qos, time_ns, payload)
+
+    def _list(self) -> dict[tuple[str, str], Published]:
+        """Return what the present scene offers, by topic and type; of two with the same the first, as the node does."""
+        self._robots.guessed = self._tried("guesses", self._guesses.make) or {}
+        found: dict[tuple[str, str], Published] = {}
+        for content in self._contents:
+            for offer in self._tried(type(content).__name__, lambda each=content: list(each.offers())) or ():
+                if isinstance(offer, Published):
+                    found.setdefault((offer.topic, offer.type), offer)
+        return found
+
+    def _tried(self, name: str, make: Callable[[], _Made]) -> _Made | None:
+        """Return what a function returns; None if it fails, which the log says once and does not stop the run."""
+        try:
+            return make()
+        except Exception as problem:
+            if name not in self._faulty:
+                self._faulty.add(name)
+                logger.error(
+                    "the bag lacks '%s': %s", name, problem, exc_info=not isinstance(problem, CommandError)
+                )
+            return None
 
     def holds_step(self) -> bool:
         return not self._writer.has_failed and self._writer.waiting >= MOST_WAITING
 
     def _is_due(self, offer: Published, moment: Moment) -> bool:
-        period, last = offer.period * 1e9, self._last.get(offer.topic, -math.inf)
+        name = offer.topic, offer.type
+        period, last = offer.period * 1e9, self._last.get(name, -math.inf)
         if period > 0 and last > -math.inf and moment.nanoseconds // period <= last // period:
             return False
-        self._last[offer.topic] = moment.nanoseconds
+        self._last[name] = moment.nanoseconds
         return True
 
     def _moment(self) -> Moment:

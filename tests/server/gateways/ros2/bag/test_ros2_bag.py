@@ -12,6 +12,7 @@ from real_world import BLOCKING, RealWorld, start_stepped
 from recordings import recorded, replay
 
 import simx_client as v
+from simx_server.errors import CommandError
 from simx_server.gateways.ros2.bag.bag import Bag
 from simx_server.gateways.ros2.bag.schemas import definition
 from simx_server.outputs.packages import OutputError
@@ -117,6 +118,47 @@ def test_static_transforms_are_offered_to_late_nodes(tmp_path: Path) -> None:
     assert "durability: 1" in profiles["/tf_static"]
     assert "durability: 2" in profiles["/tf"]
     assert "reliability: 2" in profiles["/scan"]
+
+
+SENSORS = """<mujoco><worldbody><body name="box"><freejoint/><geom size=".1"/>
+<site name="one"/><site name="two"/></body></worldbody><custom><text name="simx:model:box" data="base=yes"/>
+<text name="simx:ros2:one" data="imu=/imu frame=one"/><text name="simx:ros2:two" data="imu=/imu frame=two"/>
+</custom></mujoco>"""
+
+
+def test_of_two_objects_with_one_topic_the_first_is_in_the_bag_as_in_ros_2(tmp_path: Path) -> None:
+    (tmp_path / "box.xml").write_text(SENSORS)
+    world = RealWorld(tmp_path / "box.xml")
+    bag = Bag(world.loop.service.world, tmp_path / "run.mcap")
+    cid = world.embedded_client()
+    start_stepped(cid)
+    for _ in range(3):
+        assert v.simxSynchronousTrigger(cid) == v.simx_return_ok
+    bag.close()
+    world.close()
+    found = [each.value for each in read(tmp_path / "run.mcap") if each.topic == "/imu"]
+    assert [each.header.frame_id for each in found] == ["one"] * 2  # an acceleration needs two steps
+
+
+def test_a_topic_with_a_fault_is_missing_and_the_run_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(*_: Any) -> Any:
+        raise CommandError("no joints today")
+
+    monkeypatch.setattr("simx_server.gateways.ros2.content.joint_states.joint_message", fail)
+    world = RealWorld(PIONEER)
+    bag = Bag(world.loop.service.world, tmp_path / "run.mcap")
+    cid = world.embedded_client()
+    start_stepped(cid)
+    for _ in range(3):
+        assert v.simxSynchronousTrigger(cid) == v.simx_return_ok
+    bag.close()
+    world.close()
+    topics = [each.topic for each in read(tmp_path / "run.mcap")]
+    assert topics.count("/clock") == 3
+    assert "/joint_states" not in topics
+    assert caplog.text.count("the bag lacks '/joint_states': no joints today") == 1
 
 
 def test_a_file_that_exists_is_not_written_over(tmp_path: Path) -> None:
