@@ -30,6 +30,9 @@ SOME_FAILED = 150
 MOST_TOGETHER = 100
 """Entities of one request."""
 
+MOST_NAMESPACE = 100
+"""Characters of a namespace, which each topic, frame and joint of an entity has."""
+
 _NAME = re.compile(r"[^/@#*?\[\]{}\x00-\x1f]{1,100}")
 
 
@@ -127,9 +130,10 @@ class Spawning:
                 NAME_NOT_UNIQUE, f"an object is named '{name}' already; set allow_renaming or another name"
             )
         namespace = request["entity_namespace"].rstrip("/")
-        if namespace and not is_name(f"/{namespace.lstrip('/')}"):
+        if len(namespace) > MOST_NAMESPACE or (namespace and not is_name(f"/{namespace.lstrip('/')}")):
             raise Refused(
-                NAMESPACE_INVALID, f"{namespace[:100]!r} is not a namespace; valid: such as /robot1"
+                NAMESPACE_INVALID,
+                f"{namespace[:100]!r} is not a namespace; valid: such as /robot1, up to {MOST_NAMESPACE} characters",
             )
         # Releases before 2 have the fields of the resource in the request itself.
         given = request.get("entity_resource", request)

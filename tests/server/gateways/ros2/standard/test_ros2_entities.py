@@ -289,6 +289,7 @@ def test_a_shipped_model_is_spawned_by_its_name_and_again_with_another(peer: Pee
         (103, {"text": "a robot"}),
         (104, {"text": ""}),
         (105, {"entity_namespace": "/1 2"}),
+        (105, {"entity_namespace": "/a" * 100}),
         (106, {"text": "<mujoco><worldbody><body></mujoco>"}),
         (106, {"text": "<robot name='r'><link/></robot>"}),
         (
