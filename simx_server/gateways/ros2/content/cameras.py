@@ -19,7 +19,7 @@ from simx_server.sensors.vision.vision_settings import VisionSettings
 from ..annotated.notes import Names, note_of, period_of, topic_of, unpublished
 from ..endpoints import Content, Context, Message, Moment, Offer, Published
 from ..wire.qos import SENSOR_DATA
-from .clouds import CLOUD, cloud, scan_of_row
+from .clouds import CLOUD, cloud, metres, scan_of_row
 
 JPEG_QUALITY = 95
 """Of compressed images, as image_transport has it unless told otherwise."""
@@ -93,13 +93,10 @@ class Cameras(Content):
 
     def _depth(self, handle: int, frame: str, moment: Moment) -> Future[Message]:
         header, settings = moment.header(frame), self._world.vision.settings(handle)
-        near, far = settings.near, settings.far
 
         def upright(seen: tuple[list[int], bytes]) -> Message:
             (width, height), rows = seen
-            part = np.frombuffer(rows, "<f4").reshape(height, width)[::-1]
-            metres = np.where(part < 1.0, near + part * np.float32(far - near), np.float32(np.inf))
-            data = np.ascontiguousarray(metres, "<f4").view(np.uint8)
+            data = np.ascontiguousarray(metres(settings, rows), "<f4").view(np.uint8)
             return _image_message(header, width, height, "32FC1", 4, data)
 
         return then(self._world.vision.depth(handle, asker="ros2"), upright)

@@ -50,7 +50,8 @@ def find_arms(scene: Scene, joints: Joints) -> list[Arm]:
         for handle in scene.of_kind(ObjectKind.JOINT)
         if joints.joint_type(handle) != JOINT_TYPES["ball"]
     ]
-    above = {handle: _joint_above(scene, handle, set(scalar)) for handle in scalar}
+    known = set(scalar)
+    above = {handle: _joint_above(scene, handle, known) for handle in scalar}
     below: dict[int, list[int]] = {}
     for handle, parent in above.items():
         below.setdefault(parent, []).append(handle)

@@ -27,7 +27,7 @@ from .states import (
     present_velocity,
     read_pose,
     read_twist,
-    state_message,
+    state_messages,
 )
 from .worlds import Worlds
 
@@ -110,12 +110,13 @@ class Standard(Content):
 
     def _list_states(self, request: Mapping[str, Any]) -> Message:
         found, moment = list(filtered(self._world, self._entities, request["filters"])), self._moment()
-        states = [state_message(self._world, item, moment) for item in found]
+        states = state_messages(self._world, found, moment)
         return {"entities": [item.name for item in found], "states": states}
 
     def _state(self, request: Mapping[str, Any]) -> Message:
         item = self._entities.find(request["entity"])
-        return {"state": state_message(self._world, item, self._moment())}
+        (state,) = state_messages(self._world, [item], self._moment())
+        return {"state": state}
 
     def _set_state(self, request: Mapping[str, Any]) -> Message:
         """Place an entity, and give it a velocity. Releases before 2 set both always."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -14,7 +14,7 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.placing import body_pose, free_joint, object_pose
 from simx_server.scene.poses.poses import Pose, Vector, compose, rotate
-from simx_server.simulation.simulation import SimulationState
+from simx_server.simulation.simulation import Simulation, SimulationState
 
 from ..annotated.odometry import quaternion, vector
 from ..content.naming import WORLD, frame_name
@@ -44,14 +44,22 @@ def pose_message(pose: Pose) -> Message:
     return {"position": vector(pose[0]), "orientation": quaternion(pose[1])}
 
 
-def state_message(world: World, item: SceneObject, moment: Moment) -> Message:
-    """Return the ``EntityState`` in the world: the pose now, velocity over and acceleration in the last step."""
+def state_messages(world: World, items: Iterable[SceneObject], moment: Moment) -> list[Message]:
+    """Return ``EntityState`` of each in the world: the pose now, velocity over and acceleration in the last step."""
     simulation = world.simulation
     simulation.refresh()
+    moves = simulation.state is not SimulationState.STOPPED and not simulation.is_before_first_step
+    if moves:
+        mujoco.mj_rnePostConstraint(simulation.model, simulation.data)  # accelerations of all bodies
+    return [_state_message(world, item, moment, has_acceleration=moves) for item in items]
+
+
+def _state_message(world: World, item: SceneObject, moment: Moment, *, has_acceleration: bool) -> Message:
+    simulation = world.simulation
     linear, _, angular = world.velocities.measure(item.handle)
     if simulation.state is SimulationState.STOPPED:
         linear, angular = [0.0] * 3, [0.0] * 3
-    acceleration = _acceleration(world, item)
+    acceleration = _acceleration(simulation, item) if has_acceleration else (0.0,) * 6
     return {
         "header": moment.header(WORLD),
         "pose": pose_message(object_pose(simulation, item)),
@@ -60,13 +68,11 @@ def state_message(world: World, item: SceneObject, moment: Moment) -> Message:
     }
 
 
-def _acceleration(world: World, item: SceneObject) -> tuple[float, ...]:
-    """Return angular and linear acceleration, rad/s² and m/s², world axes; of what has no body, or is at rest, zero."""
-    simulation = world.simulation
-    model, data = simulation.model, simulation.data
-    if item.body <= 0 or simulation.state is SimulationState.STOPPED or simulation.is_before_first_step:
+def _acceleration(simulation: Simulation, item: SceneObject) -> tuple[float, ...]:
+    """Return angular and linear acceleration, rad/s² and m/s², world axes; of what has no body, zero."""
+    if item.body <= 0:
         return (0.0,) * 6
-    mujoco.mj_rnePostConstraint(model, data)
+    model, data = simulation.model, simulation.data
     found = np.empty(6)
     mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, item.body, found, 0)
     found[3:] += model.opt.gravity  # MuJoCo's is that of a scale: at rest +9.81 upwards
