@@ -41,10 +41,11 @@ class Goal:
 
         Args:
             number: its UUID.
-            request: what the client wants.
+            request: the wish of the client; forgotten at the end.
             stamp: when it was accepted.
         """
-        self.number, self.request, self.stamp = number, request, stamp
+        self.number, self.stamp = number, stamp
+        self.request: Mapping[str, Any] = request
         self.status = EXECUTING
         self.feedback: Callable[[Message], object] = lambda _: None
         """Sends feedback to the clients."""
@@ -62,7 +63,7 @@ class Goal:
         """End it with its result: SUCCEEDED, CANCELED or ABORTED. A second end has no effect."""
         if not self.is_active:
             return
-        self.status, self.result = status, result
+        self.status, self.result, self.request = status, result, {}  # a trajectory may be large
         asking, self.asking = self.asking, []
         for each in asking:
             each.set_result(self._answer())

@@ -65,10 +65,18 @@ class Spawning:
         self._removed.clear()
 
     def run_stopped(self) -> None:
-        """Delete again what the stop has restored."""
+        """Delete again what the stop has restored, and forget what it has taken."""
+        self._forget_gone()
         removed, self._removed = self._removed, set()
         if removed:
             self._client.post(partial(self._delete_present, removed))
+
+    def _forget_gone(self) -> None:
+        """Forget the orders, which may be large, of entities that will not return."""
+        for handle in [*self._spawned]:
+            if handle not in self._simulation.scene.objects:
+                del self._spawned[handle]
+                self._robots.remove(handle)
 
     # --- spawning --------------------------------------------------------------------------------
 
@@ -189,6 +197,8 @@ class Spawning:
             if isinstance(problem, Refused):
                 raise
             raise Refused(FAILED, str(problem)) from None
+        if self._simulation.state is SimulationState.STOPPED:  # in a run a stop may restore them
+            self._forget_gone()
         self._spawned[handle] = order
         if order.namespace:
             self._robots.set_namespace(handle, order.namespace)

@@ -1,3 +1,4 @@
+# pyright: reportPrivateUsage=false
 """Entities of simulation_interfaces: features, lists, states, infos, bounds, named poses, spawning, deleting."""
 
 from __future__ import annotations
@@ -8,7 +9,9 @@ from typing import Any
 import pytest
 from ros2_world import SCENE, Peer, Ros2World, ros2_world
 
+from simx_server.gateways.ros2.endpoints import Call
 from simx_server.gateways.ros2.standard import filters, patterns
+from simx_server.gateways.ros2.standard.standard import Standard
 from simx_server.ros2_messages import BY_NAME, SERVICES
 
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
@@ -118,7 +121,7 @@ def test_a_filter_that_would_take_too_long_is_refused(peer: Peer, monkeypatch: p
 
 def test_a_long_bracket_looks_at_each_character_once(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
-    monkeypatch.setitem(patterns._CLASSES, "alpha", lambda one: bool(asked.append(one)))  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setitem(patterns._CLASSES, "alpha", lambda one: bool(asked.append(one)))
     assert not patterns.Pattern("[[:alpha:]]{0,200}X").is_in("ab" * 20)
     assert sorted(asked) == ["a", "b"]
 
@@ -390,3 +393,19 @@ def test_a_reset_names_what_it_could_not_spawn_again(server: Ros2World, peer: Pe
     answer = ask(peer, "ResetSimulation", FAILED, scope=3)
     assert "'within' was not spawned again" in answer["result"]["error_message"]
     assert peer.call_standard("GetSimulationState", "get_simulation_state")["state"]["state"] == 2
+
+
+def test_what_was_spawned_is_forgotten_when_it_has_gone(server: Ros2World, peer: Peer) -> None:
+    (standard,) = [each for each in server.gateway._contents if isinstance(each, Standard)]
+    known = standard._spawning._spawned
+    peer.trigger("start")
+    spawn(peer, name="within", entity_namespace="/fleet")
+    assert [order.name for order in known.values()] == ["within"]
+    (handle,) = known
+    peer.trigger("stop")
+    assert not known
+    assert not server.gateway._robots.namespace(handle)
+    spawn(peer, name="first")
+    server.on_server(lambda: server.gateway._client.ask(Call("simxRemoveModel", [*known])))
+    spawn(peer, name="second")
+    assert [order.name for order in known.values()] == ["second"]

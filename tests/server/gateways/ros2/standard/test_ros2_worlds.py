@@ -12,6 +12,7 @@ from action_client import ABORTED, CANCELED, SUCCEEDED, ActionClient
 from processes import ROOT
 from ros2_world import SCENE, Peer, Ros2World, attachment, ros2_world
 
+from simx_server.gateways.ros2.actions import Goal
 from simx_server.ros2_messages import SERVICES
 from simx_server.simulation.simulation import SimulationState
 
@@ -210,3 +211,10 @@ def test_hostile_goals_are_rejected(
     monkeypatch.setattr("simx_server.gateways.ros2.actions.MOST_KEPT", 1)
     steps.cancel(0)
     assert steps.result(21)["status"] == 0
+
+
+def test_a_goal_that_has_ended_keeps_its_result_and_not_its_request() -> None:
+    goal = Goal(bytes(range(16)), {"trajectory": {"points": [{}] * 1000}}, {"sec": 0, "nanosec": 0})
+    goal.end(SUCCEEDED, {"error_code": 0})
+    assert not goal.request
+    assert goal.answer() == {"status": SUCCEEDED, "result": {"error_code": 0}}
