@@ -31,7 +31,7 @@ _FIELDS = {
 }
 
 MOST_NAMES = 1000
-"""Parameters of one request."""
+"""Parameters, or prefixes of their names, of one request."""
 
 _SERVICES = (
     "list_parameters", "get_parameters", "get_parameter_types", "describe_parameters", "set_parameters",
@@ -104,6 +104,7 @@ class NodeParameters(Content):
 
     def _list(self, request: Mapping[str, Any]) -> Message:
         prefixes: Sequence[str] = request["prefixes"]
+        _check_count(prefixes)
         names = [
             name
             for name in self._parameters
@@ -237,7 +238,7 @@ def _descriptor(name: str, parameter: Parameter | None) -> Message:
 
 def _check_count(names: Sequence[Any]) -> None:
     if len(names) > MOST_NAMES:
-        raise CommandError(f"a request has at most {MOST_NAMES} parameters, not {len(names)}")
+        raise CommandError(f"a request has at most {MOST_NAMES} names, not {len(names)}")
 
 
 def _nothing(_: str) -> Message:

@@ -189,6 +189,8 @@ class TrajectoryHandler:
             ("path_tolerance", motion.path_tolerance),
             ("goal_tolerance", motion.goal_tolerance),
         ):
+            if len(request[field]) > len(motion.names):
+                raise Refusal(INVALID_GOAL, f"{field} has more values than the trajectory has joints")
             for each in request[field]:
                 if each["name"] not in motion.names:
                     raise Refusal(

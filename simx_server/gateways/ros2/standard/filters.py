@@ -15,7 +15,7 @@ from simx_server.scene.objects import SceneObject
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import matrix
 
-from .entities import Entities
+from .entities import MOST_TAGS, Entities
 from .patterns import BadPattern, Pattern
 from .results import FAILED, UNSUPPORTED, Refused
 
@@ -33,7 +33,7 @@ MOST_COST = 3_000_000
 
 
 def has_tags(tags: Sequence[str], wanted: Mapping[str, Any]) -> bool:
-    """Return whether tags pass a ``TagsFilter``. Raises Refused: its mode is not valid."""
+    """Return whether tags pass a ``TagsFilter``. Raises Refused: its mode is not valid, or it has too many tags."""
     names: Sequence[str] = wanted["tags"]
     if wanted["filter_mode"] not in (ANY, ALL):
         raise Refused(
@@ -41,6 +41,8 @@ def has_tags(tags: Sequence[str], wanted: Mapping[str, Any]) -> bool:
         )
     if not names:
         return True
+    if len(names) > MOST_TAGS:  # each is sought in each entity
+        raise Refused(FAILED, f"a filter has at most {MOST_TAGS} tags, not {len(names)}")
     return (any if wanted["filter_mode"] == ANY else all)(name in tags for name in names)
 
 

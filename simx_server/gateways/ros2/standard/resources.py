@@ -23,6 +23,9 @@ SPAWN_FORMATS = ("mjcf", "urdf", "ttm", "ttt", "stl", "obj")
 MOST_FILES = 1000
 """Files of the workspace in a list."""
 
+MOST_SOURCES = 100
+"""Folders of one request."""
+
 _SCHEMES = ("", "file", "package", "model", "world")
 
 _ROOTS = {"mujoco": ".xml", "robot": ".urdf"}
@@ -131,7 +134,12 @@ def own_files(
 
     Args:
         sources: further folders of the workspace.
+
+    Raises:
+        CommandError: there are too many sources.
     """
+    if len(sources) > MOST_SOURCES:
+        raise CommandError(f"a request has at most {MOST_SOURCES} sources, not {len(sources)}")
     found = [(stem, "shipped") for stem in (list_models() if is_model else list_scenes())]
     endings = OPENED_SUFFIXES + (MESH_SUFFIXES if is_model else ())
     folders, unknown = [files.workspace], list[str]()

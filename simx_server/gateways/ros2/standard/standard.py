@@ -77,7 +77,7 @@ class Standard(Content):
             ("/delete_entity", "DeleteEntity", answering(spawning.delete)),
             ("/unload_world", "UnloadWorld", answering(worlds.unload)),
             ("/get_current_world", "GetCurrentWorld", answering(worlds.current)),
-            ("/get_available_worlds", "GetAvailableWorlds", worlds.available),
+            ("/get_available_worlds", "GetAvailableWorlds", answering(worlds.available)),
         )
         yield Served(
             "/get_simulator_features", f"{PACKAGE}/GetSimulatorFeatures", lambda _: features(), lambda _: {}

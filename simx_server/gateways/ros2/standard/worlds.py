@@ -113,7 +113,11 @@ class Worlds:
         return _world(scene.name, uri, source)
 
     def available(self, request: Mapping[str, Any]) -> Message:
-        """Return the ``GetAvailableWorlds`` response: the shipped scenes, and the files of the workspace."""
+        """Return the ``GetAvailableWorlds`` response: the shipped scenes, and the files of the workspace.
+
+        Raises:
+            Refused: the filter is not valid.
+        """
         found, unknown = own_files(self._simulation.files, request["additional_sources"], is_model=False)
         worlds = [_world(Path(uri).stem, uri, source) for uri, source in found]
         worlds = [each for each in worlds if has_tags(each["tags"], request["filter"])]

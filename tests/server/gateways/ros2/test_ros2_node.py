@@ -46,6 +46,7 @@ def test_parameters_are_listed_with_types_and_descriptions(server: Ros2World) ->
     names = call(peer, "list_parameters")["result"]["names"]
     assert names == ["gravity", "paused", "physics_step", "scene", "speed", "time_step", "use_sim_time"]
     assert call(peer, "list_parameters", prefixes=["speed", "nothing"])["result"]["names"] == ["speed"]
+    assert not call(peer, "list_parameters", prefixes=["speed"] * 1001)["result"]["names"]
     types = call(peer, "get_parameter_types", names=["speed", "gravity", "nothing"])["types"]
     assert types.tolist() == [DOUBLE, DOUBLE_ARRAY, 0]
     (found, unknown) = call(peer, "describe_parameters", names=["scene", "nothing"])["descriptors"]

@@ -128,6 +128,7 @@ FINE = tolerance("path_tolerance", position=1e-3)
         (-1, {"trajectory": trajectory(point(1, GOAL), stamp={"sec": 1_800_000_000})}),
         (-1, {"trajectory": trajectory(point(1, GOAL)), **tolerance("goal_tolerance", position=-3.0)}),
         (-1, {"trajectory": trajectory(point(1, GOAL)), "multi_dof_trajectory": {"points": [{}]}}),
+        (-1, {"trajectory": trajectory(point(1, GOAL)), "path_tolerance": [{"name": NAMES[0]}] * 7}),
         (-2, {"trajectory": trajectory(point(1, GOAL), names=[*NAMES[:5], "wrist_4_joint"])}),
         (-2, {"trajectory": trajectory(point(1, GOAL), names=[NAMES[0]] * 6)}),
         (-2, {"trajectory": trajectory(point(1, []), names=[])}),

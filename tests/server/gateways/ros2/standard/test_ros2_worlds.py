@@ -68,6 +68,23 @@ def test_worlds_are_selected_by_tags_and_unknown_sources_are_named(server: Ros2W
     assert "cart_pole" in [each["name"] for each in found]
 
 
+@pytest.mark.parametrize(
+    ("kind", "request_", "why"),
+    [
+        ("GetAvailableWorlds", {"filter": {"tags": ["a"], "filter_mode": 9}}, "there is no filter_mode 9"),
+        ("GetAvailableWorlds", {"filter": {"tags": ["a"] * 101}}, "at most 100 tags, not 101"),
+        ("GetEntities", {"filters": {"tags": {"tags": ["a"] * 101}}}, "at most 100 tags, not 101"),
+        ("GetAvailableWorlds", {"additional_sources": ["a"] * 101}, "at most 100 sources, not 101"),
+        ("GetSpawnables", {"sources": ["a"] * 101}, "at most 100 sources, not 101"),
+    ],
+)
+def test_a_list_that_is_not_valid_or_too_long_is_refused_with_the_reason(
+    server: Ros2World, kind: str, request_: dict[str, Any], why: str
+) -> None:
+    answer = ask(server.peer(), kind, FAILED, **request_)
+    assert why in answer["result"]["error_message"]
+
+
 def test_a_text_is_loaded_and_other_types_of_earlier_releases_too(server: Ros2World) -> None:
     peer = server.peer()
     load(peer, text=SCENE)
