@@ -25,7 +25,8 @@ kinematics adds in a fixed order, not in that of a library of linear algebra, an
 8: groups of inverse kinematics of V-REP's files keep or ignore the greatest steps of joints as the file says, shapes
 of `sim.createPureShape` are not collidable, measurable or detectable, dependencies that scripts set carry forces, main
 scripts call other scripts where they want, ZeroMQ clients get texts of signals as text, and robots of URDF files are
-lifted from below the floor, do not collide where links overlap, and have the motors and frictions of their files.
+lifted from below the floor, do not collide where links overlap, have the motors and frictions of their files, and
+damping and inertia of joints with light links that the physics can hold.
 """
 
 

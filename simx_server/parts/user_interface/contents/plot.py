@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -104,10 +105,10 @@ class Plot:
 
 
 def _span(columns: list[list[float]]) -> Range:
-    filled = [values for values in columns if values]
-    if not filled:
+    finite = [value for values in columns for value in filter(math.isfinite, values)]
+    if not finite:
         return 0.0, 1.0
-    low, high = min(map(min, filled)), max(map(max, filled))
+    low, high = min(finite), max(finite)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 

@@ -77,9 +77,10 @@ def test_meshes_of_another_version_come_behind_those_of_the_file(ser: int, other
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     normals = normals_of(points, faces)[:, 0]
     one, two = (MeshPools(RecordList("VIN", each)) for each in (ser, other))
-    for pools, scale in ((one, 1.0), (two, 2.0)):
-        pools.add(points * scale, faces, normals)
-    assert one.append(two) == {"Vev": 1, "Inv": 1, "Nov": 1, "Vvd": 1}
+    one.add(points, faces, normals)
+    places = two.add(2 * points, faces, normals)
+    brought = {pool: one.bring(two, pool, place) for pool, place in places.items()}
+    assert brought == {"Vev": 1, "Inv": 1, "Nov": 1, "Vvd": 1}
     data = bytes(one.records)
     (chunks,) = sections(Body(memoryview(data), ""), ["VIN"], 0, len(data))
     found = read_pools(chunks)
