@@ -30,9 +30,11 @@ def on_files(files: Any, config: Any) -> Any:
     return files
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Links to the README's page and to nothing else outside docs/; fences and lists as Markdown wants them."""
-    markdown = markdown.replace("](../README.md", f"]({START}")
-    markdown = re.sub(r"\[([^]]+)\]\(\.\./[^)]+\)", r"\1", markdown)
+    up = "../" * page.file.src_uri.count("/")
+    outside = re.escape(f"{up}../")
+    markdown = markdown.replace(f"]({up}../README.md", f"]({up}{START}")
+    markdown = re.sub(rf"(?<!!)\[([^]]+)\]\({outside}[^)]+\)", r"\1", markdown)
     markdown = re.sub(r"^(```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
     return re.sub(r"^((?![*|\d-]|  )\S.*)\n(?=\* )", r"\1\n\n", markdown, flags=re.MULTILINE)

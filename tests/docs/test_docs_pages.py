@@ -31,7 +31,7 @@ from simx_server.viewer.page import command as view_command
 pytestmark = pytest.mark.slow
 
 DOCS = ROOT / "docs"
-PAGES = sorted(path.name for path in DOCS.glob("*.md"))
+PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 BLOCK = re.compile(r"^```(\w+)(?: ([^\n]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -303,7 +303,7 @@ def test_files_that_a_page_for_developers_names_are_there(name: str) -> None:
 
 def test_site_has_every_page() -> None:
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2]
-    assert sorted(re.findall(r"[\w-]+\.md", nav)) == sorted([*PAGES, "start.md"])
+    assert sorted(re.findall(r"[\w/-]+\.md", nav)) == sorted([*PAGES, "start.md"])
 
 
 @pytest.mark.skipif(find_spec("mkdocs") is None, reason="mkdocs is not installed")
