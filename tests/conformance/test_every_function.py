@@ -62,6 +62,13 @@ SUCCEEDS_WITHOUT_AN_OBJECT: dict[str, Any] = {
 
 GIVES_A_NEW_HANDLE = {"simxCreateDummy", "simxAuxiliaryConsoleOpen"}
 
+REFUSED = [
+    function
+    for function in QUEUED
+    if BY_NAME[function.name].name not in SUCCEEDS_WITHOUT_AN_OBJECT.keys() | GIVES_A_NEW_HANDLE
+]
+"""Functions that refuse arguments which mean nothing, and change nothing then."""
+
 
 @pytest.fixture(scope="module")
 def untouched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealWorld]:
@@ -69,6 +76,37 @@ def untouched(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealWorld]:
     world = RealWorld(SCENE, workspace=tmp_path_factory.mktemp("workspace"))
     yield world
     world.close()
+
+
+@pytest.fixture(scope="module")
+def standing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealWorld]:
+    """A world for tests that hold whatever earlier ones have changed in it."""
+    world = RealWorld(SCENE, workspace=tmp_path_factory.mktemp("workspace"))
+    yield world
+    world.close()
+
+
+@pytest.fixture(params=["by messages", "embedded"])
+def visitor(request: pytest.FixtureRequest, standing: RealWorld) -> Iterator[int]:
+    """A new client of that world, in which no client has left anything to do."""
+    standing.loop.turn()
+    yield standing.embedded_client() if request.param == "embedded" else standing.client()
+    v.simxFinish(-1)
+
+
+@pytest.fixture(scope="module")
+def refusing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealWorld]:
+    """A world that all calls leave as it is, since it refuses them."""
+    world = RealWorld(SCENE, workspace=tmp_path_factory.mktemp("workspace"))
+    yield world
+    world.close()
+
+
+@pytest.fixture(params=["by messages", "embedded"])
+def refused(request: pytest.FixtureRequest, refusing: RealWorld) -> Iterator[int]:
+    """A new client of that world."""
+    yield refusing.embedded_client() if request.param == "embedded" else refusing.client()
+    v.simxFinish(-1)
 
 
 @pytest.fixture(params=["by messages", "embedded"])
@@ -128,19 +166,19 @@ def test_without_a_reply_every_mode_gives_novalue_and_defaults(waiting: int, fun
 
 @of_each(QUEUED)
 def test_the_first_oneshot_gives_novalue_and_the_next_the_earlier_reply(
-    world: Any, cid: int, function: Declaration
+    standing: RealWorld, visitor: int, function: Declaration
 ) -> None:
     if function.name == "simxGetVisionSensorImage":
         pytest.skip("a picture comes when it is drawn; see the tests of pictures")
-    assert_is(call(function, cid, ONESHOT), function.failure(NOVALUE))
-    world.loop.turn()
-    second = call(function, cid, ONESHOT)
+    assert_is(call(function, visitor, ONESHOT), function.failure(NOVALUE))
+    standing.loop.turn()
+    second = call(function, visitor, ONESHOT)
     assert (second if isinstance(second, int) else second[0]) != NOVALUE
 
 
 @of_each(QUEUED)
-def test_the_first_streaming_call_gives_novalue(cid: int, function: Declaration) -> None:
-    assert_is(call(function, cid, STREAMING), function.failure(NOVALUE))
+def test_the_first_streaming_call_gives_novalue(visitor: int, function: Declaration) -> None:
+    assert_is(call(function, visitor, STREAMING), function.failure(NOVALUE))
 
 
 @of_each(QUEUED)
@@ -152,45 +190,46 @@ def test_a_blocking_call_while_paused_gives_timeout_and_novalue(waiting: int, fu
     assert_is(call(function, waiting, BLOCKING), function.failure(rc))
 
 
-@of_each([function for function in QUEUED if function.name not in GIVES_A_NEW_HANDLE])
+@of_each([function for function in QUEUED if BY_NAME[function.name].name in SUCCEEDS_WITHOUT_AN_OBJECT])
+def test_a_function_that_needs_no_object_succeeds(cid: int, function: Declaration) -> None:
+    assert_is(call(function, cid, BLOCKING), SUCCEEDS_WITHOUT_AN_OBJECT[BY_NAME[function.name].name])
+
+
+@of_each(REFUSED)
 def test_a_handle_name_or_file_that_is_not_there_gives_8_and_defaults(
-    cid: int, function: Declaration
+    refused: int, function: Declaration
 ) -> None:
-    result = call(function, cid, BLOCKING)
+    result = call(function, refused, BLOCKING)
     if function.name == "simxReadStringStream":
         assert_is(result, function.failure(v.simx_return_illegal_opmode_flag))
         return
-    name = BY_NAME[function.name].name
-    if name in SUCCEEDS_WITHOUT_AN_OBJECT:
-        assert_is(result, SUCCEEDS_WITHOUT_AN_OBJECT[name])
-        return
     assert_is(result, function.failure(REMOTE_ERROR))
-    code, errors = v.simxGetLastErrors(cid, BLOCKING)
+    code, errors = v.simxGetLastErrors(refused, BLOCKING)
     assert code == OK
     assert len(errors) == 1, "the reason is told once"
 
 
 @of_each([function for function in QUEUED if "handle" in str(function.arguments).lower()])
-def test_negative_and_huge_handles_never_crash_the_server(
-    world: Any, cid: int, function: Declaration
-) -> None:
+def test_negative_and_huge_handles_never_crash_the_server(visitor: int, function: Declaration) -> None:
     arguments = sample(function)
     for number in (-1, -11, -(2**31), 2**31 - 1, 0x400000, 2**32):
         if isinstance(arguments[0], list):
             arguments[0] = [number]
         elif isinstance(arguments[0], int):
             arguments[0] = number
-        getattr(v, function.name)(cid, *arguments, BLOCKING)
-    assert not any("internal error" in text for text in v.simxGetLastErrors(cid, BLOCKING)[1])
-    assert v.simxGetPingTime(cid)[0] == OK
+        getattr(v, function.name)(visitor, *arguments, BLOCKING)
+    assert not any("internal error" in text for text in v.simxGetLastErrors(visitor, BLOCKING)[1])
+    assert v.simxGetPingTime(visitor)[0] == OK
 
 
 @pytest.mark.parametrize("name", [command.name for command in BY_NAME.values() if command.aliases])
-def test_aliases_are_the_same_command_with_the_same_inbox(world: Any, cid: int, name: str) -> None:
+def test_aliases_are_the_same_command_with_the_same_inbox(
+    standing: RealWorld, visitor: int, name: str
+) -> None:
     command = BY_NAME[name]
     arguments = sample(BINDING[name])
-    getattr(v, command.name)(cid, *arguments, STREAMING)
-    world.loop.turn()
-    answers = [getattr(v, alias)(cid, *arguments, BUFFER) for alias in command.names]
+    getattr(v, command.name)(visitor, *arguments, STREAMING)
+    standing.loop.turn()
+    answers = [getattr(v, alias)(visitor, *arguments, BUFFER) for alias in command.names]
     assert all(answer == answers[0] for answer in answers)
     assert (answers[0] if isinstance(answers[0], int) else answers[0][0]) in (OK, REMOTE_ERROR)
