@@ -15,11 +15,14 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
+from forking import ForkingSubprocess
 from kinds_of_tests import add_marker
 from processes import PENDULUM
 from real_world import Open, RealWorld, World
 
 import simx_client as v
+from simx_client.checking import regular as checked_functions
+from simx_client.checking import scene as checked_scene
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.sensors.opengl import backend as opengl
 from simx_server.world import world as composition
@@ -275,3 +278,19 @@ def shared_probes() -> Iterator[None]:
     before, opengl.probe_in_child = opengl.probe_in_child, probe
     yield
     opengl.probe_in_child = before
+
+
+@pytest.fixture(autouse=True, scope="session")
+def forked_checks() -> Iterator[None]:
+    """Checks of programs, which ask a server for its functions and scenes, fork it."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (checked_functions, checked_scene):
+            patch.setattr(module, "subprocess", ForkingSubprocess())
+        yield
+
+
+@pytest.fixture
+def started_checks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Checks start the server in new interpreters, as they do for users."""
+    for module in (checked_functions, checked_scene):
+        monkeypatch.setattr(module, "subprocess", subprocess)

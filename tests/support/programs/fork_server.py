@@ -25,6 +25,14 @@ LONGEST_REQUEST = 1 << 18
 
 STREAMS = 3
 
+_MODULES = (
+    "lupa.lua54",
+    "zenoh",
+    "simx_server.app.fleet",
+    "simx_server.app.server",
+    "simx_server.sim_api.listing.coverage",
+)
+
 
 def main() -> None:
     """Answer the requests at the socket that is standard input, until its other end closes."""
@@ -37,10 +45,10 @@ def main() -> None:
 
 
 def _import_server() -> None:
-    """Import what a server imports while it starts. No import starts a thread."""
+    """Import what a server imports while it starts, and the functions of scripts. No import starts a thread."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the server does
     import_mujoco()
-    for name in ("lupa.lua54", "zenoh", "simx_server.app.fleet", "simx_server.app.server"):
+    for name in _MODULES:
         importlib.import_module(name)
 
 
