@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from simx_server.errors import CommandError
 from simx_server.scene.formats.loader import ITERATIONS, MOST_ITERATIONS
 from simx_server.scene.objects import ObjectKind
@@ -16,7 +18,6 @@ from simx_server.scene.objects import ObjectKind
 from .quantity import Getter, Quantity, Setter
 
 if TYPE_CHECKING:
-    from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
 
@@ -33,16 +34,17 @@ def find(number: int, *, is_integer: bool) -> Quantity:
     return found
 
 
-def _geoms(sim: Simulation, handle: int) -> list[int]:
-    sim.scene.get_kind(handle, ObjectKind.SHAPE)
-    return [g for g in range(sim.model.ngeom) if sim.scene.owner_of_geom(g, sim.model) == handle]
+def _geoms(world: World, handle: int) -> list[int]:
+    world.simulation.scene.get_kind(handle, ObjectKind.SHAPE)
+    owned = world.instants.now(with_points=False).surroundings.owned_by([handle])
+    return np.flatnonzero(owned).tolist()
 
 
 def _of_geoms(array: str, index: int | None) -> tuple[Getter, Setter]:
     """Return getter and setter for an array of the model's geoms, or for one column of it."""
 
     def get(world: World, handle: int) -> float:
-        geom = _geoms(world.simulation, handle)[0]
+        geom = _geoms(world, handle)[0]
         values = getattr(world.simulation.model, array)
         return float(values[geom] if index is None else values[geom, index])
 
@@ -53,7 +55,7 @@ def _of_geoms(array: str, index: int | None) -> tuple[Getter, Setter]:
             raise CommandError(f"a contact has 1, 3, 4 or 6 dimensions, not {value:g}")
         sim = world.simulation
         values: Any = getattr(sim.model, array)
-        for geom in _geoms(sim, handle):
+        for geom in _geoms(world, handle):
             values[geom if index is None else (geom, index)] = value
         sim.model_edited()
         sim.changed()

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco
 import numpy as np
+import pytest
 
+from simx_server.editing import shape_looks
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import object_flags
+from simx_server.handlers.objects import bounding_box, object_flags
 from simx_server.handlers.quantities.engine import ENGINE
 from simx_server.handlers.quantities.objects import entries_of
 from simx_server.parts.custom_data import HIDDEN, REFERENCES, SCENE
@@ -46,9 +49,32 @@ def listing(world: World) -> dict[str, Quantities]:
     """Every readable quantity by object and name; handles are names."""
     sim = world.simulation
     sim.refresh()
-    found = {item.name: _of_object(world, handle) for handle, item in sim.scene.objects.items()}
-    found["the scene"] = _of_scene(world)
+    with _computed_once():
+        found = {item.name: _of_object(world, handle) for handle, item in sim.scene.objects.items()}
+        found["the scene"] = _of_scene(world)
     return found
+
+
+@contextmanager
+def _computed_once() -> Iterator[None]:
+    """Compute each box and the triangles of each shape once: each of their numbers is a quantity of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((bounding_box, "of_object"), (shape_looks, "triangles")):
+            patch.setattr(module, name, _remembering(getattr(module, name)))
+        yield
+
+
+def _remembering(compute: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of a world that stays as it is, a handle and options which computes each result once."""
+    known: dict[Any, Any] = {}
+
+    def get(world: World, handle: int, **options: bool) -> Any:
+        key = (handle, *sorted(options.items()))
+        if key not in known:
+            known[key] = compute(world, handle, **options)
+        return known[key]
+
+    return get
 
 
 def differences(
