@@ -1,4 +1,4 @@
-"""Compiles physics steps, distances of surfaces and inverse kinematics (`SOURCES`) where there is a C compiler.
+"""Compiles physics steps, distances, rays and inverse kinematics (`SOURCES`) where there is a C compiler.
 
 Without one, or without MuJoCo's headers, the package is built all the same: all then run in Python, with equal
 results. `simx-server --doctor` says in which form each runs, and why.
@@ -23,6 +23,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 SOURCES = (
     Path("simx_server/joints/native/_physics_step.c"),
     Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
+    Path("simx_server/sensors/proximity/native/_first_hit.c"),
     Path("simx_server/kinematics/least_squares/native/_least_squares.c"),
 )
 
@@ -47,7 +48,7 @@ class Build(BuildHookInterface[Any]):
         problem = compile_modules(Path(self.root))
         if problem:
             self.app.display_warning(
-                f"physics steps, distances and inverse kinematics will run in Python, which is slower: {problem}"
+                f"physics steps, distances, rays and inverse kinematics will run in Python, which is slower: {problem}"
             )
             return
         build_data["pure_python"] = False

@@ -12,7 +12,12 @@ import tempfile
 from importlib import import_module
 from pathlib import Path
 
-FORMS = ("joints.native", "sensors.distance.native", "kinematics.least_squares.native")
+FORMS = (
+    "joints.native",
+    "sensors.distance.native",
+    "sensors.proximity.native",
+    "kinematics.least_squares.native",
+)
 
 OLD_SCRIPT = """
 import vrep

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.geometry.forms import Forms, GeomTriangles
+from simx_server.scene.geometry.triangles import CURVED
 from simx_server.scene.poses.pose_copies import Array, PoseCopies, Poses
 
 from ..scene.geometry.stand_ins import stand_ins
@@ -22,11 +23,15 @@ from ..scene.objects import Scene
 from .points import DetectablePoints, Points
 from .proximity.bundles import Bundles
 from .proximity.edge_lines import EdgeLines
+from .proximity.native.loading import compiled_module, sums_of_numpy
 from .sights import Sights
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
+    from .proximity.native._first_hit import Surfaces
+
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 _MOST_SETS = 1000
 """Sets of objects whose geoms are kept: a program asks for few different ones, again and again."""
@@ -66,6 +71,18 @@ class Surroundings:
         self._not_of: dict[int, NDArray[np.bool_]] = {}
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
+
+    @cached_property
+    def for_rays(self) -> Surfaces | None:
+        """Return the compiled form of what rays meet; None where `first_hit.py` computes all of it in Python."""
+        module = compiled_module()
+        if module is None:
+            return None
+        kinds = self.model.geom_type
+        roles = np.where(kinds == _PLANE, 2, np.isin(kinds, tuple(CURVED))).astype(np.int8)
+        boxes = np.array(self.model.geom_aabb)
+        # The triangles are not taken from self, which would keep itself alive.
+        return module.Surfaces(roles, boxes, self.radii, self.triangles.corners, sums_of_numpy(module))
 
     def owned_by(self, handles: Collection[int]) -> NDArray[np.bool_]:
         """Return (ngeom,) which geoms belong to some objects. The array is kept: do not write into it."""

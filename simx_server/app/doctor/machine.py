@@ -97,10 +97,11 @@ def check_memory(free: int | None = None) -> Finding:
 
 
 def check_compiled_forms() -> list[Finding]:
-    """Check in which form physics steps, distances and inverse kinematics run; the results of both are equal."""
+    """Check in which form physics steps, distances, rays and inverse kinematics run; the results of both are equal."""
     topics = {
         "physics steps": "joints.native",
         "distances": "sensors.distance.native",
+        "rays": "sensors.proximity.native",
         "inverse kinematics": "kinematics.least_squares.native",
     }
     return [_check_form(topic, f"simx_server.{package}.loading") for topic, package in topics.items()]

@@ -91,6 +91,10 @@ class GeomTriangles:
         """Return corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
         return self.form(geom).triangles
 
+    def corners(self, geom: int) -> Array:
+        """Return the corners (n, 3, 3) of a geom's triangles, as `of` does."""
+        return self.form(geom).triangles[0]
+
     def is_solid(self, geom: int) -> bool:
         """Return whether a geom is convex, so that MuJoCo's own functions measure it exactly."""
         kind = int(self._model.geom_type[geom])

@@ -1,14 +1,15 @@
 """The first surface that one ray meets, for sensors that are read one at a time, as a turning scanner does.
 
 The geoms and triangles are the same as in `detection.py`, which examines many sensors together, and so are the numbers
-to the last bit: here only more of what the ray misses is left out before it is computed exactly.
+to the last bit: here only more of what the ray misses is left out before it is computed exactly, by
+`native/_first_hit.c` or, where that is not compiled, here.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,6 +20,9 @@ from simx_server.scene.poses.poses import Vector
 from simx_server.sensors.instant import Instant
 
 from .optics import Optics
+
+if TYPE_CHECKING:
+    from .native._first_hit import Surfaces
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 MET_BY_RAYS = frozenset((*CURVED, _PLANE))
@@ -35,6 +39,10 @@ _VERY_FEW = 6
 """Triangles that are quicker examined one after the other."""
 
 _AXES = (0, 1, 2), (1, 2, 0), (2, 0, 1)
+
+
+FACES = {"both": 0, "front": 1, "back": 2}
+"""The sides of surfaces that a sensor sees, by the numbers of the compiled form."""
 
 
 class Hit(NamedTuple):
@@ -84,16 +92,36 @@ class _Ray:
         self._looks = looks
         self._origin, self._rotation = origin, rotation
         self._places = (instant.geom_xpos - origin) @ rotation
-        self._geoms = self._near(wanted)
+        self._wanted = wanted
         self._best: Hit | None = None
         self._reach = looks.reach
         """Where the best hit is, or the ray ends."""
         self._order = -1, -1
 
     def first(self) -> Hit | None:
+        compiled = self._instant.surroundings.for_rays
+        if compiled is None:
+            self._search()
+        else:
+            self._search_compiled(compiled)
+        return self._best
+
+    def _search_compiled(self, compiled: Surfaces) -> None:
+        looks = self._looks
+        geom, row, distance, normal, others = compiled.first(
+            self._places, self._instant.geom_xmat, self._rotation, self._wanted,
+            looks.offset, looks.reach, FACES[looks.faces], looks.least_cosine,
+        )  # fmt: skip
+        if geom >= 0:
+            self._reach, self._order = distance, (geom, row)
+            self._best = Hit(looks.offset + distance, normal, geom)
+        for other in others:
+            self._offer_true_surface(other)
+
+    def _search(self) -> None:
         kinds = self._instant.surroundings.kinds
         entered: list[tuple[float, int, _View]] = []
-        for geom in self._geoms:
+        for geom in self._near():
             if kinds[geom] in MET_BY_RAYS:
                 self._offer_true_surface(geom)
                 continue
@@ -109,15 +137,14 @@ class _Ray:
                 self._offer_box(geom, view)
             else:
                 self._offer_mesh(geom, view)
-        return self._best
 
-    def _near(self, wanted: NDArray[np.bool_]) -> list[int]:
+    def _near(self) -> list[int]:
         """Return the geoms whose balls the segment meets, and the planes, which have none."""
         offset, reach, around = self._looks.offset, self._looks.reach, self._instant.surroundings
         x, y, z = self._places.T
         near = x * x + y * y <= around.radii_squared
         near &= np.abs(z - (offset + reach / 2)) <= around.radii + (reach / 2 + _SLACK)
-        near &= wanted
+        near &= self._wanted
         return near.nonzero()[0].tolist()
 
     def _offer(self, order: tuple[int, int], geom: int, distance: float, normal: Vector) -> None:
@@ -148,8 +175,12 @@ class _Ray:
             x, y, z = (normal @ self._rotation).tolist()
             self._offer((-1, geom), geom, distance, (x, y, z))
 
+    def _turn(self, geom: int) -> Array:
+        """Return (3, 3): rows are a geom's axes in the sensor's frame."""
+        return self._instant.geom_xmat[geom].reshape(3, 3).T @ self._rotation
+
     def _view(self, geom: int) -> _View:
-        turn = self._instant.geom_xmat[geom].reshape(3, 3).T @ self._rotation
+        turn = self._turn(geom)
         place = self._places[geom]
         axes, away = turn.tolist(), place.tolist()
         start = [-_dot(axis, away) for axis in axes]
@@ -161,18 +192,20 @@ class _Ray:
         corners = self._instant.surroundings.triangles.of(geom)[0]
         for height, face in sorted(view.faces):
             if -_SLACK <= height - self._looks.offset <= self._reach + _SLACK:
-                self._offer_crossings(geom, corners[2 * face : 2 * face + 2], view, 2 * face)
+                pair = corners[2 * face : 2 * face + 2]
+                self._offer_crossings(geom, pair, view.turn, view.place, 2 * face)
 
     def _offer_mesh(self, geom: int, view: _View) -> None:
         rows = self._instant.surroundings.lines.crossed(geom, view.start, view.direction)
         if len(rows):
-            self._offer_crossings(geom, self._instant.surroundings.triangles.of(geom)[0][rows], view)
+            corners = self._instant.surroundings.triangles.of(geom)[0][rows]
+            self._offer_crossings(geom, corners, view.turn, view.place, int(rows[0]))
 
-    def _offer_crossings(self, geom: int, corners: Array, view: _View, first: int = 0) -> None:
+    def _offer_crossings(self, geom: int, corners: Array, turn: Array, place: Array, first: int) -> None:
         """Offer the points of triangles (n, 3, 3) of a geom on the z axis; `first`: number of the first one."""
         offset = self._looks.offset
         between = offset - _SLACK, offset + self._reach + _SLACK
-        for row, height, normal in _crossings(corners @ view.turn + view.place, *between):
+        for row, height, normal in _crossings(corners @ turn + place, *between):
             if height >= offset:
                 self._offer((geom, first + row), geom, height - offset, normal)
 

@@ -48,10 +48,11 @@ def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: Mod
     folders = [str(path.parent) for path in modules(tree, hook)]
     text = (
         f"import sys; sys.path[:0] = {folders!r}; import mujoco, _physics_step as m, _triangle_pairs as t; "
-        "import _least_squares as k; print(m.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k)))"
+        "import _least_squares as k, _first_hit as f; "
+        "print(m.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k, f)))"
     )
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("True 16 16 16\n", "")
+    assert (done.stdout, done.stderr) == ("True 16 16 16 16\n", "")
 
 
 def test_without_a_compiler_no_module_is_left(
@@ -109,7 +110,7 @@ def test_each_system_has_its_own_flags_and_names_of_modules(
     monkeypatch.setenv("CC", f"{sys.executable} {compiler}")
     assert hook.compile_modules(tree) == ""
     first, *_ = found = modules(tree, hook)
-    assert (len(found), first.name) == (3, name)
+    assert (len(found), first.name) == (len(hook.SOURCES), name)
     assert first.read_text(encoding="utf-8").splitlines()[-len(flags) :] == flags
     assert sorted(each.name for each in first.parent.iterdir() if each.suffix != ".so") == sorted(
         {"_physics_step.c", name} - {"_physics_step.abi3.so"}
