@@ -10,7 +10,9 @@ from __future__ import annotations
 import itertools
 import logging
 import re
+import struct
 import time
+from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from numbers import Integral, Real
 from typing import Any, Final, TypeVar, cast
@@ -69,6 +71,17 @@ _SIMPLE: Final = frozenset({bool, float, int, bytes, type(None)})
 
 _UNCHANGED: Final = frozenset({bool, float, bytes})
 """Types of items that enter Lua as they are."""
+
+_ALONE: Final = ord("-")
+_FLOATS: Final = ord("d")
+_MIXED: Final = ord("m")
+"""Kinds of arguments, as in `values.lua`."""
+
+_PACKED: Final = 200
+"""Numbers in a piece of a list that leaves Lua, as in `values.lua`."""
+
+_NUMBER: Final = 8
+"""Bytes of a number of Lua."""
 
 _LONGEST_LINE = 100_000
 """Maximum bytes of a printed line, and of an error's text."""
@@ -302,15 +315,49 @@ class LuaInterpreter:
             return False, f"require '{_text(name)}': {missing}".encode("utf-8", "replace")
         return True, source
 
-    def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
+    def _given(self, kinds: bytes | None, values: tuple[Any, ...]) -> list[Any]:
+        """Return the arguments of a call.
+
+        Args:
+            kinds: a letter for each value: `_ALONE`, or a kind of list of numbers that `values.lua` has packed in a
+                string: ``d`` of floats, ``j`` of integers, ``m`` of both. None: all are alone.
+            values: from Lua.
+        """
+        if kinds is None:
+            return [self._from_lua(value) for value in values]
+        return [
+            self._from_lua(value) if kind == _ALONE else self._numbers(kind, value)
+            for kind, value in zip(kinds, values, strict=True)
+        ]
+
+    def _numbers(self, kind: int, data: bytes) -> list[int | float]:
+        """Return the numbers of a list that Lua has packed."""
+        if kind == _MIXED:
+            size = _PACKED * (1 + _NUMBER)  # of a piece: letters, then numbers
+            found: list[int | float] = []
+            for start in range(0, len(data), size):
+                piece = data[start : start + size]
+                count = len(piece) // (1 + _NUMBER)
+                letters = piece[:count].replace(b"j", b"q").decode()
+                found += struct.unpack(f"={letters}", piece[count:])
+            return found
+        numbers = array("d" if kind == _FLOATS else "q", data)
+        if len(numbers) <= _MANY:
+            return cast("list[int | float]", numbers.tolist())
+        found = []
+        for piece in self._pieces(numbers):
+            found += piece
+        return found
+
+    def _invoke(self, level: int, name: bytes, kinds: bytes | None = None, *values: Any) -> tuple[Any, ...]:
         """Run one function of the API and return ``(status, ...)`` as `sandbox.lua` defines it; never raise an
-        exception.
+        exception. `kinds` and `values`: its arguments, see `_given`.
 
         Lua's ``pcall`` would pass an exception to the script as an object, and the log would not show it.
         """
         function = self._names.get(name) or _text(name)
         try:
-            results = self._api.invoke(function, [self._from_lua(value) for value in arguments])
+            results = self._api.invoke(function, self._given(kinds, values))
             if len(self._names) < _MOST_NAMES:
                 self._names[name] = function
             if results.__class__ is not tuple:

@@ -31,8 +31,8 @@ local coresume, yield, isyieldable, costatus =
     coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
 local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
-local pack, unpack, find, gmatch, gsub, match, lower, mathtype, rawequal = table.pack, table.unpack, string.find,
-    string.gmatch, string.gsub, string.match, string.lower, math.type, rawequal
+local pack, unpack, find, gmatch, gsub, match, lower, rawequal = table.pack, table.unpack, string.find, string.gmatch,
+    string.gsub, string.match, string.lower, rawequal
 local getinfo, upvaluename, join = debug.getinfo, debug.getupvalue, debug.upvaluejoin
 
 local depth, level, report, enter = 0, 0, nil, nil
@@ -43,26 +43,8 @@ local watching = part("watch")(late)
 local where, look, begin, arm, disarm =
     watching.where, watching.look, watching.begin, watching.arm, watching.disarm
 
--- Refuses what cannot leave the script: keys of tables are text or whole numbers.
-local function check(value, nesting)
-    local kind = type(value)
-    if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
-    if kind ~= "table" then return end
-    if nesting > max_depth then error(where() .. "has a table nested too deeply, or within itself", 0) end
-    for key, item in next, value do
-        if mathtype(key) ~= "integer" and type(key) ~= "string" then
-            local what = mathtype(key) and "number with a fraction" or type(key)
-            error(where() .. "a table with a " .. what .. " as a key cannot leave the script; keys are text or whole "
-                .. "numbers", 0)
-        end
-        if mathtype(item) == nil then check(item, nesting + 1) end
-    end
-end
-
-local function plain_all(...)
-    for i = 1, select("#", ...) do check((select(i, ...)), 1) end
-    return ...
-end
+local values = part("values")(where, max_depth)
+local plain_all, leaving = values.plain_all, values.leaving
 
 local function finish(status, ...)
     if status == true then return ... end
@@ -77,11 +59,11 @@ local function finish(status, ...)
     error(where() .. (...), 0)
 end
 
-local replace_string                                            -- see `in_place.lua`
+local replace_string                                            -- see `values.lua`
 
 local function bind(bound_name)
     local function call(...)
-        return finish(invoke(isyieldable() and level or 0, bound_name, plain_all(...)))
+        return finish(invoke(isyieldable() and level or 0, bound_name, leaving(...)))
     end
     if bound_name ~= "sim.transformImage" then return call end
     return function(image, ...)
@@ -129,7 +111,7 @@ local world = {
     select = select, tonumber = tonumber, tostring = tostring, type = type, unpack = unpack, _VERSION = _VERSION,
 }
 world._G = world
-replace_string = part("in_place")(world)
+replace_string = values.replacing(world)
 
 function world.setmetatable(object, meta)
     if type(meta) == "table" and rawget(meta, "__gc") ~= nil then error("finalizers (__gc) are not available", 2) end

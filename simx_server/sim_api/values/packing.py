@@ -27,7 +27,8 @@ def pack(letter: str, values: Sequence[float | None], start: int, count: int) ->
     """Return numbers as bytes; integers wrap as in C and lose their fraction, floats that are too large become
     infinite, and nil is 0.
     """
-    numbers = np.array([value or 0 for value in _span(values, start, count)], np.float64)
+    chosen = _span(values, start, count)
+    numbers = np.array([value or 0 for value in chosen] if None in chosen else chosen, np.float64)
     if letter in _INTEGERS:
         bits = _INTEGERS[letter]
         np.trunc(numbers, out=numbers)

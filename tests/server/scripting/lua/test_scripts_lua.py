@@ -140,6 +140,49 @@ def test_long_tables_cross_in_pieces_exactly() -> None:
     assert (len(named), named["key"], named[count]) == (count + 1, 1, count - 1)
 
 
+class Recorder(LuaEchoApi):
+    """Keeps the arguments of each call."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.calls: list[list[Any]] = []
+
+    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
+        self.calls.append(arguments)
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "given"),
+    [
+        ("{1, 2, 3}", [[1, 2, 3]]),
+        ("{1.5, -0.0, 1/0}", [[1.5, -0.0, float("inf")]]),
+        ("{1, 2.0, 3}, 7", [[1, 2.0, 3], 7]),
+        ("nil, {}, 'x', {math.mininteger, math.maxinteger}", [None, [], b"x", [-(1 << 63), (1 << 63) - 1]]),
+        ("{1, 2, name = 3}, {1, nil, 3}", [{1: 1, 2: 2, "name": 3}, {1: 1, 3: 3}]),
+        ("{'10', 2}, {true, 1}, {{1.0, 2}, {}}", [[b"10", 2], [True, 1], [[1.0, 2], []]]),
+        ("backwards", [[3, 2, 1]]),
+        ("long(500, 1), long(500, 0.5)", [list(range(1, 501)), [i / 2 for i in range(1, 501)]]),
+        ("long(500, 1, 0.5)", [[0.5 if i == 250 else i for i in range(1, 501)]]),
+        ("long(7000, 1)", [list(range(1, 7001))]),
+        ("lying", [[1, 2]]),
+    ],
+)
+def test_lists_of_numbers_reach_functions_with_their_types(arguments: str, given: list[Any]) -> None:
+    api = Recorder()
+    interpreter = LuaInterpreter("test.lua", api, time_limit=1.0)
+    interpreter.run(b"""
+        backwards = {} for i = 3, 1, -1 do backwards[i] = 4 - i end
+        lying = setmetatable({1, 2}, {__index = function() return 9 end, __len = function() return 5 end})
+        function long(count, factor, middle)
+            local list = {} for i = 1, count do list[i] = i * factor end
+            if middle then list[count // 2] = middle end
+            return list
+        end""")
+    interpreter.evaluate(f"sim.echo({arguments})".encode())
+    assert repr(api.calls) == repr([given])  # 1 is not 1.0, -0.0 is not 0.0
+
+
 def test_tables_with_names_are_dicts_both_ways() -> None:
     interpreter = script(
         "function f(t) return t.a, t.b.c, t end function g() return {x = {1, y = 2}, z = {}} end"
