@@ -1,7 +1,8 @@
 """Cameras at one pose, such as the colour and depth cameras of one device: they share their images.
 
 A program that wants the colours and the objects of one place has two sensors there, and handles both in each step:
-their images come from one drawing.
+their images come from one drawing. V-REP's poses have single precision, so two sensors at one place of a moving hand
+differ in the seventh digit.
 """
 
 from __future__ import annotations
@@ -11,8 +12,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import mujoco
+import numpy as np
 
 from simx_server.scene.cameras.image import CameraView
+
+_ROUNDING = 1e-6
+"""Metres, and parts of unit vectors, by which two poses in single precision may differ that are meant to be one."""
 
 _MOST = 64
 """Places that are known; a sensor whose view changes in each step has a new one each time."""
@@ -30,18 +35,19 @@ class CameraPlaces:
         if view.viewpoint is not None:
             return view
         if self._model is not model:
-            poses = [_pose(data, camera_id) for camera_id in range(model.ncam)]
-            self._firsts = {camera_id: poses.index(pose) for camera_id, pose in enumerate(poses)}
+            poses = np.hstack((data.cam_xpos, data.cam_xmat))
+            alike = [np.all(np.abs(poses - pose) <= _ROUNDING, axis=1) for pose in poses]
+            self._firsts = {camera_id: int(np.argmax(each)) for camera_id, each in enumerate(alike)}
             self._model = model
         camera_id = view.camera_id
         first = self._firsts.get(camera_id, camera_id)
-        if first == camera_id or _pose(data, first) != _pose(data, camera_id):
+        if first == camera_id or not _are_alike(data, first, camera_id):
             return view
         return replace(view, camera_id=first)
 
 
-def _pose(data: mujoco.MjData, camera_id: int) -> bytes:
-    return data.cam_xpos[camera_id].tobytes() + data.cam_xmat[camera_id].tobytes()
+def _are_alike(data: mujoco.MjData, one: int, other: int) -> bool:
+    return all(np.abs(each[one] - each[other]).max() <= _ROUNDING for each in (data.cam_xpos, data.cam_xmat))
 
 
 class Requested(NamedTuple):

@@ -13,7 +13,7 @@ from camera_world import FRONT, SCENE, load
 from simx_server.scene.cameras.image import CameraView
 from simx_server.sensors.opengl import renderer as opengl
 from simx_server.sensors.opengl.renderer import OpenGLRenderer
-from simx_server.sensors.vision.shared_cameras import ViewPairs
+from simx_server.sensors.vision.shared_cameras import CameraPlaces, ViewPairs
 
 __all__ = ["make_renderer", "opengl_name"]
 
@@ -45,6 +45,14 @@ def test_views_of_other_places_are_no_pair() -> None:
         for version in range(3):
             assert pairs.requested(FRONT, 0, version) is None
             assert pairs.requested(other, 1, version) is None
+
+
+@pytest.mark.parametrize(("distance", "camera"), [(1e-7, 0), (1e-5, 1)])
+def test_cameras_that_differ_by_rounding_are_at_one_place(distance: float, camera: int) -> None:
+    eyes = f'<camera name="one"/><camera name="other" pos="0 0 {distance}"/>'
+    model, data = load(f"<mujoco><worldbody>{eyes}<geom size='1'/></worldbody></mujoco>")
+    view = dataclasses.replace(FRONT, camera_id=1)
+    assert CameraPlaces().by_first(model, data, view).camera_id == camera
 
 
 def differing_pixels(renderer, data: mujoco.MjData, view: CameraView, coded: CameraView) -> list[int]:
