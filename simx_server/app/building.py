@@ -25,6 +25,9 @@ from simx_server.parts.custom_data import CustomData
 from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
+from simx_server.parts.machine.outside import Outside
+from simx_server.parts.machine.programs import Programs
+from simx_server.parts.machine.serial_ports import SerialPorts
 from simx_server.parts.object_settings import ObjectSettings
 from simx_server.parts.origins import Origins
 from simx_server.parts.parameters import Parameters
@@ -70,6 +73,7 @@ def build_world(
     sources: Sources | None = None,
     own_scene: Path | None = None,
     allows_code: bool = False,
+    allows_machine: bool = False,
     needs_seccomp: bool = True,
     tries_all: bool = False,
     arguments: tuple[str, ...] = (),
@@ -85,6 +89,7 @@ def build_world(
         sources: further places to search the files that scenes and models reference.
         own_scene: the scene that the server starts with; the operator trusts the files that it references.
         allows_code: scripts may run code that clients send.
+        allows_machine: scripts may start programs and open serial ports.
         needs_seccomp: Python scripts do not run where the kernel cannot restrict their system calls.
         tries_all: the operator's own files are tried in a child process too.
         arguments: of the server, for programs that read them as string parameters.
@@ -109,6 +114,7 @@ def build_world(
     trials = Trials(sim, tries_all=tries_all)
     object_settings = ObjectSettings(sim)
     paths = Paths(sim)
+    outside = Outside()
     user_interface = UserInterface(sim, status_bar, trials)
 
     script_ports = ScriptPorts(sim, status_bar)
@@ -158,6 +164,9 @@ def build_world(
         tubes=Tubes(sim),
         wireless=Wireless(sim),
         semaphores=Semaphores(),
+        outside=outside,
+        serial_ports=SerialPorts(sim, outside, is_allowed=allows_machine),
+        programs=Programs(outside, files.workspace, is_allowed=allows_machine),
         script_parameters=ScriptParameters(sim),
         script_ports=script_ports,
         written_files=WrittenFiles(sim, store, status_bar),
@@ -217,6 +226,7 @@ def build_world(
         world.wireless,
         world.script_parameters,
         world.script_ports,
+        world.serial_ports,
         world.user_interface,
         world.graphs,
         world.scripts,

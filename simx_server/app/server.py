@@ -86,6 +86,7 @@ def open_world(
         sources=sources_of(settings),
         own_scene=scene.resolve(),
         allows_code=settings.allow_code,
+        allows_machine=settings.allow_machine,
         needs_seccomp=not settings.unconfined_scripts,
         tries_all=settings.check_files,
         arguments=settings.arguments,
@@ -276,7 +277,7 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
         try:
             opened = Opened(LogReader(recording), folder)
             recorded = opened.settings(settings)
-            world = open_world(recorded, stack, lambda world, _: opened.attach(world.simulation), rendering)
+            world = open_world(recorded, stack, lambda world, _: opened.attach(world), rendering)
             attach_outputs(world, settings, stack, opened.began)
             moment = None
             if settings.snapshot is not None:

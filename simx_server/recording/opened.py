@@ -9,9 +9,10 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
+from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 
@@ -20,13 +21,15 @@ from simx_server.scene.formats.urdf.reading import is_urdf
 from simx_server.scene.formats.urdf.xacro_files import is_xacro
 from simx_server.settings.conflicts import DECISIVE
 from simx_server.settings.settings import SettingError, Settings
-from simx_server.simulation.simulation import Simulation
 
 from .. import __version__
 from ..errors import CommandError
 from .log_file import LogError, LogReader
 from .recorder import OUTSIDE
 from .records import BEHAVIOUR, Kind, Record
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +41,9 @@ _MANY_IMAGES = "pictures=10000000"
 
 _EVENTS = (Kind.JOINED, Kind.JOINED_ZMQ, Kind.LEFT, Kind.STEPPING_LOST, Kind.BATCH)
 """Events that may also have come while a script ran."""
+
+_TAKEN = (Kind.FILE, Kind.FOUND, Kind.OUTSIDE)
+"""Records that are used as soon as they are read."""
 
 _PARTS = (Kind.STATE, Kind.WITHIN)
 """Records that tell something of the event before them, or of the simulation step after it."""
@@ -52,6 +58,8 @@ class Opened:
         self._records = iter(reader)
         self._folder = folder.resolve()
         self._found: dict[tuple[str, bool], Path] = {}
+        self._answers: deque[list[Any]] = deque()
+        """Answers from outside that were recorded before the next event."""
         self._xacro = ""
         """Name of the first xacro file."""
         self._allows_code = True
@@ -98,8 +106,11 @@ class Opened:
         except (SettingError, AttributeError, TypeError, ValueError) as error:
             raise LogError(f"the recording's header cannot be used: {error}") from None
 
-    def attach(self, simulation: Simulation) -> None:
-        """Make file names refer to the recorded files."""
+    def attach(self, world: World) -> None:
+        """Make file names refer to the recorded files, and repeat the recorded answers from outside."""
+        simulation = world.simulation
+        if self.header.get("outside"):  # old recordings lack such answers
+            world.outside.repeat(self._answers)
         sources = self._sources(simulation.files.sources)
         # A refused file may still be present, as a part of the scene that the server started with.
         is_old = self.header.get("sources") is None
@@ -113,7 +124,7 @@ class Opened:
             belonging: list[Record] = []
             following: Record | None = None
             for record in self._records:
-                if record[0] in (Kind.FILE, Kind.FOUND):
+                if record[0] in _TAKEN:
                     self._take(record)
                 elif record[0] in _PARTS or (record[0] in _EVENTS and record[1] != OUTSIDE):
                     belonging.append(record)
@@ -126,7 +137,7 @@ class Opened:
     def _take_files(self) -> Record | None:
         """Extract the files at the start; return the first event."""
         for record in self._records:
-            if record[0] not in (Kind.FILE, Kind.FOUND):
+            if record[0] not in _TAKEN:
                 return record
             self._take(record)
         return None
@@ -144,7 +155,9 @@ class Opened:
                     self._check_code()
             case [_, text, is_model, path]:
                 self._found[text, is_model] = self._own(path)
-            case _:  # callers give these two kinds alone
+            case [_, answer]:
+                self._answers.append(answer)
+            case _:  # callers give these three kinds alone
                 pass
 
     def _check_code(self) -> None:

@@ -13,6 +13,7 @@ import hashlib
 import platform
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +76,7 @@ class Recorder(Watcher):
             "mujoco": mujoco.__version__,
             "behaviour": BEHAVIOUR,
             "physics_points": True,
+            "outside": True,
             "machine": platform.machine(),
             "python": platform.python_version(),
             "began": self.began,
@@ -98,6 +100,7 @@ class Recorder(Watcher):
         self._world = world
         simulation = world.simulation
         simulation.attach(self)
+        world.outside.listen(partial(self._log.put, Kind.OUTSIDE))
 
         def find_and_note(text: str, is_model: bool) -> Path:
             found = before(text, is_model)

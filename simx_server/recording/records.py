@@ -92,6 +92,9 @@ class Kind(IntEnum):
     STEPPING_LOST = 17
     """point, number: the server ended the stepped mode of a client that was silent."""
 
+    OUTSIDE = 18
+    """values: what a script or client got from outside, such as bytes of a serial port; see `Outside`."""
+
 
 Record = list[Any]
 
@@ -128,5 +131,6 @@ _FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
     Kind.WITHIN: (_NUMBER, (bytes, str)),
     Kind.RESUMED: (_TEXT, (list,)),
     Kind.STEPPING_LOST: (_NUMBER, _NUMBER),
+    Kind.OUTSIDE: ((list,),),
 }
 _LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -16,7 +16,17 @@ if TYPE_CHECKING:
     """Fields, and what is wrong with them."""
 
 DECISIVE = (
-    *("time_step", "arguments", "seed", "planner", "command_server", "allow_code", "limit", "history"),
+    *(
+        "time_step",
+        "arguments",
+        "seed",
+        "planner",
+        "command_server",
+        "allow_code",
+        "allow_machine",
+        "limit",
+        "history",
+    ),
 )
 """Fields that, beside the scene, determine a simulation: a recording stores them, for its replays."""
 

@@ -275,6 +275,7 @@ class Settings:
     unconfined_scripts: bool = _setting(
         False, "Python scripts run where the kernel lacks seccomp too", is_told_elsewhere=True
     )
+    allow_machine: bool = _setting(False, "scripts may start programs and open serial ports")
     check_files: bool = _setting(
         False, "try all files in a child process before they are loaded, not clients' alone"
     )

@@ -68,6 +68,11 @@ class ApiPart:
         """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before."""
         self._world.scripts.say_once(text)
 
+    def _wall_clock(self) -> float:
+        """Return seconds since an arbitrary moment; a recording has them, and a replay repeats them."""
+        (seconds,) = self._world.outside.ask(lambda: [time.monotonic()], float)
+        return seconds
+
     @contextmanager
     def _at_no_cost(self) -> Generator[None]:
         """Work within a separate time limit: the time does not count against the script's limit."""

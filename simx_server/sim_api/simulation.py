@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import time
 
 from simx_client.protocol import constants as c
 from simx_server.editing.saving.packing import pack_model
@@ -137,12 +136,12 @@ class SimulationFunctions(ApiPart, effect="changes"):
     @reads
     def getSystemTime(self) -> float:
         """Return seconds of the wall clock since an arbitrary moment."""
-        return time.monotonic()
+        return self._wall_clock()
 
     @reads
     def getSystemTimeInMs(self, since: int = -1) -> int:
         """Return milliseconds of the wall clock; with an earlier result, those since then. -1, -2: the clock itself."""
-        now = int(time.monotonic() * 1000) % _MILLISECONDS
+        now = int(self._wall_clock() * 1000) % _MILLISECONDS
         return now if since < 0 else (now - since) % _MILLISECONDS
 
     getSystemTimeInMilliseconds = getSystemTimeInMs

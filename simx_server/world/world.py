@@ -23,6 +23,9 @@ from simx_server.parts.custom_data import CustomData
 from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
+from simx_server.parts.machine.outside import Outside
+from simx_server.parts.machine.programs import Programs
+from simx_server.parts.machine.serial_ports import SerialPorts
 from simx_server.parts.object_settings import ObjectSettings
 from simx_server.parts.origins import Origins
 from simx_server.parts.parameters import Parameters
@@ -81,6 +84,9 @@ class World:
     tubes: Tubes
     wireless: Wireless
     semaphores: Semaphores
+    outside: Outside
+    serial_ports: SerialPorts
+    programs: Programs
     script_parameters: ScriptParameters
     script_ports: ScriptPorts
     written_files: WrittenFiles

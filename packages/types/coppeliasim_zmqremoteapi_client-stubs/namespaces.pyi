@@ -3150,29 +3150,38 @@ class Sim(SimConstants):
     def sendModuleMessage(self, message: int, values: Any = None, text: Any = None, /) -> int:
         """Return -1: no plug-in receives messages."""
     def launchExecutable(self, file: str, arguments: str | None = '', shown: int | None = 1, /) -> int:
-        """Return -1, V-REP's result when a program cannot be started. Not here: scripts start no programs;
-        the log says which one to start."""
+        """Start a program in the workspace and return 1, or -1 if it cannot be started. The file is one of
+        the workspace, or a command that the system finds, which may have @ in front. It goes on when the
+        server ends. A server needs --allow-machine for it; a replay starts none."""
     def systemSemaphore(self, key: str, acquire: bool | int, /) -> Any:
         """Acquire or release a semaphore that all simulations of this user on this machine share; the end of
         a server releases those that it has. A thread of a script waits until it is free, other calls fail."""
     def serialOpen(self, port: str, baud_rate: int | None = 9600, /) -> int:
-        """Return -1, V-REP's result when a port cannot be opened. Not here: scripts reach no serial ports."""
-    def serialClose(self, port: int, /) -> int:
-        """Return -1. Stand-in: no serial port is open."""
+        """Open a serial port, such as /dev/ttyUSB0, with 8 data bits and without parity; return its handle,
+        or -1 if it cannot be opened. The end of the run closes it. A server needs --allow-machine for it, and
+        the extra `serial`; a recording has what was read."""
+    def serialClose(self, port: int, /) -> None:
+        """Close a serial port."""
     def serialSend(self, port: int, data: bytes | bytearray | str, /) -> int:
-        """Return -1. Stand-in: no serial port is open."""
-    def serialRead(self, port: int, length: int, blocking: bool | int | None = False, /) -> None:
-        """Return nil. Stand-in: no serial port is open."""
+        """Send data and return how many bytes the device has taken, -1 if the device is gone."""
+    def serialRead(self, port: int, length: int, blocking: bool | int | None = False, closing: bytes | bytearray | str | None = ..., seconds: _Float | None = 0.0, /) -> Any:
+        """Return the received bytes, at most `length`. A blocking read waits in a thread until that many are
+        there, until `closing` was received, which belongs to the result, or for some seconds of the wall
+        clock (0: any time)."""
     def serialCheck(self, port: int, /) -> int:
-        """Return -1. Stand-in: no serial port is open."""
+        """Return how many received bytes wait to be read, -1 if the device is gone."""
     def serialPortOpen(self, port: str, baud_rate: int | None = 9600, /) -> int:
-        """Return -1, V-REP's result when a port cannot be opened. Not here: scripts reach no serial ports."""
-    def serialPortClose(self, port: int, /) -> int:
-        """Return -1. Stand-in: no serial port is open."""
+        """Open a serial port, such as /dev/ttyUSB0, with 8 data bits and without parity; return its handle,
+        or -1 if it cannot be opened. The end of the run closes it. A server needs --allow-machine for it, and
+        the extra `serial`; a recording has what was read."""
+    def serialPortClose(self, port: int, /) -> None:
+        """Close a serial port."""
     def serialPortSend(self, port: int, data: bytes | bytearray | str, /) -> int:
-        """Return -1. Stand-in: no serial port is open."""
-    def serialPortRead(self, port: int, length: int, blocking: bool | int | None = False, /) -> None:
-        """Return nil. Stand-in: no serial port is open."""
+        """Send data and return how many bytes the device has taken, -1 if the device is gone."""
+    def serialPortRead(self, port: int, length: int, blocking: bool | int | None = False, closing: bytes | bytearray | str | None = ..., seconds: _Float | None = 0.0, /) -> Any:
+        """Return the received bytes, at most `length`. A blocking read waits in a thread until that many are
+        there, until `closing` was received, which belongs to the result, or for some seconds of the wall
+        clock (0: any time)."""
     def handleChildScripts(self, call_type: int | None = 2, /, *values: Any) -> int:
         """Call a phase of all child scripts with these values and return how many have it. Before actuation
         their threads are resumed. Partly: init and cleanup are called automatically, and count as 0."""

@@ -66,7 +66,7 @@ def state_after(recording: Path, step: int, chosen: Settings) -> Named:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-diff-")))
         opened = Opened(LogReader(recording), folder)
         settings = opened.settings(chosen)
-        world = open_world(settings, stack, lambda world, _: opened.attach(world.simulation))
+        world = open_world(settings, stack, lambda world, _: opened.attach(world))
         replay(opened, world, settings.history, last_step=step)
         return Named(world.simulation.time, _values(world))
 

@@ -6,7 +6,6 @@ resumed once per simulation step, before the actuation of the scripts without th
 
 from __future__ import annotations
 
-import time
 from collections.abc import Generator
 
 from simx_server.errors import CommandError
@@ -47,7 +46,7 @@ class ThreadFunctions(ApiPart, effect="changes"):
             raise CommandError(f"a time to wait is a number not below 0, not {seconds}")
 
         def now() -> float:
-            return self._sim.time if simulation_time else time.monotonic()
+            return self._sim.time if simulation_time else self._wall_clock()
 
         start = now()
         # Rounding must not add a simulation step to a whole number of them.

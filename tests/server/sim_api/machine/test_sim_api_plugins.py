@@ -46,17 +46,3 @@ def test_a_plug_in_has_the_servers_version(world: ScriptWorld) -> None:
     assert world.value("sim.sendModuleMessage(0, {}, '')") == -1
     world.goes_on("sim.getModuleInfo('ROS', 0)", "no plug-in 'ROS'; plug-ins here are IK, OMPL")
     world.goes_on("sim.getModuleInfo('IK', 9)", "those are 0 to 4")
-
-
-def test_a_program_is_not_started_and_the_log_names_it(world: ScriptWorld) -> None:
-    assert world.value("sim.launchExecutable('robotClient', '19999 7', 0)") == -1
-    assert world.parts.status_bar.messages[-1] == (
-        "scripts start no programs on this server: start 'robotClient' yourself (arguments: 19999 7)"
-    )
-
-
-def test_serial_ports_do_not_open(world: ScriptWorld) -> None:
-    assert world.value("sim.serialOpen('COM3', 115200)") == -1
-    for call in ("serialClose(0)", "serialSend(0, 'x')", "serialCheck(0)"):
-        world.goes_on(f"sim.{call}", "no serial port is open", -1)
-    world.goes_on("sim.serialRead(0, 3)", "no serial port is open")
