@@ -40,6 +40,7 @@ RANGES: Mapping[str, int] = MappingProxyType(
         **counted("dynamicsimicon", "none objectisdynamicallysimulated"),
         "handleflag_handlemask": 0x003F_FFFF,
         "handleflag_flagmask": 0x0FC0_0000,
+        "handleflag_camera": 0x0040_0000,
     }
 )
 """The original's numbers; the server chooses its handles otherwise."""

@@ -86,6 +86,7 @@ from .stand_ins.ros_bridge import RosBridgeFunctions
 from .stand_ins.window import WindowFunctions
 from .user_interface.old_uis import CustomUIFunctions
 from .user_interface.sim_ui_namespace import SimUi
+from .user_interface.text_editors import TextEditorFunctions
 from .user_interface.views import ViewFunctions
 from .values.bits import BitFunctions
 from .values.buffers import BufferFunctions
@@ -129,6 +130,7 @@ class SimApi(
     TablePropertyFunctions,
     SelectionFunctions,
     ViewFunctions,
+    TextEditorFunctions,
     WindowFunctions,
     VisionFunctions,
     ImageFileFunctions,

@@ -50,7 +50,7 @@ from simx_server.service.monitoring import report
 from simx_server.simulation.part import Part
 from simx_server.simulation.simulation import SimulationState
 
-from .inspection import script_views, sensing, shipped_files
+from .inspection import plot_of, script_views, sensing, shipped_files
 from .messages import (
     ADD_ON,
     FILES,
@@ -342,6 +342,9 @@ class Feed(Part):
         shown["status_bar"] = [text[:_MOST_LETTERS] for text in shown["status_bar"][-_MOST_LINES:]]
         for console in shown["consoles"]:
             console["lines"] = [line[:_MOST_LETTERS] for line in console["lines"][-_MOST_LINES:]]
+        for view in shown["views"]["floating"]:
+            if view["kind"] == ObjectKind.GRAPH:
+                view["plot"] = plot_of(self._world.graphs.get(view["shown"])).view()
         return shown
 
     def _streams(self) -> list[StreamView]:

@@ -1,4 +1,4 @@
-"""Tell the web viewer about scripts with their errors, readings of sensors as lines, and files."""
+"""Tell the web viewer about scripts with their errors, graphs, readings of sensors as lines, and files."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.files.library import list_models, list_scenes
+from simx_server.parts.user_interface.contents.plot import Curve, Plot
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.interpreter import ScriptError
 
 from .messages import Files, Ray, ScriptView, Sensing
 
 if TYPE_CHECKING:
+    from simx_server.parts.graphs.streams import Graph
     from simx_server.scripting.script import Script
     from simx_server.world.world import World
 
@@ -23,6 +25,27 @@ _MOST_LETTERS = 600
 _MOST_SENSORS = 300
 _LINE = re.compile(r":(\d+):")
 """In an error's text, ``name:line: the reason``."""
+
+
+_INVISIBLE, _UNLISTED, _POINTS = 1, 2, 4
+"""Options of a stream."""
+
+
+def plot_of(graph: Graph) -> Plot:
+    """Return the streams of a graph over time."""
+    plot = Plot(labels=["s", ""], has_legend=True)
+    for stream in graph.streams.values():
+        if not stream.options & _INVISIBLE:
+            samples = stream.data()
+            red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in stream.color)
+            plot.curves[stream.name] = Curve(
+                color=(red, green, blue),
+                style="scatter" if stream.options & _POINTS else "line",
+                is_in_legend=not stream.options & _UNLISTED,
+                x=[time for time, _ in samples],
+                y=[value for _, value in samples],
+            )
+    return plot
 
 
 def script_views(world: World) -> list[ScriptView]:

@@ -2607,35 +2607,62 @@ class Sim(SimConstants):
         """Return the object selected last, -1 when nothing is selected."""
     def getObjectSelectionSize(self) -> int: ...
     def setNavigationMode(self, mode: int, /) -> int:
-        """Keep the mode of the mouse and return 1. Stand-in: a web viewer is moved by the person who looks at
-        it."""
+        """Set what the mouse does in web viewers and return 1: sim.navigation_objectshift shows arrows at the
+        selected object, by which it is dragged, sim.navigation_objectrotate rings. Partly: modes for cameras
+        have no effect, since each browser moves its camera by the buttons of the mouse."""
     def getNavigationMode(self) -> int:
-        """Return the mode of the mouse. Stand-in: it is the mode that a script has set, 0 at first."""
+        """Return the mode of the mouse that was set last, 0 at first."""
     def setPage(self, page: int, /) -> int:
-        """Keep the page of the window, 0 to 7, and return 1. Stand-in: no page is shown."""
+        """Turn to a page of the window, 0 to 7, and return 1. Web viewers show its floating views, and look
+        from the camera of its first view, which is the scene's first camera unless sim.adjustView chose
+        another one."""
     def getPage(self) -> int:
-        """Return the page of the window. Stand-in: it is the page that a script has set, 0 at first."""
+        """Return the page of the window."""
     def adjustView(self, view: int, handle: int, options: int, label: str | None = None, /) -> int:
-        """Keep which object a view shows, and return 1, or 0 for a view that does not exist. The view is the
-        handle of a floating one, or the index of one of the page; bit 8 of the options only asks whether it
-        exists. Stand-in: nothing is drawn in the view."""
-    def cameraFitToView(self, view: int, handles: _Ints | None = None, /, *options: Any) -> int:
-        """Return 1. Stand-in: cameras keep their places."""
+        """Show a camera, vision sensor or graph in a view, or nothing with -1, and return 1; 0 without such a
+        view. The view is the handle of a floating one, or the index of one of the page; web viewers show
+        floating ones, and look from the camera of view 0. Options: 64 the end of the run removes it, 256 only
+        return whether it exists (2, else 1), 512 only return what it shows."""
+    def cameraFitToView(self, view: int, handles: _Ints | None = None, options: int | None = 0, scaling: _Float | None = 1.0, /) -> int:
+        """Move the camera of a view so that its image shows objects, or all that is visible, as large as
+        possible, and return 1; 0 if the view shows no camera. `view`: as sim.adjustView, or a camera plus
+        sim.handleflag_camera. Options: 1 model bases do not stand for their models, 2 the image is a square.
+        `scaling`: of the opening angle."""
     def floatingViewAdd(self, x: _Float, y: _Float, width: _Float, height: _Float, options: int, /) -> int:
-        """Add a floating view and return its handle. Place and size are shares of the window, 0 to 1.
-        Stand-in: nothing is drawn in the view."""
+        """Add a floating view to the page and return its handle; web viewers show it. The place of its centre
+        and its size are shares of the window, 0 to 1, y from below. Option 2: it has no close button."""
     def floatingViewRemove(self, view: int, /) -> int:
-        """Remove a floating view and return 1, or 0 for one that does not exist. Stand-in: nothing was drawn
-        in it."""
+        """Remove a floating view and return 1, or 0 for one that does not exist."""
     def auxFunc(self, name: str, /, *values: Any) -> None:
         """Return nil. Stand-in: these functions belong to V-REP's window, such as `activateMainWindow`."""
     def fileDialog(self, mode: int, title: str, path: str, name: str, ending: str, text: str, /) -> None:
         """Return nil, as for a dialog that the user cancels. Stand-in: a script sees no files of the
         server."""
-    def textEditorOpen(self, text: str | None = '', properties: str | None = None, /) -> str:
-        """Return the text. Stand-in: the text stays as it is."""
-    def openTextEditor(self, text: str, properties: str | None = None, callback: str | None = None, /) -> int:
-        """Return -1, for an editor that could not be opened. Stand-in: the server has no editor."""
+    def textEditorOpen(self, text: str | None = '', properties: str | None = '', /) -> int:
+        """Open a window with a text and return its handle; web viewers show it, and people edit the text.
+        `properties`: XML, <editor title="..." editable="true" on-close="function" .../>. The function is
+        called when a person has closed the editor; its text can be read until sim.textEditorClose. Colours,
+        fonts and words that are completed are the browser's."""
+    def textEditorShow(self, handle: int, show: bool | int, /) -> int:
+        """Show or hide a text editor and return 1."""
+    def textEditorClose(self, handle: int, /) -> tuple[str, list[int], list[int]]:
+        """Close a text editor and return its text, position and size (pixels)."""
+    def textEditorGetInfo(self, handle: int, /) -> tuple[str, list[int], list[int], bool] | Any:
+        """Return text, position and size (pixels), and whether it is shown; nil for an editor that is
+        closed."""
+    def closeTextEditor(self, handle: int, /) -> tuple[str, list[int], list[int]]:
+        """Close a text editor and return its text, position and size (pixels)."""
+    def openTextEditor(self, text: str, properties: str | None = None, callback: str | None = None, /) -> Any:
+        """Open a text editor and return its handle. Without a function to call at its end, V-REP waited until
+        it was closed. Partly: the text is returned as it is then."""
+    def moduleEntry(self, handle: int, label: str | None = None, state: int | None = -1, /) -> int:
+        """Create an entry of the menu of modules (handle -1), change it, or remove it (state -2); return its
+        handle. Web viewers show the menu; a click calls the script's sysCall_moduleEntry({handle = ...}).
+        `label`: in front of that of a new entry stand names of menus, each on a line. `state`: 1 enabled, 2
+        checked, 4 checkable, -1 as before."""
+    def refreshDialogs(self, degree: int | None = 0, /) -> int:
+        """Return 1: all windows show the present values, since web viewers read them several times a
+        second."""
     def addBanner(self, text: str, size: _Float, options: int, /, *more: Any) -> int:
         """Return 1. Stand-in: banners are not drawn."""
     def removeBanner(self, banner: int, /) -> int:
@@ -2650,24 +2677,12 @@ class Sim(SimConstants):
         """Return 1. Stand-in: traces are not drawn."""
     def resetTracing(self) -> int:
         """Return 1. Stand-in: traces are not drawn."""
-    def textEditorShow(self, handle: int, show: bool | int, /) -> int:
-        """Return -1. Stand-in: the server has no text editor."""
-    def textEditorClose(self, handle: int, /) -> None:
-        """Return nil. Stand-in: the server has no text editor."""
-    def textEditorGetInfo(self, handle: int, /) -> None:
-        """Return nil. Stand-in: the server has no text editor."""
-    def closeTextEditor(self, handle: int, /) -> None:
-        """Return nil. Stand-in: the server has no text editor."""
     def setDebugWatchList(self, names: Sequence[str] | _Array | None = None, /) -> int:
         """Return 1. Stand-in: the server has no window for the variables of scripts."""
-    def refreshDialogs(self, degree: int | None = 0, /) -> int:
-        """Return 1. Stand-in: the server has no dialogs to refresh."""
     def registerScriptFunction(self, function: str, tip: str | None = '', /) -> int:
         """Return 1. Stand-in: it served V-REP's editor."""
     def registerScriptVariable(self, variable: str, /) -> int:
         """Return 1. Stand-in: it served V-REP's editor."""
-    def moduleEntry(self, handle: int, label: str | None = None, state: int | None = -1, /) -> int:
-        """Return the handle, or -1 for a new entry. Stand-in: the server has no menu of modules."""
     def lockInterface(self, locked: bool | int, /) -> int:
         """Return 0, that it was not locked. Stand-in: the server has no window."""
     def getLastError(self) -> None:

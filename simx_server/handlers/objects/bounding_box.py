@@ -62,7 +62,7 @@ def of_object(world: World, handle: int, *, whole_model: bool = False, with_volu
         box = own_box(world, instant, sim.scene.objects[each], with_volumes=with_volumes)
         if box is not None:
             place, turn = compose(back, frames.get_pose(sim, each))
-            corners.append(_corners(box) @ np.array(matrix(turn)).T + place)
+            corners.append(corners_of(box) @ np.array(matrix(turn)).T + place)
     if not corners:
         raise CommandError(f"no object of the model '{item.name}' counts for its bounding box")
     all_corners = np.concatenate(corners)
@@ -81,6 +81,6 @@ def _inside_model(world: World, base: int) -> Iterator[int]:
         waiting += scene.children(handle)
 
 
-def _corners(box: NDArray[np.float64]) -> NDArray[np.float64]:
+def corners_of(box: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (8, 3) the corners of a box."""
     return box[_CORNERS, _AXES]

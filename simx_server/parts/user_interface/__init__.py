@@ -20,10 +20,12 @@ from simx_server.simulation.part import Part
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
 from .consoles import Consoles
+from .contents.text_editors import TextEditor
 from .custom_ui_files import UIFileError, find_ui_file, read_ui_file
 from .custom_uis import CustomUI, CustomUIs
 from .dialogs import Dialogs
 from .labels import plain_label
+from .menu import ModuleMenu
 from .old_uis import OldUIs
 from .views import Views
 from .xml_windows import XmlWindows
@@ -55,6 +57,7 @@ class UserInterface(Part):
         self.dialogs = Dialogs(sim, self.custom_uis)
         self.windows = XmlWindows(sim)
         self.views = Views(sim)
+        self.menu = ModuleMenu(sim)
         self.mouse = (0, 0, 0)
         """x and y in pixels and the pressed buttons as bits, last reported by a web viewer; parameters 22, 23, 31."""
 
@@ -64,10 +67,12 @@ class UserInterface(Part):
         self.old_uis.forget()
         self.windows.scene_changed()
         self.views.scene_changed()
+        self.menu.scene_changed()
 
     def run_stopped(self) -> None:
         self.consoles.run_stopped()
         self.dialogs.run_stopped()
+        self.views.run_stopped()
 
     def scene_loaded(self) -> None:
         self._load_annotated()
@@ -113,7 +118,12 @@ class UserInterface(Part):
         return {
             "status_bar": self._status_bar.messages,
             "consoles": self.consoles.describe(),
-            "windows": [*old, *({**each.view(), "api": XML, "question": None} for each in self.windows)],
+            "windows": [
+                *old,
+                *({**each.view(), "api": XML, "question": _question(each)} for each in self.windows),
+            ],
+            "views": self.views.view(),
+            "menu": self.menu.view(),
         }
 
     def _load_annotated(self) -> None:
@@ -126,6 +136,11 @@ class UserInterface(Part):
                 logger.warning("the scene's UI '%s' is not there: %s", name, problem)
                 if isinstance(problem, LimitReached):
                     break  # the others would take as long, while clients wait
+
+
+def _question(window: object) -> str | None:
+    """Return what a window asks that opens above the scene; None for others."""
+    return "edit the text" if isinstance(window, TextEditor) and window.is_modal else None
 
 
 def _choose(name: str, uis: list[CustomUI]) -> CustomUI:

@@ -18,6 +18,8 @@ closeConsole  console                                close a console that its pr
 pressWidget   window, widget                         click a button, check box or radio button of a window of simUI
 enterValue    window, widget                text     enter a number or a text into any other widget
 closeWindow   window                                 close a window that its program lets people close
+closeView     floating view                          close a floating view that its program lets people close
+selectEntry   module entry                           select an entry of the menu of modules
 ============  ============================  =======  ====================================================
 """
 
@@ -53,6 +55,8 @@ class UserInterfaceAddOn:
                 "pressWidget": (2, 0, lambda ints, _: windows.get(ints[0]).press(ints[1])),
                 "enterValue": (2, 0, _with_text("enterValue", "value", lambda ui: windows.get(ui).enter)),
                 "closeWindow": (1, 0, lambda ints, _: windows.get(*ints).close()),
+                "closeView": (1, 0, lambda ints, _: interface.views.close_by_user(*ints)),
+                "selectEntry": (1, 0, lambda ints, _: interface.menu.select(*ints)),
             },
         )
 

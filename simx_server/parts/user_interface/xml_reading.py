@@ -65,11 +65,11 @@ def read_window(text: str) -> XmlWindow:
         raise CommandError(f"the XML of a UI must begin with <ui>, not <{str(root.tag)[:40]}>")
     window = XmlWindow(
         title=root.get("title", "Custom UI")[:MAX_TEXT],
-        is_closeable=_switch(root, "closeable", default=False),
+        is_closeable=switch(root, "closeable", default=False),
         events=_events(root),
-        position=_pair(root, "position", (50, 50)),
-        size=_pair(root, "size", (-1, -1)),
-        is_enabled=_switch(root, "enabled", default=True),
+        position=two_numbers(root, "position", (50, 50)),
+        size=two_numbers(root, "size", (-1, -1)),
+        is_enabled=switch(root, "enabled", default=True),
     )
     _add_children(window, root, None, 1)
     for widget in window.widgets.values():
@@ -99,18 +99,18 @@ def _widget(window: XmlWindow, element: ElementTree.Element, kind: str, parent: 
         raise CommandError(f"the UI has two widgets with id {widget.id}")
     window.widgets[widget.id] = widget
     widget.events = _events(element)
-    widget.is_enabled = _switch(element, "enabled", default=True)
-    widget.is_visible = _switch(element, "visible", default=True)
+    widget.is_enabled = switch(element, "enabled", default=True)
+    widget.is_visible = switch(element, "visible", default=True)
     default = _NO_TEXT if kind in _WITH_TEXT else ""
     title = element.get("title") if kind == "tab" else element.get("text", element.get("value"))
     widget.text = (default if title is None else title)[:MAX_TEXT]
     _read_numbers(widget, element)
     if kind == "button":
-        widget.is_checkable = _switch(element, "checkable", default=False)
-        widget.value = int(widget.is_checkable and _switch(element, "checked", default=False))
-        widget.is_exclusive = _switch(element, "auto-exclusive", default=False)
+        widget.is_checkable = switch(element, "checkable", default=False)
+        widget.value = int(widget.is_checkable and switch(element, "checked", default=False))
+        widget.is_exclusive = switch(element, "auto-exclusive", default=False)
     elif kind in ("checkbox", "radiobutton"):
-        widget.value = (2 if kind == "checkbox" else 1) * _switch(element, "checked", default=False)
+        widget.value = (2 if kind == "checkbox" else 1) * switch(element, "checked", default=False)
     elif kind == "tab" and parent is not None:
         widget.place = len(parent.items)
         parent.items.append(widget.text)
@@ -118,7 +118,7 @@ def _widget(window: XmlWindow, element: ElementTree.Element, kind: str, parent: 
         widget.items = [(item.text or "")[:MAX_TEXT] for item in element.findall("item")[:MAX_ITEMS]]
         widget.value = 0 if widget.items else -1
     elif kind == "text-browser":
-        widget.is_read_only = _switch(element, "read-only", default=True)
+        widget.is_read_only = switch(element, "read-only", default=True)
     elif kind == "table":
         _read_table(widget, element)
     return widget
@@ -131,7 +131,7 @@ def _read_numbers(widget: Widget, element: ElementTree.Element) -> None:
     widget.maximum = max(_number(element, "maximum", 100), widget.minimum)
     widget.step = _number(element, "step", 1)
     whole = all(each == int(each) for each in (widget.minimum, widget.maximum, widget.step))
-    widget.is_float = widget.kind == "spinbox" and _switch(element, "float", default=not whole)
+    widget.is_float = widget.kind == "spinbox" and switch(element, "float", default=not whole)
     widget.change(_number(element, "value", 0))
 
 
@@ -160,7 +160,7 @@ def _events(element: ElementTree.Element) -> dict[str, str]:
     return found
 
 
-def _switch(element: ElementTree.Element, key: str, *, default: bool) -> bool:
+def switch(element: ElementTree.Element, key: str, *, default: bool) -> bool:
     text = element.get(key)
     if text is None:
         return default
@@ -180,8 +180,8 @@ def _number(element: ElementTree.Element, key: str, default: float) -> float:
     return number
 
 
-def _pair(element: ElementTree.Element, key: str, default: tuple[int, int]) -> tuple[int, int]:
-    words = element.get(key, "").split(",")
+def two_numbers(element: ElementTree.Element, key: str, default: tuple[int, int]) -> tuple[int, int]:
+    words = re.split(r"[,\s]+", element.get(key, "").strip())
     try:
         first, second = (int(word) for word in words)
     except ValueError:

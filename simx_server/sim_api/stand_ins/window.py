@@ -8,8 +8,6 @@ from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 
 _DRAWN = "banners, ghosts and points of V-REP's window (sim.addBanner, sim.addGhost, sim.addPointCloud) are not drawn"
-_EDITORS = "the server has no text editor"
-_MENU = "entries of V-REP's menu of modules (sim.moduleEntry) are not shown"
 _MACHINERY = "functions and variables for V-REP's editor are not registered"
 
 
@@ -46,27 +44,8 @@ class WindowFunctions(ApiPart, effect="changes"):
         """Return 1. Stand-in: traces are not drawn."""
         return 1
 
-    def textEditorShow(self, _handle: int, _show: bool) -> int:
-        """Return -1. Stand-in: the server has no text editor."""
-        self._say_once(_EDITORS)
-        return -1
-
-    def textEditorClose(self, _handle: int) -> None:
-        """Return nil. Stand-in: the server has no text editor."""
-        self._say_once(_EDITORS)
-
-    def textEditorGetInfo(self, _handle: int) -> None:
-        """Return nil. Stand-in: the server has no text editor."""
-        self._say_once(_EDITORS)
-
-    closeTextEditor = textEditorClose
-
     def setDebugWatchList(self, _names: list[str] | None = None) -> int:
         """Return 1. Stand-in: the server has no window for the variables of scripts."""
-        return 1
-
-    def refreshDialogs(self, _degree: int = 0) -> int:
-        """Return 1. Stand-in: the server has no dialogs to refresh."""
         return 1
 
     def registerScriptFunction(self, _function: str, _tip: str = "") -> int:
@@ -78,11 +57,6 @@ class WindowFunctions(ApiPart, effect="changes"):
         """Return 1. Stand-in: it served V-REP's editor."""
         self._say_once(_MACHINERY)
         return 1
-
-    def moduleEntry(self, handle: int, _label: str | None = None, _state: int = -1) -> int:
-        """Return the handle, or -1 for a new entry. Stand-in: the server has no menu of modules."""
-        self._say_once(_MENU)
-        return handle
 
     def lockInterface(self, _locked: bool) -> int:
         """Return 0, that it was not locked. Stand-in: the server has no window."""

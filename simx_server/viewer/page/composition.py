@@ -27,6 +27,7 @@ from .panels.run import Run
 from .panels.scripts import Scripts
 from .panels.signals import Signals
 from .panels.time_slider import TimeSlider
+from .panels.views import FloatingViews
 from .panels.windows import Windows
 from .quiet_viser import renumber, set_title
 from .tools.files import Files
@@ -101,6 +102,7 @@ class Page:
             self._cameras = self._placed(
                 "the tab of cameras", lambda: Cameras(browser, hands, address, mirror)
             )
+            self._placed("the floating views", lambda: FloatingViews(browser, hands, address, mirror))
         with tabs.add_tab("Signals"):
             self._placed("the tab of signals", lambda: Signals(gui, hands, mirror))
         with tabs.add_tab("Dialogs"):

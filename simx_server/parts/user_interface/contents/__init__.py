@@ -1,1 +1,1 @@
-"""Contents of widgets that are more than a text or a number: plots and trees."""
+"""Contents of widgets that are more than a text or a number: plots, trees, edited texts."""

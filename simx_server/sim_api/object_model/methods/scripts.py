@@ -124,7 +124,7 @@ def set_event_filters(call: Call, filters: dict[str, Any]) -> None:
 
 @method("detachedScript", "setModuleEntry", "changes")
 def set_module_entry(call: Call, handle: int, options: Options = None) -> int:
-    """Return the handle of an entry of a menu, which the server does not have."""
+    """Create or change an entry of the menu of modules, and return its handle."""
     return call.sim.moduleEntry(handle, text_option(options, "label"), -1)
 
 

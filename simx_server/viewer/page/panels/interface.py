@@ -45,19 +45,22 @@ class Interface:
         self._opened = 0
         self._note = gui.add_html("")
         self._folders = {place: gui.add_folder(None) for place in (CUSTOM, XML, _CONSOLE)}
+        self._menu = _Menu(gui, hands)
         with gui.add_folder("Status bar"):
             self._status_bar = gui.add_html("")
 
     def update(self, survey: Survey, look: Look) -> None:
         """Update the elements."""
         shown = survey["interface"]
-        views = {(window["api"], window["handle"]): window for window in shown["windows"]}
+        windows = [each for each in shown["windows"] if each["visible"] or each["question"] is None]
+        views = {(window["api"], window["handle"]): window for window in windows}
         views |= {(_CONSOLE, console["handle"]): console for console in shown["consoles"]}
         for place in [each for each in self._shown if each not in views]:
             self._shown.pop(place).remove()
         for (place, handle), view in views.items():
             self._show(place, handle, view)
-        asked = [window for window in shown["windows"] if window["question"] is not None]
+        asked = [window for window in windows if window["question"] is not None]
+        self._menu.update(shown["menu"])
         self._say(asked, is_empty=not views)
         put(self._status_bar, content=_lines(shown["status_bar"], survey["messages"]))
 
@@ -84,6 +87,34 @@ class Interface:
         )
         note = note or (_NOTHING if is_empty else "")
         put(self._note, content=f"<div style='{_SMALL}'>{note}</div>", visible=bool(note))
+
+
+class _Menu:
+    """The menu of modules: a button for each entry."""
+
+    def __init__(self, gui: viser.GuiApi, hands: Hands) -> None:
+        self._gui, self._hands = gui, hands
+        self._folder = gui.add_folder("Modules", visible=False)
+        self._buttons: dict[int, viser.GuiButtonHandle] = {}
+
+    def update(self, entries: Sequence[dict[str, Any]]) -> None:
+        """Show these entries."""
+        put(self._folder, visible=bool(entries))
+        handles = {entry["handle"] for entry in entries}
+        for handle in [handle for handle in self._buttons if handle not in handles]:
+            self._buttons.pop(handle).remove()
+        for entry in entries:
+            label = ("☑ " if entry["checked"] else "") + " › ".join(entry["path"])
+            button = self._buttons.get(entry["handle"])
+            if button is None:
+                button = self._buttons[entry["handle"]] = self._make(label, entry["handle"])
+            put(button, label=label, disabled=not entry["enabled"])
+
+    def _make(self, label: str, handle: int) -> viser.GuiButtonHandle:
+        with self._folder:
+            button = self._gui.add_button(label or " ", order=handle)
+        button.on_click(lambda _: self._hands.do(lambda client: operate(client, "selectEntry", handle)))
+        return button
 
 
 class _Dialog:

@@ -51,7 +51,10 @@ def operate(client: Client, function: str, *numbers: int, text: str | None = Non
 def key_of(window: WindowView) -> tuple[object, ...]:
     """Return a key that changes when the elements must be made again."""
     widgets = tuple(
-        (each["id"], each["kind"], each["minimum"], each["maximum"], each["step"], tuple(each["items"]))
+        (
+            *(each["id"], each["kind"], each["minimum"], each["maximum"], each["step"], tuple(each["items"])),
+            each["kind"] == "text-browser" and each["enabled"],
+        )
         for each in window["widgets"]
     )
     return window["title"], window["closeable"], widgets
@@ -90,7 +93,7 @@ class Card:
     def _make(self, widget: _Widget) -> _Shown | None:
         makers = {
             "label": self._label,
-            "text-browser": self._label,
+            "text-browser": self._text_browser,
             "table": self._label,
             "plot": self._label,
             "tree": self._label,
@@ -160,6 +163,13 @@ class Card:
 
     def _edit(self, widget: _Widget) -> _Shown:
         box = self._gui.add_text("", widget["text"])
+        latest = self._entering(widget, box)
+        return _Shown(box, lambda each: put(box, value=each["text"]), latest)
+
+    def _text_browser(self, widget: _Widget) -> _Shown:
+        if not widget["enabled"]:
+            return self._label(widget)
+        box = self._gui.add_text("", widget["text"], multiline=True)
         latest = self._entering(widget, box)
         return _Shown(box, lambda each: put(box, value=each["text"]), latest)
 

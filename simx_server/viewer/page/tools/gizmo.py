@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 import viser
@@ -20,6 +21,9 @@ _SIZE = 0.15
 
 _MOVED = 1e-4
 """Metres, or a unit quaternion's difference, below which it stays."""
+
+_PARTS: Mapping[int, tuple[bool, bool]] = MappingProxyType({7: (True, False), 8: (False, True)})
+"""By mode of the mouse, sim.navigation_objectshift and ..._objectrotate: whether it has arrows, and rings."""
 
 _DRAGGED = ("body", "site", "camera")
 """Elements whose objects are posed alone."""
@@ -42,8 +46,12 @@ class Gizmo:
             False,
             hint="the selected one, by arrows and rings in the 3-D view; joints have sliders",
         )
-        self._handle = -1
+        self._handle = self._mode = self._drawn_mode = -1
         self._controls: viser.TransformControlsHandle | None = None
+
+    def navigate(self, mode: int) -> None:
+        """Follow the mode of the mouse that a script has set: arrows to shift, or rings to turn."""
+        self._mode = mode & 0xFF
 
     def update(
         self, copy: Copy, items: Mapping[int, tuple[str, int]], selection: list[int], *, is_past: bool
@@ -55,17 +63,25 @@ class Gizmo:
             selection: handles; exactly one is dragged.
             is_past: the page shows the past, in which nothing can be moved.
         """
-        handle = selection[0] if len(selection) == 1 and not is_past and self._is_on.value else -1
+        is_on = self._is_on.value or self._mode in _PARTS
+        handle = selection[0] if len(selection) == 1 and not is_past and is_on else -1
         element = items.get(handle, ("", -1))
         place = place_of(copy, *element) if element[0] in _DRAGGED else None
         if place is None:
             self._remove()
             return
-        if self._handle != handle or self._controls is None:
+        mode = -1 if self._is_on.value else self._mode
+        if self._handle != handle or self._drawn_mode != mode or self._controls is None:
             self._remove()
-            self._handle = handle
+            self._handle, self._drawn_mode = handle, mode
+            has_arrows, has_rings = _PARTS.get(mode, (True, True))
             self._controls = self._scene.add_transform_controls(
-                _PATH, scale=_SIZE * copy.extent, depth_test=False
+                _PATH,
+                scale=_SIZE * copy.extent,
+                depth_test=False,
+                disable_axes=not has_arrows,
+                disable_sliders=not has_arrows,
+                disable_rotations=not has_rings,
             )
             self._controls.on_update(lambda event: self._dragged(handle, event.target))
         elif self._latest.is_held:

@@ -27,6 +27,9 @@ _DIRECTIONS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 _FILLED = 0.95
 """Share of the image that the content fills at most."""
 
+_NEAREST = 0.1
+"""Metres from a camera to the point that a browser turns about, at least."""
+
 _MOVED = 1e-5
 """Metres below which the camera does not follow."""
 
@@ -79,6 +82,22 @@ class Viewpoints:
                     client.camera.position = client.camera.position + moved
                     client.camera.look_at = client.camera.look_at + moved
         self._followed = chosen, position
+
+    def look_from_camera(self, copy: Copy, number: int) -> None:
+        """Look in all browsers from a camera of the model."""
+        if number >= copy.model.ncam:
+            return
+        position = copy.data.cam_xpos[number].copy()
+        turn = copy.data.cam_xmat[number].reshape(3, 3)
+        forward = -turn[:, 2]
+        # The point that a browser turns its camera about.
+        distance = max(_NEAREST, float((self._content.centre - position) @ forward))
+        for client in self._browser.get_clients().values():
+            with client.atomic():
+                client.camera.up_direction = turn[:, 1].copy()
+                client.camera.position = position
+                client.camera.look_at = position + distance * forward
+                client.camera.fov = float(np.radians(copy.model.cam_fovy[number]))
 
     def _look_from(self, client: viser.ClientHandle | None, name: str) -> None:
         if client is None:

@@ -63,6 +63,8 @@ class World:
         self._sensors = Sensors(browser.scene, gui)
         self._viewpoints = Viewpoints(browser)
         self._extent = 2.0
+        self._turns = 0
+        """How often a script has chosen a camera for the window."""
 
     def update(self, look: Look) -> None:
         """Show a new look."""
@@ -100,6 +102,13 @@ class World:
             self._tree = survey["tree"]
             self._places_of = {item["handle"]: (item["element"], item["id"]) for item in self._tree}
             self._mark(self._selected, anew=True)
+        views = survey["interface"]["views"]
+        self._gizmo.navigate(views["navigation"])
+        if views["turns"] != self._turns and self._mirror.copy is not None:
+            self._turns = views["turns"]
+            element, number = self._places_of.get(views["camera"], ("", -1))
+            if element == "camera":
+                self._viewpoints.look_from_camera(self._mirror.copy, number)
         if survey["drawings"] is not None:
             self._drawings.update(survey["drawings"])
         self._drawings.frame.visible = self._show_drawings.value
