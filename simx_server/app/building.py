@@ -48,6 +48,7 @@ from simx_server.scene.unreset import UnresetModels
 from simx_server.scripting import Scripts
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.sensors.contacts import Contacts
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
@@ -159,6 +160,7 @@ def build_world(
         meters=meters,
         proximity=proximity,
         force=force,
+        contacts=Contacts(sim),
         rendering=rendering,
         vision=vision,
         tubes=Tubes(sim),
@@ -221,6 +223,7 @@ def build_world(
         world.meters,
         world.proximity,
         world.force,
+        world.contacts,
         world.vision,
         world.tubes,
         world.wireless,

@@ -67,6 +67,10 @@ _BYTES = 56 + 8 * len(SETTING_NAMES) + 4 * 24
 _settings = attrgetter(*(name for name in SETTING_NAMES if name not in _MOVING))
 
 
+_SCRIPTS = "scripts"
+"""Those that call scripts between the physics steps, among the parts that accompany these."""
+
+
 @dataclass(frozen=True, slots=True)
 class Moment:
     """The state of the joints at the end of a simulation step; see `Machine.remember_moment`."""
@@ -118,7 +122,8 @@ class Machine:
         """Joints of those that ask only in custom control."""
         self._served: frozenset[int] = frozenset()
         """Joints whose targets a script's call-back serves outside force mode."""
-        self._accompany: Accompany | None = None
+        self._accompanying: dict[str, Accompany] = {}
+        """Functions that are called before and after each physics step, by the part that wants it."""
         self.within_steps: Within | None = None
         """Called within each physics step."""
         self._measured = Measured(sim)
@@ -333,16 +338,25 @@ class Machine:
             Rule.STIFF_SPRING,
         )
 
-    def accompany(self, call: Accompany | None) -> None:
-        """Call a function before and after each physics step from the next simulation step on; None: call nothing."""
-        if call != self._accompany:
-            self._accompany = call
-            self._rebuild()
+    def accompany(self, call: Accompany | None, name: str = _SCRIPTS) -> None:
+        """Call a function before and after each physics step from the next simulation step on; None: no more.
+
+        Args:
+            call: takes the index of the step, their number, and whether it is over.
+            name: of the part that wants it; each has one function.
+        """
+        if call == self._accompanying.get(name):
+            return
+        if call is None:
+            del self._accompanying[name]
+        else:
+            self._accompanying[name] = call
+        self._rebuild()
 
     @property
     def calls_scripts(self) -> bool:
         """Return whether scripts are called between the physics steps of a simulation step."""
-        return bool(self._asked) or self._accompany is not None
+        return bool(self._asked) or _SCRIPTS in self._accompanying
 
     def call_within_steps(self, within: Within | None) -> None:
         """Call a function within each physics step from the next simulation step on; None: no more."""
@@ -503,7 +517,15 @@ class Machine:
             for handle, ask in self._asked.items()
             if handle not in self._custom or (handle in self._states and self._states[handle].scripted)
         }
-        return Stepper(self._sim.model, self._sim.data, self._entries(), self._watch, asked, self._accompany)
+        calls = tuple(self._accompanying.values())
+
+        def accompany(index: int, count: int, is_over: bool) -> None:
+            for call in calls:
+                call(index, count, is_over)
+
+        return Stepper(
+            self._sim.model, self._sim.data, self._entries(), self._watch, asked, accompany if calls else None
+        )
 
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())

@@ -42,6 +42,7 @@ from simx_server.scene.formats.kept_models import KeptModels
 from simx_server.scene.trial.trials import Trials
 from simx_server.scripting import Scripts
 from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.sensors.contacts import Contacts
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
@@ -79,6 +80,7 @@ class World:
     meters: Meters
     proximity: ProximitySensors
     force: ForceSensors
+    contacts: Contacts
     rendering: RenderThread
     vision: VisionSensors
     tubes: Tubes

@@ -1836,8 +1836,10 @@ class Sim(SimConstants):
         """Return the handle of a distance object that the scene registers."""
     def getContactInfo(self, dynamic_pass: int, handle: int, index: int, /) -> tuple[list[int], list[float], list[float], list[float]] | Any:
         """Return the two objects, the point, the force of the second on the first, and the normal; nil after
-        the last contact. `handle`: an object, which is then the first of the two, or sim.handle_all. `index`
-        starts at 0. Partly: only contacts of the last physics step of a simulation step are returned."""
+        the last contact. `dynamic_pass`: a physics step of the last simulation step, from 0, or
+        sim.handle_all. Each physics step is kept from the first call on; before it they all have the contacts
+        of the last one. `handle`: an object, which is then the first of the two, or sim.handle_all. `index`
+        starts at 0."""
     def getCollectionHandle(self, name: str, /) -> int:
         """Return the handle of a collection of the scene or of one that scripts made."""
     def getCollectionName(self, collection: int, /) -> str:
@@ -2659,7 +2661,7 @@ class Sim(SimConstants):
         """Create an entry of the menu of modules (handle -1), change it, or remove it (state -2); return its
         handle. Web viewers show the menu; a click calls the script's sysCall_moduleEntry({handle = ...}).
         `label`: in front of that of a new entry stand names of menus, each on a line. `state`: 1 enabled, 2
-        checked, 4 checkable, -1 as before."""
+        checked, 4 checkable, -1 as it was."""
     def refreshDialogs(self, degree: int | None = 0, /) -> int:
         """Return 1: all windows show the present values, since web viewers read them several times a
         second."""
@@ -2876,13 +2878,15 @@ class Sim(SimConstants):
         handles."""
     def relocateShapeFrame(self, shape: int, pose: _Floats, /) -> int:
         """Move the frame of a shape to a pose in the world, x, y, z and quaternion; return 1. Surface and
-        children stay. Seven zeros mean the middle of the bounding box. Links of a mechanism are an error."""
+        children stay. Seven zeros mean the middle and the directions of the bounding box. Links of a
+        mechanism are an error."""
     def reorientShapeBoundingBox(self, shape: int, relative_to: int, reserved: int | None = 0, /) -> int:
         """Turn the frame of a shape like the world (-1) or another object, into the middle of its bounding
         box; return 1. Surface and children stay. Links of a mechanism are an error. V-REP 3's form."""
-    def alignShapeBB(self, shape: int, pose: _Floats, /) -> int:
-        """Return 1 for the directions of the shape's frame, along which a bounding box lies. Partly: other
-        directions are an error; sim.relocateShapeFrame turns the frame."""
+    def alignShapeBB(self, shape: int, pose: _Floats, /) -> bool:
+        """Turn the bounding box of a shape, which sim.getShapeBB returns, to the directions of a pose in the
+        world; seven zeros turn it to the smallest box about the surface. The frame stays. Return false for a
+        primitive, whose box cannot be turned."""
     def convexDecompose(self, shape: int, options: int | None = 0, int_params: _Ints | None = None, float_params: _Floats | None = None, /) -> int:
         """Make a shape of convex parts that fill a closed shape; return its handle. Bit 0 of `options`: the
         shape itself gets these parts. An error without the library of the extra `convex`. Partly: the
@@ -2947,7 +2951,7 @@ class Sim(SimConstants):
         """Return the size of a shape's bounding box, and the pose of its centre in the shape's frame."""
     def setShapeBB(self, handle: int, size: _Floats, /) -> int:
         """Scale a shape so that its bounding box has this size; return 1. A shape without thickness stays
-        flat."""
+        flat. A box that was turned (sim.alignShapeBB) can be scaled alike along all axes only."""
     def getModelBB(self, handle: int, /) -> list[float]:
         """Return the size of the bounding box of an object and all below it."""
     def addDrawingObject(self, kind: int, size: _Float, tolerance: _Float, parent: int | None = -1, most: int | None = 0, color: _Floats | None = None, reserved: _Floats | None = None, specular: _Floats | None = None, emission: _Floats | None = None, /) -> int:

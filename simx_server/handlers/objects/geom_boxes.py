@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.scene.objects import SceneObject
-from simx_server.scene.poses.poses import IDENTITY, Pose, compose, matrix
+from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, Quaternion, compose, matrix
 
 Array = NDArray[np.float64]
 
@@ -17,14 +17,25 @@ _DIGITS = 12
 """Decimals of a metre: the rounding of turned meshes must not give a flat shape a height."""
 
 
-def box_of_geoms(model: mujoco.MjModel, item: SceneObject, geoms: Sequence[int]) -> Array | None:
-    """Return (2, 3) least and greatest x, y, z of an object's geoms in its frame, metres; None without any."""
+def box_of_geoms(
+    model: mujoco.MjModel, item: SceneObject, geoms: Sequence[int], turn: Quaternion = NO_TURN
+) -> Array | None:
+    """Return (2, 3) least and greatest x, y, z of an object's geoms, metres; None without any.
+
+    Args:
+        model: the model.
+        item: the object.
+        geoms: its geoms.
+        turn: orientation of the axes in the frame of the object, a quaternion w, x, y, z.
+    """
     if not geoms:
         return None
+    axes = np.array(matrix(turn)).T
     box = np.array([[np.inf] * 3, [-np.inf] * 3])
     for geom in geoms:
-        centre, turn = _in_frame(model, item, geom)
-        low, high = _reach(model, geom, np.array(matrix(turn)))
+        place, own = _in_frame(model, item, geom)
+        centre = axes @ np.array(place)
+        low, high = _reach(model, geom, axes @ np.array(matrix(own)))
         box[0], box[1] = np.minimum(box[0], low + centre), np.maximum(box[1], high + centre)
     return box.round(_DIGITS) + 0.0
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import islice
 from typing import ClassVar, Final
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, Unsupported, WrongKind
 from simx_server.handlers import collisions
 from simx_server.scripting.interpreter import Constant
-from simx_server.sensors.contacts import contacts
 from simx_server.sensors.distance.intersections import intersections
 from simx_server.sensors.distance.measuring import nearest
 from simx_server.sensors.distance.meeting import Pair
@@ -146,19 +144,22 @@ class CollisionFunctions(ApiPart, effect="changes"):
 
     @reads
     def getContactInfo(
-        self, _dynamic_pass: int, handle: int, index: int
+        self, dynamic_pass: int, handle: int, index: int
     ) -> tuple[list[int], list[float], list[float], list[float]] | None:
         """Return the two objects, the point, the force of the second on the first, and the normal; nil after the last
         contact.
 
-        `handle`: an object, which is then the first of the two, or sim.handle_all. `index` starts at 0. Partly: only
-        contacts of the last physics step of a simulation step are returned.
+        `dynamic_pass`: a physics step of the last simulation step, from 0, or sim.handle_all. Each physics step is kept
+        from the first call on; before it they all have the contacts of the last one. `handle`: an object, which is then
+        the first of the two, or sim.handle_all. `index` starts at 0.
         """
         wanted = None if handle == c.sim_handle_all else self._sim.scene.get(self._self(handle)).handle
         index -= _EXTENDED if index >= _EXTENDED else 0
-        found = next(islice(contacts(self._sim, wanted), max(0, index), None), None)
-        if found is None:
+        step = None if dynamic_pass == c.sim_handle_all else max(0, dynamic_pass)
+        there = self._world.contacts.find(step, wanted)
+        if index >= len(there):
             return None
+        found = there[max(0, index)]
         return list(found.objects), list(found.point), list(found.force), list(found.normal)
 
     @reads

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from simx_server.editing.compounds import decomposing, grouping, relocating, ungrouping
 from simx_server.errors import CommandError
+from simx_server.handlers.objects import shape_boxes
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.frames import get_pose, wxyz_from_xyzw
-from simx_server.scene.poses.poses import NO_TURN
+from simx_server.scene.poses.poses import NO_TURN, Pose, conjugate, multiply
 from simx_server.sim_api.base import ApiPart
 
 _MORPH = 1
 """Bit of the options of sim.convexDecompose."""
-
-_STRAIGHT = 1e-6
-"""Largest part of a quaternion that turns nothing."""
 
 
 class CompoundFunctions(ApiPart, effect="changes"):
@@ -41,16 +39,22 @@ class CompoundFunctions(ApiPart, effect="changes"):
 
     def relocateShapeFrame(self, shape: int, pose: list[float]) -> int:
         """Move the frame of a shape to a pose in the world, x, y, z and quaternion; return 1. Surface and children
-        stay. Seven zeros mean the middle of the bounding box. Links of a mechanism are an error.
+        stay. Seven zeros mean the middle and the directions of the bounding box. Links of a mechanism are an error.
         """
         handle = self._self(shape)
         if len(pose) < 7:
             raise CommandError(f"a pose has 7 numbers, not {len(pose)}")
         if not any(pose[:7]):
-            relocating.relocate(self._world, handle, relocating.middle(self._world, handle))
+            turn = multiply(get_pose(self._sim, handle)[1], shape_boxes.turn_of(self._world, handle))
+            self._relocate(handle, relocating.middle(self._world, handle, turn))
         else:
-            relocating.relocate(self._world, handle, ((pose[0], pose[1], pose[2]), wxyz_from_xyzw(pose[3:7])))
+            self._relocate(handle, ((pose[0], pose[1], pose[2]), wxyz_from_xyzw(pose[3:7])))
         return 1
+
+    def _relocate(self, handle: int, pose: Pose) -> None:
+        """Move the frame of a shape; its bounding box lies along the new one."""
+        relocating.relocate(self._world, handle, pose)
+        shape_boxes.set_turn(self._world, handle, NO_TURN)
 
     def reorientShapeBoundingBox(self, shape: int, relative_to: int, _reserved: int = 0) -> int:
         """Turn the frame of a shape like the world (-1) or another object, into the middle of its bounding box;
@@ -58,22 +62,28 @@ class CompoundFunctions(ApiPart, effect="changes"):
         """
         handle = self._self(shape)
         turn = NO_TURN if relative_to == -1 else get_pose(self._sim, self._self(relative_to))[1]
-        relocating.relocate(self._world, handle, relocating.middle(self._world, handle, turn))
+        self._relocate(handle, relocating.middle(self._world, handle, turn))
         return 1
 
-    def alignShapeBB(self, shape: int, pose: list[float]) -> int:
-        """Return 1 for the directions of the shape's frame, along which a bounding box lies.
-
-        Partly: other directions are an error; sim.relocateShapeFrame turns the frame.
+    def alignShapeBB(self, shape: int, pose: list[float]) -> bool:
+        """Turn the bounding box of a shape, which sim.getShapeBB returns, to the directions of a pose in the world; seven
+        zeros turn it to the smallest box about the surface. The frame stays. Return false for a primitive, whose
+        box cannot be turned.
         """
-        self._sim.scene.get_kind(self._self(shape), ObjectKind.SHAPE)
+        handle = self._self(shape)
+        self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
         if len(pose) < 7:
             raise CommandError(f"a pose has 7 numbers, not {len(pose)}")
-        if any(abs(value) > _STRAIGHT for value in pose[3:6]) or abs(pose[6]) <= _STRAIGHT:
-            raise CommandError(
-                "a bounding box lies along the axes of its shape's frame; turn that with sim.relocateShapeFrame"
-            )
-        return 1
+        if shape_boxes.is_primitive(self._world, handle):
+            return False
+        if any(pose[3:7]):
+            own = conjugate(get_pose(self._sim, handle)[1])
+            turn = multiply(own, wxyz_from_xyzw(pose[3:7]))
+        else:
+            with self._at_no_cost():
+                turn = shape_boxes.natural_turn(self._world, handle)
+        shape_boxes.set_turn(self._world, handle, turn)
+        return True
 
     def convexDecompose(
         self,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from simx_server.editing import scaling_objects as scaling
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import bounding_box
-from simx_server.scene.objects import ObjectKind
+from simx_server.handlers.objects import bounding_box, shape_boxes
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
+from simx_server.sim_api.values.matrices import as_numbers
 
 _FLAT = 1e-9
 """Metres below which a size cannot be scaled to another one."""
@@ -46,22 +46,27 @@ class SizeFunctions(ApiPart, effect="changes"):
     @reads
     def getShapeBB(self, handle: int) -> tuple[list[float], list[float]]:
         """Return the size of a shape's bounding box, and the pose of its centre in the shape's frame."""
-        least, greatest = self._box(handle)
-        middle = [(low + high) / 2 for low, high in zip(least, greatest, strict=True)]
-        size = [high - low for low, high in zip(least, greatest, strict=True)]
-        return size, [*middle, 0.0, 0.0, 0.0, 1.0]
+        sides, pose = shape_boxes.box(self._world, self._self(handle))
+        return sides, as_numbers(pose)
 
     def setShapeBB(self, handle: int, size: list[float]) -> int:
-        """Scale a shape so that its bounding box has this size; return 1. A shape without thickness stays flat."""
+        """Scale a shape so that its bounding box has this size; return 1. A shape without thickness stays flat. A box
+        that was turned (sim.alignShapeBB) can be scaled alike along all axes only.
+        """
         if len(size) < 3 or min(size[:3]) < 0:
             raise CommandError(f"the size of a bounding box is three numbers not below 0, not {size}")
-        least, greatest = self._box(handle)
-        present = [high - low for low, high in zip(least, greatest, strict=True)]
+        own = self._self(handle)
+        present, _ = shape_boxes.box(self._world, own)
         factors = [
             wanted / now if now > _FLAT and wanted > _FLAT else 1.0
             for wanted, now in zip(size[:3], present, strict=True)
         ]
-        scaling.scale_object(self._world, self._self(handle), factors)
+        if shape_boxes.is_turned(self._world, own) and max(factors) > min(factors) * (1 + _FLAT):
+            raise CommandError(
+                "the bounding box does not lie along the axes of its shape's frame, so its sides can be scaled alike "
+                "only; sim.relocateShapeFrame with seven zeros turns the frame"
+            )
+        scaling.scale_object(self._world, own, factors)
         return 1
 
     @reads
@@ -71,9 +76,3 @@ class SizeFunctions(ApiPart, effect="changes"):
             self._world, self._self(handle), whole_model=True, with_volumes=False
         )
         return [high - low for low, high in zip(least, greatest, strict=True)]
-
-    def _box(self, handle: int) -> tuple[list[float], list[float]]:
-        own = self._self(handle)
-        self._sim.scene.get_kind(own, ObjectKind.SHAPE)
-        least, greatest = bounding_box.of_object(self._world, own)
-        return list(least), list(greatest)

@@ -69,7 +69,8 @@ class TextEditorFunctions(ApiPart, effect="changes"):
     def moduleEntry(self, handle: int, label: str | None = None, state: int = KEEP) -> int:
         """Create an entry of the menu of modules (handle -1), change it, or remove it (state -2); return its handle.
         Web viewers show the menu; a click calls the script's sysCall_moduleEntry({handle = ...}). `label`: in front of
-        that of a new entry stand names of menus, each on a line. `state`: 1 enabled, 2 checked, 4 checkable, -1 as before.
+        that of a new entry stand names of menus, each on a line. `state`: 1 enabled, 2 checked, 4 checkable, -1 as it
+        was.
         """
         menu = self._world.user_interface.menu
         if handle == _NEW:

@@ -246,13 +246,13 @@ def contacts(call: Call, handle: int, options: Options) -> Any:
 
 @method("scene", "getContacts", "reads")
 def get_contacts(call: Call, options: Options = None) -> Any:
-    """Return the contacts of the last physics step."""
+    """Return the contacts of the last simulation step; `dynPass`: of one of its physics steps."""
     return contacts(call, c.sim_handle_all, options)
 
 
 @method("shape", "getContacts", "reads")
 def get_contacts_of_shape(call: Call, options: Options = None) -> Any:
-    """Return the contacts of a shape in the last physics step."""
+    """Return the contacts of a shape, as scene:getContacts does."""
     return contacts(call, call.handle, options)
 
 

@@ -101,7 +101,7 @@ def relocate_frame(call: Call, pose: list[float] | None = None) -> None:
 
 @method("shape", "alignBoundingBox", "changes")
 def align_bounding_box(call: Call, quaternion: list[float] | None = None) -> None:
-    """Turn the bounding box: it lies along the axes of the frame, so only that direction is accepted."""
+    """Turn the bounding box of a shape: to a direction in the world, or to the smallest box."""
     call.sim.alignShapeBB(call.handle, [0.0, 0.0, 0.0, *(quaternion or [0.0] * 4)])
 
 

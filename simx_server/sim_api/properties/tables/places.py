@@ -9,7 +9,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import bounding_box, poses
+from simx_server.handlers.objects import bounding_box, poses, shape_boxes
+from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.sim_api.properties.entry import Property
 from simx_server.sim_api.properties.property_types import FLOAT, POSE, QUATERNION, VECTOR3
@@ -73,11 +74,19 @@ def _box(world: World, handle: int, *, whole_model: bool) -> tuple[list[float], 
 
 
 def _half(world: World, handle: int) -> list[float]:
+    if _is_shape(world, handle):
+        return [side / 2 for side in shape_boxes.box(world, handle)[0]]
     return [side / 2 for side in _box(world, handle, whole_model=False)[1]]
 
 
 def _box_pose(world: World, handle: int) -> list[Any]:
+    if _is_shape(world, handle):
+        return as_numbers(shape_boxes.box(world, handle)[1])
     return [*_box(world, handle, whole_model=False)[0], *_NO_TURN]
+
+
+def _is_shape(world: World, handle: int) -> bool:
+    return world.simulation.scene.get(handle).kind == ObjectKind.SHAPE
 
 
 PLACES = (

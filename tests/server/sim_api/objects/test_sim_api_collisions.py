@@ -147,6 +147,30 @@ def test_contacts_are_listed_until_there_are_no_more(pairs: ScriptWorld) -> None
     assert pairs.lua(H + "return sim.getContactInfo(0, h'far', 0)") in ([], [None])
 
 
+def test_contacts_of_each_physics_step_are_told_from_the_first_question_on(pairs: ScriptWorld) -> None:
+    pairs.passes(20)
+    ask = H + "return sim.getContactInfo({}, h'ball', 0)"
+    every = "local n = 0 while sim.getContactInfo({}, h'ball', n) do n = n + 1 end return n"
+    assert pairs.lua(H + every.format("sim.handle_all")) == [1], "those of the last physics step"
+    pairs.passes(1)
+    steps = pairs.sim.substeps
+    assert steps > 1
+    assert pairs.lua(H + every.format("sim.handle_all")) == [steps]
+    assert pairs.lua(ask.format(steps)) in ([], [None])
+    points = [pairs.lua(ask.format(step))[1] for step in range(steps)]
+    assert pairs.lua(ask.format("sim.handle_all"))[1] == points[0]
+    assert all(point == pytest.approx([0, 0, 0], abs=0.01) for point in points)
+    pairs.lua(H + "sim.addForceAndTorque(h'ball', {0, 0, 400}, {0, 0, 0})")
+    pairs.passes(1)
+    touching = [pairs.lua(H + every.format(step))[0] for step in range(steps)]
+    assert touching[-1] == 0, "it has left the floor"
+    assert sum(touching) < steps
+    pairs.call("simxStopSimulation")
+    pairs.call("simxStartSimulation")
+    pairs.passes(20)
+    assert pairs.lua(H + every.format("sim.handle_all")) == [steps]
+
+
 def members(world: ScriptWorld, *names: str) -> list[int]:
     return [world.handle(name) for name in names]
 
