@@ -83,6 +83,7 @@ class Limits:
     custom_data: int = _size(256 << 20, "of custom data", 16 << 30)
     """Custom data of scripts, with all objects, the scene and the server."""
     drawings: int = _count(1000, "drawing objects")
+    instances: int = _count(10_000, "paths, IK objects and custom objects of API 2")
     points: int = _count(1_000_000, "points of point clouds and voxels of octrees that scripts use")
     """Images and sensors regard 20,000 of each object."""
     tubes: int = _count(1000, "open ends of tubes")

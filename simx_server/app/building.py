@@ -25,6 +25,7 @@ from simx_server.parts.custom_data import CustomData
 from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
+from simx_server.parts.instances import Instances
 from simx_server.parts.machine.outside import Outside
 from simx_server.parts.machine.programs import Programs
 from simx_server.parts.machine.serial_ports import SerialPorts
@@ -194,6 +195,7 @@ def build_world(
         clouds=clouds,
         textures=textures,
         drawings=DrawingObjects(sim),
+        instances=Instances(sim),
         particles=Particles(sim),
         graphs=Graphs(sim, proximity, meters),
         trials=trials,
@@ -239,6 +241,7 @@ def build_world(
         world.path_plannings,
         world.motion_plannings,
         world.drawings,
+        world.instances,
         world.particles,
         UnresetModels(sim),
         ImportLog(),

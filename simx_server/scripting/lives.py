@@ -314,6 +314,7 @@ class Lives:
         script.problem = ""
         script.enabled = script.starts_enabled
         self._signals.clear_owned(script.signal_owner)
+        self._sim.tell(lambda part: part.script_ended(script.signal_owner))
 
     def _serve_others(self) -> None:
         if not self._sim.physics_calls.is_in_step:  # a request may need a copy of the state

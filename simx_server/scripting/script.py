@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import count
@@ -188,7 +188,7 @@ class Script:
         return self.kind in (ScriptKind.MAIN, ScriptKind.CHILD)
 
     @property
-    def signal_owner(self) -> object:
+    def signal_owner(self) -> Hashable:
         """Return the key under which its signals are stored."""
         return ("script", self.handle)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
@@ -18,6 +18,16 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 HANDLE_SELF = constants.sim_handle_self
+
+
+@contextmanager
+def at_no_cost(script: Script) -> Generator[None]:
+    """Work for a script within a separate time limit: the time does not count against the script's limit."""
+    before = time.thread_time()
+    try:
+        yield
+    finally:
+        script.switching.spent += time.thread_time() - before
 
 
 class ApiPart:
@@ -73,14 +83,9 @@ class ApiPart:
         (seconds,) = self._world.outside.ask(lambda: [time.monotonic()], float)
         return seconds
 
-    @contextmanager
-    def _at_no_cost(self) -> Generator[None]:
+    def _at_no_cost(self) -> AbstractContextManager[None]:
         """Work within a separate time limit: the time does not count against the script's limit."""
-        before = time.thread_time()
-        try:
-            yield
-        finally:
-            self._script.switching.spent += time.thread_time() - before
+        return at_no_cost(self._script)
 
     def _script_at(self, handle: int) -> Script:
         """Return the script with this handle; sim.handle_self is the caller. Raises ScriptError."""

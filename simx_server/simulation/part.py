@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Hashable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -102,6 +102,9 @@ class Part:
     def holds_step(self) -> bool:
         """Return whether the next simulation step must come later, where the wall clock does not set the pace."""
         return False
+
+    def script_ended(self, owner: Hashable) -> None:
+        """React to the end of a script or of a client that called its functions. `owner`: the key of what it made."""
 
     def script_stopped(self, problem: str) -> None:
         """React to an error that has ended a script, or to physics that cannot continue a run."""

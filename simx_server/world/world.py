@@ -23,6 +23,7 @@ from simx_server.parts.custom_data import CustomData
 from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.dummy_links import DummyLinks
 from simx_server.parts.graphs import Graphs
+from simx_server.parts.instances import Instances
 from simx_server.parts.machine.outside import Outside
 from simx_server.parts.machine.programs import Programs
 from simx_server.parts.machine.serial_ports import SerialPorts
@@ -102,6 +103,7 @@ class World:
     clouds: PointClouds
     textures: Textures
     drawings: DrawingObjects
+    instances: Instances
     particles: Particles
     graphs: Graphs
     trials: Trials

@@ -140,7 +140,7 @@ class PropertyGroup:
 
 def _type_of(owner: Object) -> str:
     if not vars(owner)["_type"]:
-        vars(owner)["_type"] = owner.callMethod("getStringProperty", "type")
+        vars(owner)["_type"] = owner.callMethod("getStringProperty", "objectType")
     return vars(owner)["_type"]
 
 

@@ -209,6 +209,8 @@ class ZmqClients(Watcher):
         if self._clients.get(client.key) is client:
             del self._clients[client.key]
             self._resting.pop(client.key, None)
+            owner = client.script.signal_owner
+            self.world.simulation.tell(lambda part: part.script_ended(owner))
 
     # --- messages --------------------------------------------------------------------------------
 

@@ -276,7 +276,7 @@ setmetatable(world, {
 
 function world.require(name)
     if type(name) == "string" and #name > 1000 then error("require: the name of a module is too long", 2) end
-    if name ~= "sim-2" then                                             -- a version, as in "sim-1"
+    if name ~= "sim-2" and name ~= "simIK-2" then                       -- a version, as in "sim-1"
         name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)
     end
     name = gsub(name, "^[/\\]lua[/\\]", "")                               -- V-REP's folder of modules

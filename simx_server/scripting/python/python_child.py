@@ -169,7 +169,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
     def _require(self, name: str) -> Any:
         """Return a module as ``import`` does; a version, as in ``require('sim-2')``, is left out for a namespace."""
         plain, sign, version = name.rpartition("-")
-        is_api_2 = name == "sim-2"
+        is_api_2 = name in ("sim-2", "simIK-2")
         known = sys.modules.get(plain) if sign and version.isdigit() and not is_api_2 else None
         return known if isinstance(known, Namespace) else importlib.import_module(name)
 

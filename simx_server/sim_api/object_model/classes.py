@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.parts.custom_data import APPLICATION, SCENE
+from simx_server.parts.instances import FIRST_HANDLE as FIRST_INSTANCE
 from simx_server.sim_api.properties.tables.objects import kind_word
 
 if TYPE_CHECKING:
@@ -21,7 +22,9 @@ SELF = -4
 """Stands for the script that calls."""
 
 FIRST_COLLECTION, FIRST_MARKER = 10_000_000, 100_000_000
-"""Summands of the handles of API 1: of a collection, of a drawing object, which is a marker here."""
+"""Summands of the handles of API 1: of a collection, of a drawing object, which is a marker here. Between them are
+handles of `parts/instances.py`.
+"""
 
 SCENE_OBJECTS = (
     *(
@@ -43,13 +46,22 @@ _ABOVE: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         **dict.fromkeys(SCENE_OBJECTS, ("object", "sceneObject")),
         **dict.fromkeys(("app", "scene", "collection", "detachedScript", "marker"), ("object",)),
+        **dict.fromkeys(("Path", "IK", "IKGroup", "IKElement", "IKObject", "customObject"), ("object",)),
+        "IKJoint": ("object", "IKObject"),
+        **dict.fromkeys(("console", "textEditor"), ("object", "customObject")),
     }
 )
+"""The classes above each, the root first."""
 
 
 def classes_of(name: str) -> tuple[str, ...]:
     """Return a class with those above it, the class itself first."""
     return (name, *reversed(_ABOVE[name]))
+
+
+def is_class(name: str) -> bool:
+    """Return whether a name is that of a class of the server."""
+    return name in _ABOVE or name in ("object", "sceneObject", "mesh", "drawingObject")
 
 
 def super_classes(name: str) -> list[str]:
@@ -78,6 +90,10 @@ def class_of(world: World, handle: int, caller: Script) -> str:
     if handle >= FIRST_MARKER:
         if handle - FIRST_MARKER in world.drawings:
             return "marker"
+    elif handle >= FIRST_INSTANCE:
+        instance = world.instances.find(handle)
+        if instance is not None:
+            return instance.kind
     elif handle >= FIRST_COLLECTION:
         if handle - FIRST_COLLECTION in world.collections:
             return "collection"
@@ -90,4 +106,6 @@ def to_api_1(handle: int) -> int:
     """Return the handle that the functions of API 1 know an object by."""
     if handle >= FIRST_MARKER:
         return handle - FIRST_MARKER
+    if handle >= FIRST_INSTANCE:
+        return handle
     return handle - FIRST_COLLECTION if handle >= FIRST_COLLECTION else handle

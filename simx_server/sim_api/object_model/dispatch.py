@@ -10,9 +10,23 @@ from simx_server.errors import CommandError
 from simx_server.sim_api.effects import Effect
 
 from .classes import SELF, class_of
-from .methods import app, creating, drawing, properties, scene, scene_objects, scripts, sensors, shapes
+from .instances.custom import method_at
+from .methods import (
+    app,
+    creating,
+    custom,
+    drawing,
+    ik,
+    paths,
+    properties,
+    scene,
+    scene_objects,
+    scripts,
+    sensors,
+    shapes,
+)
 from .methods.method import METHODS, Call, Method, methods_of
-from .values import from_script
+from .values import Ref, from_script
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
@@ -20,7 +34,20 @@ if TYPE_CHECKING:
 
     from .methods.api_1 import Api1
 
-MODULES = (properties, scene, scene_objects, shapes, sensors, drawing, creating, scripts, app)
+MODULES = (
+    properties,
+    scene,
+    scene_objects,
+    shapes,
+    sensors,
+    drawing,
+    creating,
+    scripts,
+    app,
+    paths,
+    ik,
+    custom,
+)
 """The modules that declare the methods."""
 
 
@@ -40,7 +67,9 @@ def effect_of(world: World, script: Script, handle: int, name: str) -> Effect | 
         found = methods(class_of(world, handle, script)).get(name)
     except CommandError:
         return "reads" if name == "isValid" else None
-    return None if found is None else found.effect
+    if found is None:
+        return None if method_at(world, handle, name) is None else "changes"
+    return found.effect
 
 
 def call_method(sim: Api1, world: World, script: Script, handle: int, name: str, arguments: list[Any]) -> Any:
@@ -71,7 +100,10 @@ def call_method(sim: Api1, world: World, script: Script, handle: int, name: str,
         raise
     found = methods(kind).get(name)
     if found is None:
-        raise _no_such_method(kind, name)
+        own = method_at(world, handle, name)
+        if own is None:
+            raise _no_such_method(kind, name)
+        return tuple(own(Ref(handle), *arguments))
     return found.run(Call(sim, world, script, handle), arguments)
 
 

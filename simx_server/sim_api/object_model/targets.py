@@ -17,6 +17,8 @@ from simx_server.sim_api.properties.property_types import PropertyType
 
 from .classes import class_of, script_at
 from .enumerations import word_of
+from .instances.custom import CustomObject, method_at
+from .tables.custom import own_properties
 from .tables.detached_scripts import detached_script
 from .tables.table import groups_of, of_class, with_object
 from .types import COLOR, MATRIX, EnumType, presented, type_of
@@ -52,11 +54,19 @@ class ModelTarget(Target):
     @property
     def table(self) -> Mapping[str, Property]:
         kind = self.kind
+        if (own := self.custom) is not None:
+            return with_object(kind, own_properties(own))
         if kind != "detachedScript":
             return of_class(kind)
         script = script_at(self.world, self.handle, self.caller)
         assert script is not None
         return with_object(kind, detached_script(script))
+
+    @property
+    def custom(self) -> CustomObject | None:
+        """Return it as an object of a program's own class, or as such a class; None: it is none."""
+        found = self.world.instances.find(self.handle)
+        return found if isinstance(found, CustomObject) else None
 
     def lacks(self, name: str) -> CommandError:
         known = [*self.table, *STORES]
@@ -84,6 +94,9 @@ def read(target: ModelTarget, name: str, wanted: PropertyType | None) -> Any:
 def write(target: ModelTarget, name: str, value: Any, kind: PropertyType | None) -> None:
     """Set a property to a value of API 2. Raises CommandError; see `access.write`."""
     entry = target.table.get(name)
+    if entry is None and (own := target.custom) is not None and own.may_define(name):
+        own.put(target.world, name, *_typed(name, value, kind))
+        return
     if entry is None and store_of(name) is not None:
         _write_made(target, name, value, kind)
         return
@@ -91,6 +104,24 @@ def write(target: ModelTarget, name: str, value: Any, kind: PropertyType | None)
         kind = None  # a name or a number
     taken = entry.type if entry is not None else kind
     access.write(target, name, value if taken in (COLOR, MATRIX) else plain(value), kind)
+
+
+def _typed(name: str, value: Any, kind: PropertyType | None) -> tuple[PropertyType, Any]:
+    """Return the type of a new property of a program's own class, and its value. Raises CommandError."""
+    try:
+        chosen = type_of(value) if kind is None else kind
+        return chosen, chosen.convert(value if chosen in (COLOR, MATRIX) else plain(value))
+    except TypeError as problem:
+        raise CommandError(f"the value of '{name}' must be {problem}") from None
+
+
+def remove(target: ModelTarget, name: str) -> None:
+    """Remove a property that a program has made. Raises CommandError; see `access.remove`."""
+    own = target.custom
+    if own is not None and own.may_define(name):
+        own.drop(target.world, name)
+        return
+    access.remove(target, name)
 
 
 def _write_made(target: ModelTarget, name: str, value: Any, kind: PropertyType | None) -> None:
@@ -135,10 +166,24 @@ def information(
     """
     if name in methods:
         return METHOD, access.NOT_WRITABLE | _NOT_HASHED | _CONSTANT
-    if name in groups_of(target.kind) or name in groups:
+    if method_at(target.world, target.handle, name) is not None:
+        return METHOD, access.NOT_WRITABLE | access.REMOVABLE  # clients do not keep this for other objects
+    if name in groups_of(target.kind) or name in groups or name in _own_groups(target):
         return GROUP, access.NOT_WRITABLE | access.NOT_READABLE | _NOT_HASHED | _CONSTANT
     kind = _kind_now(target, name)
     found = access.information(target, name)
     if found is None or kind is None:
         return None
-    return (COLOR.number if kind is t.COLOR else kind.number), found[1]
+    own = target.custom
+    removable = access.REMOVABLE if own is not None and name in own.values else 0
+    return (COLOR.number if kind is t.COLOR else kind.number), found[1] | removable
+
+
+def _own_groups(target: ModelTarget) -> set[str]:
+    """Return the starts of the names of properties that programs gave to an object of their class."""
+    own = target.custom
+    return (
+        set()
+        if own is None
+        else {*own.spaces, *(name.partition(".")[0] for name in own.values if "." in name)}
+    )

@@ -45,6 +45,32 @@ COLOR = _ColorType(
 )
 
 
+class _ReferenceType(PropertyType):
+    """API 1 has no objects but handles."""
+
+    @property
+    def number(self) -> int:
+        return _REFERENCES[self.name]
+
+
+_REFERENCES = {"Object": 224, "ObjectArray": 225, "ObjectMap": 226}
+
+
+def _no_bytes(_value: Any) -> bytes:
+    raise CommandError("objects have no bytes")
+
+
+OBJECT, OBJECT_ARRAY, OBJECT_MAP = (
+    _ReferenceType(name, name.lower(), what, lambda value: value, _no_bytes, lambda data: data)
+    for name, what in (
+        ("Object", "an object"),
+        ("ObjectArray", "objects"),
+        ("ObjectMap", "objects by handle"),
+    )
+)
+"""The types of properties whose values are references (`Ref`), lists of them, and maps to them."""
+
+
 def _to_item(enumeration: str, value: Any) -> int:
     if isinstance(value, bytes):
         value = value.decode("utf-8", "replace")

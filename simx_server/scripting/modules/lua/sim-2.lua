@@ -101,7 +101,7 @@ local known = {}                                                -- class -> name
 local function class_of(self)
     local class = rawget(self, "__class")
     if not class then
-        class = call(self, "getStringProperty", "type")
+        class = call(self, "getStringProperty", "objectType")
         rawset(self, "__class", class)
     end
     return class

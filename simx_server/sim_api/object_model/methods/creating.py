@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
 from simx_server.parts.drawing import CYCLIC, ITEM_COLORS, LOCAL
 from simx_server.sim_api.object_model import targets
-from simx_server.sim_api.object_model.classes import FIRST_COLLECTION, FIRST_MARKER
+from simx_server.sim_api.object_model.classes import FIRST_COLLECTION, FIRST_INSTANCE, FIRST_MARKER
 from simx_server.sim_api.object_model.enumerations import number_of
+from simx_server.sim_api.object_model.instances.custom import class_named
 from simx_server.sim_api.object_model.targets import ModelTarget
 from simx_server.sim_api.object_model.values import Matrix, Ref, plain, to_color, to_matrix
 
+from .custom import make_object, new_console, new_editor
 from .method import Call, finite, method, numbers, pair, points_of, text_option, whole
 
 _Fields = dict[str, Any]
@@ -41,10 +44,13 @@ def create_object(call: Call, fields: dict[str, Any]) -> Ref:
     if not kind:
         raise CommandError("unsupported object type: the map has no field 'type'")
     make = _MAKERS.get(kind)
-    if make is None:
-        raise CommandError(f"unknown type: {kind[:40]}{did_you_mean(kind, list(_MAKERS))}")
     rest = {name: value for name, value in fields.items() if name not in ("type", "objectType")}
-    handle = make(call, rest)
+    if make is not None:
+        handle = make(call, rest)
+    elif (own := class_named(call.world, kind)) is not None:
+        handle = make_object(replace(call, handle=own.handle)).handle
+    else:
+        raise CommandError(f"unknown type: {kind[:40]}{did_you_mean(kind, list(_MAKERS))}")
     target = ModelTarget.of(call.world, handle, call.script)
     try:
         for name, value in rest.items():
@@ -58,6 +64,8 @@ def create_object(call: Call, fields: dict[str, Any]) -> Ref:
 def _remove(call: Call, handle: int) -> None:
     if handle >= FIRST_MARKER:
         call.world.drawings.remove(handle - FIRST_MARKER)
+    elif handle >= FIRST_INSTANCE:
+        call.world.instances.remove(handle)
     elif handle >= FIRST_COLLECTION:
         call.sim.destroyCollection(handle - FIRST_COLLECTION)
     else:
@@ -272,9 +280,7 @@ _ABSENT = {
     "light": "lights are written in the scene's MJCF",
     "graph": "graphs come with the scene's file; a dummy of a name stands for one in API 1",
     "detachedScript": "add-ons are programs that the server's flag --add-on starts",
-    "console": "a client has its own terminal; app.logInfo writes to the server's log",
-    "textEditor": "the server has no window",
-    "customSceneObject": "the server has no classes of a program's own",
+    "customSceneObject": "make a class of an object with makeClass, and objects with its makeObject",
 }
 
 _MAKERS: Mapping[str, Callable[[Call, _Fields], int]] = {
@@ -290,5 +296,7 @@ _MAKERS: Mapping[str, Callable[[Call, _Fields], int]] = {
     "marker": _marker,
     "collection": _collection,
     "path": _path,
+    "console": new_console,
+    "textEditor": new_editor,
     **{what: _absent(what) for what in _ABSENT},
 }

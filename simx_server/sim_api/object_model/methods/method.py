@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
 from simx_server.scripting.signature import MOST_ITEMS, Signature, to_float, to_list, to_short_text
+from simx_server.sim_api.base import at_no_cost
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.classes import classes_of, to_api_1
 from simx_server.sim_api.object_model.values import Matrix, WrongValue, plain, to_matrix
@@ -37,6 +39,10 @@ class Call:
 
     handle: int
     """The object."""
+
+    def uncounted(self) -> AbstractContextManager[None]:
+        """Work within a separate time limit: the time does not count against the script's limit."""
+        return at_no_cost(self.script)
 
     @property
     def old(self) -> int:

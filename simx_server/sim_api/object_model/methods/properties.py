@@ -221,4 +221,4 @@ def get_property_type_string(_call: Call, number: int) -> str:
 @method("object", "removeProperty", "changes")
 def remove_property(call: Call, name: str, options: Options = None) -> None:
     """Remove a property that a program has made."""
-    _or_nil(options, partial(access.remove, _target(call), name))
+    _or_nil(options, partial(targets.remove, _target(call), name))

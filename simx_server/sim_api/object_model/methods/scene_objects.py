@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from simx_client.protocol import constants as c
@@ -191,18 +190,6 @@ def change_color(call: Call, color: Any, options: Options = None) -> list[Any]:
 def restore_color(call: Call, before: list[Any]) -> None:
     """Give the colours back that changeColor has replaced."""
     call.sim.restoreEntityColor(before)
-
-
-def _refuse(name: str) -> Callable[..., Any]:
-    def refuse(_call: Call, *_values: Any) -> Any:
-        raise CommandError(f"{name} is not available: the server has no classes of a program's own")
-
-    return refuse
-
-
-for _name in ("makeObject", "makeClass"):
-    method("sceneObject", _name, "changes")(_refuse(_name))
-method("app", "createCustomObjectClass", "changes")(_refuse("createCustomObjectClass"))
 
 
 @method("collection", "addItem", "changes")

@@ -13,6 +13,7 @@ import mujoco
 import simx_server
 from simx_server.scripting import modules
 from simx_server.sim_api.object_model.enumerations import ENUMERATIONS
+from simx_server.sim_api.object_model.instances.custom import classes, custom_objects
 from simx_server.sim_api.object_model.types import enum_of
 from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.entry import Property, fixed
@@ -50,6 +51,11 @@ def _temp(world: World, handle: int) -> str:
     return str(get(world, handle))
 
 
+def _classes(world: World, *, of_scene: bool) -> list[int]:
+    """Return the classes that programs have made, of scene objects or of others."""
+    return [each.handle for each in classes(world) if bool(each.model) == of_scene]
+
+
 APP = (
     *_OLD.same("browserEnabled canSave displayEnabled execUnsafe execUnsafeExt hierarchyEnabled idleFps"),
     *_OLD.same("pluginNames productVersion randomFloat randomQuaternion"),
@@ -58,8 +64,12 @@ APP = (
     _OLD.enumerated("headlessMode", "headlessMode", "headlessMode"),
     _OLD.enumerated("platform", "platform", "platform"),
     constant("flavor", enum_of("appFlavor"), ENUMERATIONS["appFlavor"]["edu"]),
-    *(constant(name, t.HANDLE_ARRAY, []) for name in ("addOns", "customClasses", "customObjects")),
-    constant("customSceneObjectClasses", t.HANDLE_ARRAY, []),
+    constant("addOns", t.HANDLE_ARRAY, []),
+    Property("customClasses", t.HANDLE_ARRAY, lambda world, _handle: _classes(world, of_scene=False)),
+    Property(
+        "customSceneObjectClasses", t.HANDLE_ARRAY, lambda world, _handle: _classes(world, of_scene=True)
+    ),
+    Property("customObjects", t.HANDLE_ARRAY, lambda world, _handle: custom_objects(world, in_app=True)),
     constant("enumTypes", t.STRING_ARRAY, list(ENUMERATIONS)),
     constant("defaultPython", t.STRING, sys.executable),
     constant("notifyDeprecated", t.INT, 0),

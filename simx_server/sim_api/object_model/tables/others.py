@@ -150,7 +150,7 @@ def _colors_of_items(world: World, handle: int) -> bytes:
     return Color.of(drawing.color).rgba * len(drawing.items)
 
 
-_DRAWN = {0: 0, 1: 1, 2: 2, 3: 0, 6: 7, 7: 0, 9: 2, 10: 9, 11: 10, 12: 11}
+_DRAWN = {0: 0, 1: 1, 2: 2, 3: 2, 4: 9, 5: 10, 6: 11, 7: 7, 8: 1, 9: 2, 10: 9, 11: 10, 12: 11}
 """Types of markers by kinds of drawing objects."""
 
 

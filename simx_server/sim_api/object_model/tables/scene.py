@@ -8,12 +8,13 @@ import mujoco
 
 from simx_server.errors import Unsupported
 from simx_server.sim_api.object_model.classes import FIRST_COLLECTION, FIRST_MARKER
+from simx_server.sim_api.object_model.instances.custom import custom_objects
 from simx_server.sim_api.object_model.types import enum_of
 from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.entry import Property, fixed
 from simx_server.sim_api.properties.tables.scene import OF_SCENE
 
-from .making import Old, constant, kept, refused
+from .making import Old, kept, refused
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -100,7 +101,7 @@ SCENE = (
     Property("hierarchyChangeCounter", t.INT, lambda world, _handle: world.simulation.model_version),
     Property("collections", t.HANDLE_ARRAY, _collections),
     Property("drawingObjects", t.HANDLE_ARRAY, _drawings),
-    constant("customObjects", t.HANDLE_ARRAY, []),
+    Property("customObjects", t.HANDLE_ARRAY, lambda world, _handle: custom_objects(world, in_app=False)),
     kept("acknowledgment", t.STRING, ""),
     kept("finalSaveRequest", t.BOOL, False),
     kept("saveCalculationStructs", t.BOOL, False),
